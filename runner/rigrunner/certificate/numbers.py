@@ -72,9 +72,11 @@ class Numbers:
     def interrupted(self) -> list[str]:
         """Return the numbers without a record of their outcome."""
         names = {path.name for path in self._folder.glob(f"{self.prefix}-*.json")}
-        numbers = sorted(name.removesuffix(".json") for name in names if name.count(".") == 1)
+        numbers = [name.removesuffix(".json") for name in names if name.count(".") == 1]
         return [
-            each for each in numbers if not {f"{each}.issued.json", f"{each}.void.json"} & names
+            each
+            for each in sorted(numbers, key=_order)
+            if not {f"{each}.issued.json", f"{each}.void.json"} & names
         ]
 
     def digests_of(self, number: str) -> set[str]:
@@ -96,8 +98,10 @@ class Numbers:
 
     def _issued(self) -> Iterator[tuple[str, Mapping[str, object]]]:
         """Yield every issued number in order, with its record."""
-        for path in sorted(self._folder.glob(f"{self.prefix}-*.issued.json")):
-            number = path.name.removesuffix(".issued.json")
+        paths = self._folder.glob(f"{self.prefix}-*.issued.json")
+        for number in sorted(
+            (each.name.removesuffix(".issued.json") for each in paths), key=_order
+        ):
             yield number, self._content(f"{number}.json")
 
     def _content(self, name: str) -> Mapping[str, object]:
@@ -123,6 +127,12 @@ class Numbers:
                 file.flush()
                 os.fsync(file.fileno())
             sync_folder(self._folder)
+
+
+def _order(number: str) -> tuple[str, int, str]:
+    """Return what sorts numbers as they were given: as texts, 10000 would come before 9999."""
+    stem, _, sequence = number.rpartition("-")
+    return stem, len(sequence), sequence
 
 
 def prefix_of(number: str) -> str:

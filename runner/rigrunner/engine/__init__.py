@@ -2,8 +2,15 @@
 
 from rigrunner.engine.answers import AnswerSource, UnattendedAnswers
 from rigrunner.engine.by_hand import run_by_hand
-from rigrunner.engine.overrides import Override
-from rigrunner.engine.pausing import Choice, Decision, Interference, Paused, Pauses, StopNow
+from rigrunner.engine.pausing import (
+    Choice,
+    Decision,
+    Interference,
+    Override,
+    Paused,
+    Pauses,
+    StopNow,
+)
 from rigrunner.engine.resume_point import (
     ResumePoint,
     brought_back,

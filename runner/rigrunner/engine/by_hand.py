@@ -22,8 +22,7 @@ if TYPE_CHECKING:
 
     from rigrunner.api.devices import Clock, StopToken
     from rigrunner.bus import Bus
-    from rigrunner.engine.overrides import Override
-    from rigrunner.engine.pausing import Interference, Pauses
+    from rigrunner.engine.pausing import Interference, Override, Pauses
     from rigrunner.engine.run import RunSummary
     from rigrunner.plan.actions import Interlock, PlannedStep
     from rigrunner.rig import Rig, SafetyReport

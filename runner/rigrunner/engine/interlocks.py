@@ -14,7 +14,7 @@ from rigrunner.engine.pausing import PauseWantedError
 from rigrunner.engine.watching import Watch
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Sequence
 
     from rigrunner.api.data import Block
     from rigrunner.bus import Emit
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from rigrunner.rig import Rig
 
 _ROUNDING_S = 1e-9
+_GRAVEST = ("make_safe", "abort", "pause")
 
 
 class InterlockError(AbortedError):
@@ -54,7 +55,8 @@ class Guard:
             each
             for each in self.tripped
             # One that forbids a drive matters only if resuming would move that drive.
-            if each.interlock.does == "pause" or self._forbids_to_resume(each.interlock)
+            if each.interlock.does == "pause"
+            or any(self._rig.resume_leads_away(d.role, d.name) for d in each.interlock.forbids)
         ]
         return "; ".join(each.text for each in acting)
 
@@ -111,9 +113,6 @@ class Guard:
                 text = f"{member} may not be set to {value:g}: {each.text}"
                 raise _error(each.interlock, text)
 
-    def _forbids_to_resume(self, interlock: Interlock) -> bool:
-        return any(self._rig.resume_leads_away(each.role, each.name) for each in interlock.forbids)
-
     def _read(self, watch: Watch) -> None:
         member = watch.interlock.member
         try:
@@ -125,7 +124,8 @@ class Guard:
         watch.take(np.array([now_s]), np.array([value]), now_s)
 
     def _tell(self, watch: Watch) -> None:
-        for change in _changes(watch):
+        changes, watch.changes = watch.changes, []
+        for change in changes:
             name, source = watch.interlock.name, f"interlock {watch.interlock.name}"
             if change == "tripped":
                 self._emit(
@@ -143,11 +143,3 @@ class Guard:
 def _error(interlock: Interlock, text: str) -> InterlockError:
     makes_safe = interlock.does == "make_safe"
     return InterlockError(text, f"interlock {interlock.name}", makes_safe=makes_safe)
-
-
-_GRAVEST = ("make_safe", "abort", "pause")
-
-
-def _changes(watch: Watch) -> Iterator[str]:
-    changes, watch.changes = watch.changes, []
-    yield from changes

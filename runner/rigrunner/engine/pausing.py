@@ -1,4 +1,4 @@
-"""Pauses: who can request one, and what a person can decide during one."""
+"""Actions of people on a run: who can pause it, what they can decide then, what is recorded."""
 
 from __future__ import annotations
 
@@ -61,6 +61,18 @@ class Pauses(Protocol):
         This ends the request until there is a new one.
         """
         ...
+
+
+@dataclass(frozen=True)
+class Override:
+    """A failed check before the start, and who overrode it; the run records it at its start."""
+
+    what: str
+    """Short name, such as 'overdue tester.torque'."""
+    subject: str
+    """The failed check in a sentence."""
+    by: str
+    reason: str
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ class RecordedStatistics:
 
     def __init__(self, names: Sequence[str]) -> None:
         """Take statistics as 'role.name.statistic'; without any there is no work."""
-        self._names = [(name, *_split(name)) for name in names]
+        self._names = [(name, *name.rpartition(".")[::2]) for name in names]
         self._of = {channel: SampleStatistics() for _, channel, _ in self._names}
 
     def take(self, channels: Mapping[str, Array]) -> None:
@@ -33,8 +33,3 @@ class RecordedStatistics:
         except ValueError as error:
             raise DataError(f"{', '.join(self._of)}: {error}") from error
         return {name: known[channel][statistic] for name, channel, statistic in self._names}
-
-
-def _split(name: str) -> tuple[str, str]:
-    channel, _, statistic = name.rpartition(".")
-    return channel, statistic

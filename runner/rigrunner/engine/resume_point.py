@@ -56,7 +56,8 @@ def find_resume_point(
     reached = _reached(steps, events)
     start = _start(steps, reached, done)
     attempts = Counter(one.index for one in events if isinstance(one, StepStarted))
-    over = start == len(steps) or _is_final(steps[start])
+    # Nothing but the teardown of the procedure itself is left.
+    over = start == len(steps) or (steps[start].phase is Phase.TEARDOWN and not steps[start].calls)
     left_out = frozenset(_left_out(events))
     before = () if over else tuple(_again(steps, start, done, left_out))
     # What was interrupted may have had its effect or not: it cannot be told from the events.
@@ -181,10 +182,6 @@ def _start(steps: Sequence[PlannedStep], reached: int, done: set[int]) -> int:
     return reached if fixed else first
 
 
-def _is_final(step: PlannedStep) -> bool:
-    return step.phase is Phase.TEARDOWN and not step.calls
-
-
 def _again(
     steps: Sequence[PlannedStep], start: int, done: set[int], left_out: frozenset[int]
 ) -> list[int]:
@@ -201,12 +198,13 @@ def _again(
     last = _last_sets(steps, len(own), start, left_out)
     sets |= {at for drive, at in last.items() if drive not in led}
     wanted = sorted({*own, *zeros.values(), *sets} - left_out)
-    return [at for at in wanted if not (at in done and _is_kept(steps[at]))]
-
-
-def _is_kept(step: PlannedStep) -> bool:
-    """Return whether a completed step is kept: an answer, or one that must not be repeated."""
-    return step.action.outcome_stands or not _may_come_again(step, done=True)
+    # A completed step is kept that is an answer, or must not be repeated.
+    kept = {
+        at
+        for at in done.intersection(wanted)
+        if steps[at].action.outcome_stands or not _may_come_again(steps[at], done=True)
+    }
+    return [at for at in wanted if at not in kept]
 
 
 def _led_before(

@@ -37,8 +37,7 @@ if TYPE_CHECKING:
     from rigrunner.api.quantity import Estimate
     from rigrunner.bus import Bus
     from rigrunner.engine.answers import AnswerSource
-    from rigrunner.engine.overrides import Override
-    from rigrunner.engine.pausing import Decision, Interference, Pauses
+    from rigrunner.engine.pausing import Decision, Interference, Override, Pauses
     from rigrunner.engine.resume_point import ResumePoint
     from rigrunner.plan.actions import Plan, PlannedStep
     from rigrunner.rig import Rig, SafetyReport

@@ -68,7 +68,10 @@ def _try(attempt: Attempt, session: Session, notes: Notes) -> Done | None:
     except PauseWantedError as wanted:
         # With `tell`: the error of a sink must not take the place of the pause.
         attempt.end(notes.tell, found, ok=False)
-        raise _unless_repeatable(step, wanted) from wanted
+        if terms.repeatable:
+            raise PauseWantedError(wanted.message, wanted.by) from wanted
+        text = f"{step.path}: {wanted.message}, inside a step that cannot be repeated"
+        raise AbortedError(text, by=wanted.by) from wanted
     except BaseException as error:
         # What the driver logged often explains the error, and is recorded before it.
         session.put_messages()
@@ -89,14 +92,6 @@ def _try(attempt: Attempt, session: Session, notes: Notes) -> Done | None:
         readings=found.readings,
     )
     return Done(missed if terms.stops_at_limit else "")
-
-
-def _unless_repeatable(step: PlannedStep, wanted: PauseWantedError) -> Exception:
-    """Return the pause, or an abort if the step cannot be executed twice."""
-    if step.terms.repeatable:
-        return PauseWantedError(wanted.message, wanted.by)
-    text = f"{step.path}: {wanted.message}, inside a step that cannot be repeated"
-    return AbortedError(text, by=wanted.by)
 
 
 def _failed(attempt: Attempt, error: BaseException, notes: Notes) -> tuple[bool, bool]:

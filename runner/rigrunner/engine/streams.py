@@ -94,7 +94,10 @@ def checked_stream(
                 )
             received += block.samples
             session.guard.feed(role, block)
-            yield _with_role(role, block)
+            named: dict[str, Array] = {
+                Member(role, name): values for name, values in block.channels.items()
+            }
+            yield Block(block.rate_hz, block.first_sample, block.monotonic_s, named)
             session.check()
     # First: a stream that a stop request ended is too short, but no device was lost.
     session.check()
@@ -184,10 +187,3 @@ class _Times:
                 f"{self._role}: a gap in time of {after_s[where] - before_s[where]:.3g} s before"
                 f" sample {self._firsts[where + 1]}, though none is missing by their count"
             )
-
-
-def _with_role(role: str, block: Block) -> Block:
-    named: dict[str, Array] = {
-        Member(role, name): values for name, values in block.channels.items()
-    }
-    return Block(block.rate_hz, block.first_sample, block.monotonic_s, named)

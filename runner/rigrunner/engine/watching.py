@@ -46,9 +46,13 @@ class Watch:
         # After tripping, whose latency counts from the last good value before.
         if not bad.all():
             self.good_s = float(times_s[np.flatnonzero(~bad)[-1]])
-        if not bad.any() and self._is_clear(values):
-            self._clear(f"{self._shown(float(values[-1]))} again")
-        self._remember(float(times_s[-1]), float(np.mean(values)))
+        may_clear = self.tripped and not self.interlock.latched
+        if may_clear and not bad.any() and self._is_clear(values):
+            self.tripped = self.overridden = False
+            self.text = f"{self._shown(float(values[-1]))} again"
+            self.changes.append("cleared")
+        if self._last is None or float(times_s[-1]) - self._last[0] >= self._shortest_s:
+            self._last = (float(times_s[-1]), float(np.mean(values)))
 
     def miss(self, now_s: float, why: str) -> None:
         """Note that no value was available."""
@@ -77,10 +81,6 @@ class Watch:
         """Shortest time for a rate; over a shorter one noise would look like a change."""
         return self.interlock.every_s - _ROUNDING_S
 
-    def _remember(self, time_s: float, mean: float) -> None:
-        if self._last is None or time_s - self._last[0] >= self._shortest_s:
-            self._last = (time_s, mean)
-
     def _lasts(self, times_s: Array, bad: Mask) -> bool:
         """Return whether the condition held for the debounce time without interruption."""
         edges = np.diff(np.concatenate(([False], bad, [False])).astype(np.int8))
@@ -103,12 +103,6 @@ class Watch:
         self.tripped, self.text = True, text
         self.latency_s = max(now_s - self.good_s, 0.0)
         self.changes.append("tripped")
-
-    def _clear(self, text: str) -> None:
-        if self.tripped and not self.interlock.latched:
-            self.tripped = self.overridden = False
-            self.text = text
-            self.changes.append("cleared")
 
     def _shown(self, value: float) -> str:
         shown = self.interlock.shown

@@ -138,11 +138,11 @@ def _sum(procedure: LoadedProcedure, weight: Weight) -> int:
 def _sum_steps(
     procedure: LoadedProcedure, steps: Sequence[Step], path: Path, weight: Weight
 ) -> int:
-    return sum(_of_step(procedure, s, (*path, i), weight) for i, s in enumerate(steps))
-
-
-def _of_step(procedure: LoadedProcedure, step: Step, path: Path, weight: Weight) -> int:
-    called = procedure.called.get(path)
-    inner = _sum(called, weight) if called else 0
-    inner += _sum_steps(procedure, step.steps, (*path, step.kind, "steps"), weight)
-    return weight(step.settings) + step.settings.times() * inner
+    total = 0
+    for index, step in enumerate(steps):
+        at = (*path, index)
+        called = procedure.called.get(at)
+        inner = _sum(called, weight) if called else 0
+        inner += _sum_steps(procedure, step.steps, (*at, step.kind, "steps"), weight)
+        total += weight(step.settings) + step.settings.times() * inner
+    return total

@@ -94,16 +94,15 @@ class DriveStates:
         for combination in self._bench.rules.combinations:
             if member not in combination.drives:
                 continue
-            others = [each for each in combination.drives if each != member]
-            stands: dict[Member, float] = {name: self._stands(name) for name in others}
+            stands: dict[Member, float] = {}
+            for each in combination.drives:
+                if each != member:
+                    value = self._standing.values.get(each)
+                    stands[each] = self._bench.safe_value(each) if value is None else value
             if not combination.allows({**stands, member: quantity.si}):
                 message = f"got '{quantity}', not allowed with {combination.others(member, stands)}"
                 hint = f"expected {combination.words()}"
                 self._problems.add(self._document, valued_at, message, hint)
-
-    def _stands(self, member: Member) -> float:
-        value = self._standing.values.get(member)
-        return self._bench.safe_value(member) if value is None else value
 
     def move(self, member: Member, drive: DriveInfo, value: float, written: str = "") -> float:
         """Set the drive and return how many seconds it takes; it starts from its safe value."""
@@ -123,7 +122,10 @@ class DriveStates:
         if self._standing.uncertain:
             return None
         if drive is None:
-            self._problems.add(self._document, path, *self._no_drive())
+            message = "no device here has a drive that sets a cycle frequency"
+            if drives := self._bench.cycle_drives():
+                message = f"several drives set a cycle frequency: {', '.join(drives)}"
+            self._problems.add(self._document, path, message, "give a time")
             return None
         value = self._standing.values.get(drive, 0.0)
         if value <= 0:
@@ -154,9 +156,3 @@ class DriveStates:
         drives = self._bench.cycle_drives()
         found = [drive for drive in drives if drive.role == role] or drives
         return found[0] if len(found) == 1 else None
-
-    def _no_drive(self) -> tuple[str, str]:
-        drives = self._bench.cycle_drives()
-        if drives:
-            return f"several drives set a cycle frequency: {', '.join(drives)}", "give a time"
-        return "no device here has a drive that sets a cycle frequency", "give a time"

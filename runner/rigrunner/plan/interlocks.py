@@ -14,7 +14,7 @@ from rigrunner.yamlfile.problems import suggestion
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
-    from rigrunner.api.devices import ChannelInfo, Device, DriveInfo
+    from rigrunner.api.devices import ChannelInfo, Device
     from rigrunner.api.member import Member
     from rigrunner.api.quantity import Quantity
     from rigrunner.interlock import Interlock as Written
@@ -81,7 +81,11 @@ class _Place:
         """Return the interlock in SI units; None after adding what is wrong with it."""
         written = self.written
         for index, member in enumerate(written.forbids):
-            self._drive(member, index)
+            device = self._device(member, "forbids", index)
+            drives = [] if device is None else [info.name for info in device.drives]
+            if device is not None and member.name not in drives:
+                message = f"the device in the role '{member.role}' has no drive '{member.name}'"
+                self.complain("forbids", message, suggestion(member.name, drives, "drives"), index)
         channel = self._channel()
         if channel is None or not self._fits(channel):
             return None
@@ -117,17 +121,6 @@ class _Place:
             message = f"the device in the role '{role}' has no channel '{name}'"
             self.complain("channel", message, suggestion(name, channels, "channels"))
         return channels.get(name)
-
-    def _drive(self, member: Member, index: int) -> DriveInfo | None:
-        device = self._device(member, "forbids", index)
-        if device is None:
-            return None
-        role, name = member.role, member.name
-        drives = {info.name: info for info in device.drives}
-        if name not in drives:
-            message = f"the device in the role '{role}' has no drive '{name}'"
-            self.complain("forbids", message, suggestion(name, drives, "drives"), index)
-        return drives.get(name)
 
     def _device(self, member: Member, key: str, *more: int) -> Device | None:
         role = member.role

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from rigrunner.api.hooks import PluginRecord
     from rigrunner.api.plugin_refs import PluginRef
     from rigrunner.api.settings import Settings
-    from rigrunner.procedure import Acceptance, LoadedProcedure, Procedure
+    from rigrunner.procedure import Acceptance, LoadedProcedure
     from rigrunner.station import LoadedStation
     from rigrunner.yamlfile import Document
     from rigrunner.yamlfile.document import Path
@@ -65,7 +65,11 @@ def check_plugins(
 ) -> None:
     """Raise InvalidFileError with every plugin that is not there or refuses its settings."""
     problems = Problems()
-    named = [*_uses_of_procedure(procedure), *_uses_of_station(station)]
+    analyses = (
+        _Use(plugin.kind, plugin.name, procedure.document, path, path)
+        for path, plugin in procedure.model.analyses_at
+    )
+    named = [*analyses, *_uses_of_station(station)]
     uses = [each for use in named for each in _check(use, lookup, problems)]
     _check_rig(station, uses, lookup, problems)
     _check_measurand(procedure, lookup, problems)
@@ -136,11 +140,6 @@ def _check_rig(
                 problems.include([replace(problem, hint=hint)])
 
 
-def _uses_of_procedure(procedure: LoadedProcedure) -> Iterator[_Use]:
-    for path, plugin in procedure.model.analyses_at:
-        yield _Use(plugin.kind, plugin.name, procedure.document, path, path)
-
-
 def _uses_of_station(station: LoadedStation) -> Iterator[_Use]:
     for role, device in station.model.devices.items():
         named_at, settings_at = ("devices", role, "plugin"), ("devices", role, "settings")
@@ -158,12 +157,6 @@ def _use(document: Document, path: Path, plugin: PluginRef | FitChoice) -> _Use:
     return _Use(plugin.kind, plugin.name, document, named_at, settings_at)
 
 
-def _others(use: _Use, settings: MadeOfOthers) -> Iterator[_Use]:
-    for place, other in settings.others().items():
-        at = (*use.settings_at, *place)
-        yield _Use(use.kind, other.plugin, use.document, (*at, "plugin"), (*at, "settings"))
-
-
 def _check(use: _Use, lookup: SettingsLookup, problems: Problems) -> list[_Use]:
     """Add what is wrong with a plugin's settings; return it, and the plugins that they name."""
     used = [use]
@@ -171,8 +164,11 @@ def _check(use: _Use, lookup: SettingsLookup, problems: Problems) -> list[_Use]:
         settings = lookup.settings_of(use.kind, use.name)
         found = validate(settings, use.document, use.settings_at)
         if isinstance(found, MadeOfOthers):
-            for other in _others(use, found):
-                used += _check(other, lookup, problems)
+            for inside, other in found.others().items():
+                at = (*use.settings_at, *inside)
+                named_at, settings_at = (*at, "plugin"), (*at, "settings")
+                part = _Use(use.kind, other.plugin, use.document, named_at, settings_at)
+                used += _check(part, lookup, problems)
         for place, named in plugins_in(found):
             inner = _use(use.document, (*use.settings_at, *place), named)
             used += _check(inner, lookup, problems)
@@ -189,7 +185,12 @@ def _check_measurand(
 ) -> None:
     """Add a problem where the measurand is missing, has another unit, or is given twice."""
     document, measurand = procedure.document, procedure.model.measurand
-    giving = list(_giving(procedure.model, lookup))
+    giving: list[tuple[Path, AnalysisRecord]] = []
+    for path, plugin in procedure.model.analyses_at:
+        with suppress(PluginError):  # told by the check of the plugins
+            record = lookup.record(plugin.kind, plugin.name)
+            if isinstance(record, AnalysisRecord) and record.measurand:
+                giving.append((path, record))
     for path, record in giving[1:]:
         message = f"'{record.name}' is a second analysis of {record.measurand}"
         problems.add(document, path[:-1], message, "a procedure has only one")
@@ -203,14 +204,3 @@ def _check_measurand(
         message = f"'{known.symbol}' is a unit of {known.dimension}, not of {dimension}"
         hint = f"units of {dimension}: {', '.join(units_of(dimension))}"
         problems.add(document, ("measurand", "unit"), message, hint)
-
-
-def _giving(procedure: Procedure, lookup: SettingsLookup) -> Iterator[tuple[Path, AnalysisRecord]]:
-    """Yield the analyses that give the measurand, each with its place."""
-    for path, plugin in procedure.analyses_at:
-        try:
-            record = lookup.record(plugin.kind, plugin.name)
-        except PluginError:
-            continue  # told by the check of the plugins
-        if isinstance(record, AnalysisRecord) and record.measurand:
-            yield path, record

@@ -67,7 +67,11 @@ def predict(
         and known.full_scale > 0
         and _full_scale_unit(known).offset == 0
     )
-    return Prediction(readings, sum(_bytes(each.record) for each in plan.recordings))
+    samples = (
+        round(each.duration_s * (each.sample_rate_hz or 0.0)) * len(each.channels)
+        for each in (recorded.record for recorded in plan.recordings)
+    )
+    return Prediction(readings, _BYTES_PER_SAMPLE * sum(samples))
 
 
 def _reading(
@@ -90,8 +94,3 @@ def _full_scale_unit(instrument: Instrument) -> Unit:
     if instrument.range_ is not None:
         return instrument.range_.max.unit
     return instrument.points[0].applied.unit
-
-
-def _bytes(record: RecordingAction) -> int:
-    samples = round(record.duration_s * (record.sample_rate_hz or 0.0))
-    return samples * len(record.channels) * _BYTES_PER_SAMPLE

@@ -104,16 +104,12 @@ def _add(
         at = ("acceptance", "limits", next(i for i, each in enumerate(limits) if each is of))
     elif isinstance(of, StationPart):
         document, at = station.document, (of.value,)
-        hint = "; ".join(filter(None, (hint, _needed(problem, path, procedure))))
+        where, by = procedure.document.where(path, key=True), problem.needed_by
+        if isinstance(by, Recorded):
+            where = by.document.where(by.path)
+        hint = "; ".join(filter(None, (hint, f"it is needed at {where}")))
     # What is said of the analysis as a whole stands at its name.
     is_whole = not problem.key and of is None
     problems.add(
         document, (*at, *problem.key), problem.message, hint, key=problem.at_key or is_whole
     )
-
-
-def _needed(problem: PlanProblem, path: Path, procedure: LoadedProcedure) -> str:
-    by = problem.needed_by
-    if isinstance(by, Recorded):
-        return f"it is needed at {by.document.where(by.path)}"
-    return f"it is needed at {procedure.document.where(path, key=True)}"

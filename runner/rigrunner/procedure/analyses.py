@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
-from pydantic import ValidationInfo, model_validator
+from pydantic import Field, ValidationInfo, model_validator
 
 from rigrunner.api.errors import PluginError
 from rigrunner.api.member import NAME
 from rigrunner.api.plugin_refs import PluginRef
+from rigrunner.api.settings import ListOf, Settings
 from rigrunner.procedure.kinds import KINDS, STORED, installed_kinds, read_with_key
 from rigrunner.procedure.refusals import refused
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
-
-    from rigrunner.api.settings import Settings
 
 
 class AnalysisRef(PluginRef):
@@ -51,6 +50,20 @@ class AnalysisRef(PluginRef):
         if model is not None and isinstance(settings, dict):
             read_with_key(keys[0], model, settings)
         return value
+
+
+class AnalysisFile(Settings):
+    """A file that replaces what the procedure of a run has: to analyse it in another way.
+
+    What it does not name stays.
+    """
+
+    rigrunner: Literal["analysis/1"]
+    """Type and version of this file."""
+    analysis: dict[str, Any] = Field(default_factory=dict)
+    """Settings of the analysis that gives the procedure's measurand."""
+    named: ListOf[AnalysisRef] = ()
+    """In place of all analyses that name their results; none: they stay."""
 
 
 def _settings_model(name: str, context: Mapping[str, Any]) -> type[Settings] | None:

@@ -51,16 +51,13 @@ class Expected:
                 f"got '{shown}', expected a text without control characters",
                 hint=f"its character {refused.start() + 1} is {name_of(refused[0])}: type it again",
             )
-        if self.choices:
-            return self._choice(text)
-        return self._quantity(text) if self.unit else text
-
-    def _choice(self, text: str) -> str:
         for choice in self.choices:
             if choice.casefold() == text.casefold():
                 return choice
-        message = f"got '{text[:_LONGEST]}', expected one of: {', '.join(self.choices)}"
-        raise AnswerError(message, hint=did_you_mean(text, self.choices))
+        if self.choices:
+            message = f"got '{text[:_LONGEST]}', expected one of: {', '.join(self.choices)}"
+            raise AnswerError(message, hint=did_you_mean(text, self.choices))
+        return self._quantity(text) if self.unit else text
 
     def _quantity(self, text: str) -> str:
         given = f"{text} {self.unit}" if _BARE_NUMBER.fullmatch(text) else text
@@ -71,10 +68,10 @@ class Expected:
         low = self.minimum is not None and quantity.si < self.minimum.si
         high = self.maximum is not None and quantity.si > self.maximum.si
         if low or high:
-            raise AnswerError(f"{quantity} is out of range ({self._range()})")
+            allowed = f"{self.minimum} to {self.maximum}"
+            if self.minimum is None:
+                allowed = f"{self.maximum} or less"
+            elif self.maximum is None:
+                allowed = f"{self.minimum} or more"
+            raise AnswerError(f"{quantity} is out of range ({allowed})")
         return str(quantity)
-
-    def _range(self) -> str:
-        if self.minimum is None:
-            return f"{self.maximum} or less"
-        return f"{self.minimum} to {self.maximum}" if self.maximum else f"{self.minimum} or more"

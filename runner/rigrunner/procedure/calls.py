@@ -85,7 +85,10 @@ class _Loader:
         callers: tuple[Path, ...],
     ) -> LoadedProcedure:
         named_at = (*at, "procedure")
-        path = _beside(name, named_at, caller)
+        try:
+            path = file_beside(caller.folder, name)
+        except FileBesideError as error:
+            raise _refused(caller, named_at, error.message, error.hint) from error
         chain = [each.resolve() for each in callers]
         if path.resolve() in chain:
             way = " calls ".join(each.name for each in (*callers, path))
@@ -96,16 +99,12 @@ class _Loader:
             raise _refused(caller, named_at, f"more than {most}")
         given = {each: (caller.document, (*at, "with", each)) for each in values}
         called = self.load(path, given, callers)
-        _check_roles(called, caller, named_at)
+        for role, wanted in called.model.uses.items():
+            if caller.model.uses.get(role) != wanted:
+                hint = f"add it here: 'uses: {{{role}: {wanted}}}'"
+                message = f"it uses a {wanted} in the role '{role}', which this procedure does not"
+                raise _refused(caller, named_at, message, hint)
         return called
-
-
-def _check_roles(called: LoadedProcedure, caller: LoadedProcedure, at: DocumentPath) -> None:
-    for role, wanted in called.model.uses.items():
-        if caller.model.uses.get(role) != wanted:
-            hint = f"add it here: 'uses: {{{role}: {wanted}}}'"
-            message = f"it uses a {wanted} in the role '{role}', which this procedure does not"
-            raise _refused(caller, at, message, hint)
 
 
 def _check_picture(step: Step, at: DocumentPath, loaded: LoadedProcedure) -> None:
@@ -114,13 +113,6 @@ def _check_picture(step: Step, at: DocumentPath, loaded: LoadedProcedure) -> Non
             picture_beside(loaded.folder, name)
         except FileBesideError as error:
             raise _refused(loaded, (*at, step.kind, key), error.message, error.hint) from error
-
-
-def _beside(name: str, at: DocumentPath, caller: LoadedProcedure) -> Path:
-    try:
-        return file_beside(caller.folder, name)
-    except FileBesideError as error:
-        raise _refused(caller, at, error.message, error.hint) from error
 
 
 def _refused(
@@ -143,8 +135,11 @@ def file_beside(folder: Path, name: str) -> Path:
     Whatever the name says, nothing outside of the folder is looked at.
     """
     path = folder / name
+    # As a name it stays inside also on systems where backslash and colon separate.
+    parts = name.replace("\\", "/").split("/")
+    is_below = ".." not in parts and bool(parts[0]) and ":" not in name
     try:
-        inside = _looks_inside(name) and path.resolve().is_relative_to(folder.resolve())
+        inside = is_below and path.resolve().is_relative_to(folder.resolve())
         there = inside and path.is_file()
     except (OSError, RuntimeError) as error:  # a name that is too long, links in a circle
         reason = getattr(error, "strerror", None) or "links lead in a circle"
@@ -153,7 +148,9 @@ def file_beside(folder: Path, name: str) -> Path:
         hint = "name a file beside this one, or in a folder below"
         raise FileBesideError(f"'{name[:_LONGEST]}' is outside this file's folder", hint=hint)
     if not there:
-        raise FileBesideError(f"there is no file '{name[:_LONGEST]}'", hint=_near(path))
+        names = [each.name for each in path.parent.glob("*")] if path.parent.is_dir() else []
+        hint = did_you_mean(path.name, names, f"looked in {path.parent}")
+        raise FileBesideError(f"there is no file '{name[:_LONGEST]}'", hint=hint)
     return path
 
 
@@ -163,14 +160,3 @@ def picture_beside(folder: Path, name: str) -> Path:
     if path.suffix.lower() not in PICTURES:
         raise FileBesideError(f"'{name}' is not a picture", hint=f"allowed: {', '.join(PICTURES)}")
     return path
-
-
-def _looks_inside(name: str) -> bool:
-    """Say whether a name stays inside, also on systems where backslash and colon separate."""
-    parts = name.replace("\\", "/").split("/")
-    return ".." not in parts and bool(parts[0]) and ":" not in name
-
-
-def _near(path: Path) -> str:
-    names = [each.name for each in path.parent.glob("*")] if path.parent.is_dir() else []
-    return did_you_mean(path.name, names, f"looked in {path.parent}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Any
@@ -62,14 +63,13 @@ def measurand_models(context: Mapping[str, Any]) -> tuple[type[Settings], ...]:
     """
     known = (context.get(KINDS) or installed_kinds()).analyses
     records = [known[name] for name in context.get(ASKED, known) if name in known]
-    return tuple(dict.fromkeys(model for each in records if (model := _measurand_model(each))))
-
-
-def _measurand_model(record: AnalysisRecord) -> type[Settings] | None:
-    try:
-        return record.limit_measurand_model
-    except PluginError:
-        return None  # the key is kept as written, and refused where a result is held against it
+    models: dict[type[Settings], None] = {}
+    for each in records:
+        # Else the key is kept as written, and refused where a result is held against it.
+        with suppress(PluginError):
+            if each.limit_measurand_model is not None:
+                models[each.limit_measurand_model] = None
+    return tuple(models)
 
 
 def read_with_key(key: str, model: type[Settings], value: object, context: Any = None) -> Any:

@@ -11,7 +11,6 @@ from rigrunner.api.errors import InvalidFileError, Problem
 from rigrunner.procedure.kinds import ASKED, KINDS, STORED
 from rigrunner.procedure.model import Procedure
 from rigrunner.procedure.references import resolve, with_given
-from rigrunner.procedure.texts import texts_digest
 from rigrunner.procedure.walk import steps_of
 from rigrunner.yamlfile import parse, validate
 from rigrunner.yamlfile.document import dotted
@@ -98,10 +97,14 @@ def parse_procedure(
     written = parse(upgraded(text, name) if stored else text, name)
     refuse_older(written)
     document = resolve(with_given(written, given or {}))
-    context = {KINDS: kinds, STORED: stored, ASKED: _analyses_asked(document)}
+    # The names of the analyses, as far as they are written as they should be.
+    listed = document.part(("analysis",))
+    named = [each for each in listed if isinstance(each, dict)] if isinstance(listed, list) else []
+    asked = [str(each) for mapping in named for each in mapping]
+    context = {KINDS: kinds, STORED: stored, ASKED: asked}
     model = validate(Procedure, document, context=context)
     # Of the text as it stands, upgraded or not: approvals and documents name it by this.
-    digest = hashlib.sha256(text.encode()).hexdigest()
+    digest = _sha256(text)
     loaded = LoadedProcedure(model, document, digest, text)
     problems = inconsistencies(model, document)
     if problems:
@@ -109,11 +112,20 @@ def parse_procedure(
     return loaded
 
 
-def _analyses_asked(document: Document) -> list[str]:
-    """Return the names of the analyses, as far as they are written as they should be."""
-    written = document.part(("analysis",))
-    listed = written if isinstance(written, list) else []
-    return [str(name) for each in listed if isinstance(each, dict) for name in each]
+def texts_digest(text: str, called: Mapping[str, str]) -> str:
+    """Return a SHA-256, hexadecimal, over a procedure's text and those that it calls, by path.
+
+    An approval is bound to it. It is the digest of a list as `sha256sum` prints it: a line for the
+    procedure, then one for each called file, sorted by path; each line is the SHA-256 of a text in
+    UTF-8, two spaces and a name.
+    """
+    # Not the name of the procedure's own file, which may be renamed.
+    names = [("procedure", text), *sorted(called.items())]
+    return _sha256("".join(f"{_sha256(each)}  {name}\n" for name, each in names))
+
+
+def _sha256(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()
 
 
 def inconsistencies(procedure: Procedure, document: Document) -> list[Problem]:

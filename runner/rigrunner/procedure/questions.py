@@ -58,7 +58,10 @@ class Question(Settings):
             yield "a choice is listed twice"
         yield from self._objections_to_limits()
         if self.unattended is not None:
-            yield from _refusal(self.expected, self.unattended)
+            try:
+                self.expected.accept(self.unattended)
+            except AnswerError as error:
+                yield f"the unattended answer: {error.message}"
 
     def _objections_to_limits(self) -> Iterator[str]:
         for limit in (self.min, self.max):
@@ -76,10 +79,3 @@ class Input(Question):
 
     ask: Text
     """The question to a person."""
-
-
-def _refusal(expected: Expected, answer: str) -> Iterator[str]:
-    try:
-        expected.accept(answer)
-    except AnswerError as error:
-        yield f"the unattended answer: {error.message}"

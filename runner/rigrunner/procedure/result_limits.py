@@ -221,7 +221,10 @@ class Limit(Settings):
                 return "", ""
             message = f"'{self.of}' is the {found.measurand}, and the key 'measurand' is missing"
             models = measurand_models({} if asked is None else {ASKED: asked})
-            keys = " or ".join(", ".join(_required(model)) for model in models)
+            keys = " or ".join(
+                ", ".join(key for key, field in each.model_fields.items() if field.is_required())
+                for each in models
+            )
             return message, f"state it by the keys {keys}" if keys else ""
         if found.measurand is None:
             message = f"'{self.of}' does not say whether it is the {self.measurand}"
@@ -285,10 +288,6 @@ def _require_json(measurand: LimitedMeasurand) -> None:
             f"the measurand of a limit, {name}, gave a document that is no JSON: {error}",
             hint="its author must fix it: plain values, with a description as 'text'",
         ) from error
-
-
-def _required(model: type[Settings]) -> list[str]:
-    return [name for name, field in model.model_fields.items() if field.is_required()]
 
 
 def _number(

@@ -13,7 +13,7 @@ from rigrunner.procedure.answers import AnswerError
 from rigrunner.queue.entries import SPECIMEN
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Mapping
 
     from rigrunner.procedure import Input
 
@@ -39,7 +39,10 @@ def read_list(text: str, asked: Mapping[str, Input], name: str = "list") -> list
     line is one specimen. Raises InvalidFileError with every invalid line, and UsageError if the
     procedure has no inputs, or the list is empty, too long or a table without names of its columns.
     """
-    lines = [(number, line) for number, line in enumerate(_lines(text), 1) if line.strip()]
+    # Spreadsheets begin a CSV with a byte order mark.
+    first, *rest = re.split("\r\n|\r|\n", text.removeprefix("\ufeff"))
+    every = ["" if _SEPARATOR.fullmatch(first.strip()) else first, *rest]
+    lines = [(number, line) for number, line in enumerate(every, 1) if line.strip()]
     if not asked:
         raise UsageError("the procedure has no inputs, so there is no specimen to give")
     if not lines:
@@ -95,13 +98,6 @@ def accepted_inputs(given: Mapping[str, str], asked: Mapping[str, Input]) -> dic
         if not found[name]:
             raise UsageError(f"{name}: got nothing", hint="leave it out to be asked at the start")
     return found
-
-
-def _lines(text: str) -> list[str]:
-    # Spreadsheets begin a CSV with a byte order mark.
-    ends = text.removeprefix("\ufeff").replace("\r\n", "\n").replace("\r", "\n")
-    first, *rest = ends.split("\n")
-    return ["" if _SEPARATOR.fullmatch(first.strip()) else first, *rest]
 
 
 def _key(asked: Mapping[str, Input]) -> str:
@@ -163,18 +159,12 @@ def _inputs(cells: list[str], names: list[str], asked: Mapping[str, Input]) -> d
         count, columns = len(cells), ", ".join(names)
         words = f"got {count} {'cell' if count == 1 else 'cells'}, expected {len(names)}: {columns}"
         raise AnswerError(words)
-    found = dict(_accepted(cells, names, asked))
-    if not found.get(_key(asked)):
-        raise AnswerError(f"has no {_key(asked)}")
-    return found
-
-
-def _accepted(
-    cells: list[str], names: list[str], asked: Mapping[str, Input]
-) -> Iterator[tuple[str, str]]:
-    """Yield each given input; an empty cell is asked for when the run starts."""
+    found = {}
     for name, cell in zip(names, cells, strict=True):
         if len(cell) > LONGEST_LINE:
             raise AnswerError(f"got {len(cell)} characters, expected at most {LONGEST_LINE}")
-        if cell.strip():
-            yield name, asked[name].expected.accept(cell)
+        if cell.strip():  # an empty one is asked for when the run starts
+            found[name] = asked[name].expected.accept(cell)
+    if not found.get(_key(asked)):
+        raise AnswerError(f"has no {_key(asked)}")
+    return found

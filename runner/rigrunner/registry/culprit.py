@@ -44,14 +44,10 @@ def _innermost(frames: Iterable[tuple[FrameType, int]]) -> str:
     known = {each.place.partition(":")[0].partition(".")[0]: each for each in installed()}
     found = ""
     for frame, line in frames:
-        package = _module(frame).partition(".")[0]
+        package = str(frame.f_globals.get("__name__", "")).partition(".")[0]
         place = f"{frame.f_code.co_filename}:{line}"
         if package.startswith(DROP_IN):
             found = place
         elif package in known and package not in _OURS:
             found = f"{known[package].name} {known[package].version}, {place}"
     return found
-
-
-def _module(frame: FrameType) -> str:
-    return str(frame.f_globals.get("__name__", ""))

@@ -31,9 +31,13 @@ def declaration_problems(device: object) -> Iterator[str]:
         ("channel", device.channels, ChannelInfo),
         ("drive", device.drives, DriveInfo),
     ):
-        strange = _strange(infos, kind)
+        needed = f"expected a sequence of {kind.__name__}"
+        if not isinstance(infos, (tuple, list)):
+            yield f"got {infos!r}, {needed}"
+            return
+        strange = [each for each in infos if not isinstance(each, kind)]
         if strange:
-            yield strange
+            yield f"got {strange[0]!r}, {needed}"
             return
         yield from _of_names(what, infos)
     yield from _of_readings(device)
@@ -55,13 +59,6 @@ def _of_readings(device: Device) -> Iterator[str]:
             yield f"reading '{info.name}': its kind is {info.kind!r}, none of the three"
         if info.unit:
             yield from (f"reading '{info.name}': {text}" for text in _of_unit(info.unit))
-
-
-def _strange(infos: object, kind: type[ChannelInfo | DriveInfo]) -> str:
-    needed = f"expected a sequence of {kind.__name__}"
-    if not isinstance(infos, (tuple, list)):
-        return f"got {infos!r}, {needed}"
-    return next((f"got {each!r}, {needed}" for each in infos if not isinstance(each, kind)), "")
 
 
 def _of_names(what: str, infos: Sequence[ChannelInfo | DriveInfo]) -> Iterator[str]:

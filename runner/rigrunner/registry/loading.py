@@ -44,6 +44,8 @@ if TYPE_CHECKING:
 
 _OWN = Installed("rigrunner", "rigrunner.steps.hooks", "")
 """The parts of the language that are loaded as plugins."""
+_IN_TEXT = re.compile(r"^api_version\b[^=\n]*=\s*(\d+)\s*(?:#.*)?$", re.MULTILINE)
+"""The API version in the text of a module, for one that cannot be imported."""
 
 
 def load_registry(entries: Iterable[EntryPoint] | None = None) -> Registry:
@@ -52,7 +54,15 @@ def load_registry(entries: Iterable[EntryPoint] | None = None) -> Registry:
     `entries` are the entry points to load; by default those of all distributions.
     """
     found = installed() if entries is None else [Installed.of(entry) for entry in entries]
-    sources = [_source(each) for each in (_OWN, *sorted(found, key=lambda each: each.name))]
+    sources = [
+        _Source(
+            Provider(each.name, each.version),
+            each.entry.load,
+            partial(_text_of, each.entry),
+            each.place,
+        )
+        for each in (_OWN, *sorted(found, key=lambda each: each.name))
+    ]
     return _loaded(sources, Registry(()))
 
 
@@ -72,11 +82,15 @@ def with_drop_ins(registry: Registry, folder: Path) -> Registry:
             f"no permission to read the plugin folder {folder}",
             hint="ask for permission to read it",
         )
-    files = sorted(path for path in folder.glob("*.py") if not path.name.startswith("_"))
-    sources = [
-        _Source(_drop_in_provider(path), _loader(path), partial(path.read_text, "utf-8"))
-        for path in files
-    ]
+    sources = []
+    for path in sorted(folder.glob("*.py")):
+        if path.name.startswith("_"):
+            continue
+        version = ""
+        with suppress(OSError):  # why it cannot be read is told where it is loaded
+            version = f"sha256:{hashlib.sha256(path.read_bytes()).hexdigest()[:12]}"
+        text = partial(path.read_text, "utf-8")
+        sources.append(_Source(Provider(str(path), version), partial(_imported, path), text))
     added = _loaded(sources, registry)
     return Registry((*registry.plugins, *added.plugins), (*registry.disabled, *added.disabled))
 
@@ -144,9 +158,9 @@ def _module(source: _Source) -> object:
     except Exception:
         declared = None
         with suppress(Exception):
-            declared = _version_in(source.text())
+            declared = _IN_TEXT.search(source.text())
         if declared is not None:
-            _check_api_version(declared)
+            _check_api_version(int(declared[1]))
         raise
     if source.place != _OWN.place:
         _check_api_version(getattr(module, "api_version", None))
@@ -169,7 +183,14 @@ def _place(error: BaseException) -> str:
     """Return `file:line` in the code of the plugin, or else in what it called."""
     if isinstance(error, SyntaxError) and error.filename:
         return f"{error.filename}:{error.lineno}"
-    frames = [each for each in extract_tb(error.__traceback__) if not _is_ours(each.filename)]
+    # Without the import machinery, which calls the plugin.
+    ours = (Path(__file__).parent, Path(pluggy.__file__).parent)
+    frames = [
+        each
+        for each in extract_tb(error.__traceback__)
+        if not each.filename.startswith("<frozen ")
+        and not any(map(Path(each.filename).is_relative_to, ours))
+    ]
     return culprit(error) or (f"{frames[-1].filename}:{frames[-1].lineno}" if frames else "")
 
 
@@ -187,12 +208,6 @@ def _fix(source: _Source, error: BaseException, place: str) -> str:
     if not place and source.place:
         return f"its entry point in pyproject.toml names '{source.place}': is that right?"
     return f"correct {place}" if place else ""
-
-
-def _is_ours(file: str) -> bool:
-    """Return whether a frame belongs to the import machinery, not to the plugin."""
-    ours = (Path(__file__).parent, Path(pluggy.__file__).parent)
-    return file.startswith("<frozen ") or any(map(Path(file).is_relative_to, ours))
 
 
 def _implementations(
@@ -233,45 +248,27 @@ def _plugins(provider: Provider, module: object, kinds: Collection[KindRecord]) 
     return plugins
 
 
-def _source(found: Installed) -> _Source:
-    provider, entry = Provider(found.name, found.version), found.entry
-    return _Source(provider, entry.load, partial(_text_of, entry), found.place)
-
-
 def _text_of(entry: EntryPoint) -> str:
     spec = importlib.util.find_spec(entry.module)
     return Path(spec.origin).read_text(encoding="utf-8") if spec and spec.origin else ""
 
 
-def _drop_in_provider(path: Path) -> Provider:
+def _imported(path: Path) -> ModuleType:
+    """Import a file by its path only."""
+    # Two labs may have a file of one name.
+    unique = hashlib.sha256(str(path.resolve()).encode()).hexdigest()[:12]
+    name = f"{DROP_IN}{unique}_{path.stem}"
+    spec = importlib.util.spec_from_file_location(name, path)
+    if spec is None or spec.loader is None:
+        raise PluginError(f"{path} cannot be loaded as a module")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module  # pydantic resolves annotations through it
     try:
-        digest = hashlib.sha256(path.read_bytes()).hexdigest()
-    except OSError:  # why it cannot be read is told where it is loaded
-        return Provider(str(path), "")
-    return Provider(str(path), f"sha256:{digest[:12]}")
-
-
-def _loader(path: Path) -> Callable[[], ModuleType]:
-    def load() -> ModuleType:
-        # Two labs may have a file of one name.
-        unique = hashlib.sha256(str(path.resolve()).encode()).hexdigest()[:12]
-        name = f"{DROP_IN}{unique}_{path.stem}"
-        spec = importlib.util.spec_from_file_location(name, path)
-        if spec is None or spec.loader is None:
-            raise PluginError(f"{path} cannot be loaded as a module")
-        module = importlib.util.module_from_spec(spec)
-        sys.modules[name] = module  # pydantic resolves annotations through it
-        try:
-            spec.loader.exec_module(module)
-        except BaseException:
-            del sys.modules[name]
-            raise
-        return module
-
-    return load
-
-
-_IN_TEXT = re.compile(r"^api_version\b[^=\n]*=\s*(\d+)\s*(?:#.*)?$", re.MULTILINE)
+        spec.loader.exec_module(module)
+    except BaseException:
+        del sys.modules[name]
+        raise
+    return module
 
 
 def _check_api_version(declared: object) -> None:
@@ -292,12 +289,6 @@ def _check_api_version(declared: object) -> None:
             made,
             hint=f"install a newer version of it, for API {_offered()}, or an older Rigrunner",
         )
-
-
-def _version_in(text: str) -> int | None:
-    """Return the API version declared in the text of a module; for one that cannot be imported."""
-    found = _IN_TEXT.search(text)
-    return int(found[1]) if found else None
 
 
 def _offered() -> str:

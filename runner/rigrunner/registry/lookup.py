@@ -327,7 +327,9 @@ class Registry:
             told = dict(settings) if isinstance(settings, Mapping) else settings
             return self.settings_of(kind, name).model_validate(told)
         except ValidationError as error:
-            raise PluginError(f"{kind} '{name}': {_in_words(error)}") from error
+            found = [(".".join(map(str, each["loc"])), each["msg"]) for each in error.errors()]
+            problems = "; ".join(f"{where}: {what}" if where else what for where, what in found)
+            raise PluginError(f"{kind} '{name}': {problems}") from error
 
     def make_device(
         self,
@@ -466,9 +468,3 @@ def _named(plugin: Plugin) -> Iterator[None]:
         raise
     except BaseException as error:
         raise RuntimeError(f"{what} raised {type(error).__name__}({error})") from error
-
-
-def _in_words(error: ValidationError) -> str:
-    """Return every problem with its setting."""
-    found = [(".".join(map(str, each["loc"])), each["msg"]) for each in error.errors()]
-    return "; ".join(f"{where}: {what}" if where else what for where, what in found)

@@ -101,12 +101,8 @@ def _missing(device: Driver) -> Iterator[str]:
     if device.drives:
         needed["put"] = ("begin", "set")
     for name, others in needed.items():
-        if all(_is_drivers(kind, each) for each in (name, *others)):
+        if all(getattr(kind, each) is getattr(Driver, each) for each in (name, *others)):
             yield f"{kind.__name__} has no `{name}`{_near(kind, name)}"
-
-
-def _is_drivers(kind: type[Driver], name: str) -> bool:
-    return getattr(kind, name) is getattr(Driver, name)
 
 
 def _near(kind: type[Driver], name: str) -> str:

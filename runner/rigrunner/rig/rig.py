@@ -411,9 +411,6 @@ class Rig:
             )
         return found
 
-    def _longest_s(self, role: str) -> float:
-        return self._patience.answer_s + sum(info.longest_s for info in self.devices[role].drives)
-
     def _drive(self, role: str, drive: str) -> DriveInfo:
         return self._roles[role].drive(drive)
 
@@ -426,7 +423,8 @@ class Rig:
 
     def _move(self, role: str, what: str, function: Callable[[], _T]) -> _T:
         """Call the function that moves all drives of a device."""
-        limit_s = self._longest_s(role)
+        longest_s = sum(info.longest_s for info in self.devices[role].drives)
+        limit_s = self._patience.answer_s + longest_s
         return self._call(role, what, self._roles[role].moving(what, function, limit_s), limit_s)
 
     def _call(

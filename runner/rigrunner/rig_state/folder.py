@@ -95,19 +95,16 @@ def sync_names(folder: Path) -> None:
 
 
 def _place() -> Path:
-    named = os.environ.get(VARIABLE)
-    return Path(named) if named else _for_everyone() / FOLDER
-
-
-def _for_everyone() -> Path:
-    """Return a folder that all can write to and that survives a reboot.
+    """Return the named folder, or one that all can write to and that survives a reboot.
 
     The folder for temporary files can belong to one user: on Windows and macOS, and by TMPDIR. Two
     users would then hold two locks.
     """
+    if named := os.environ.get(VARIABLE):
+        return Path(named)
     if sys.platform == "win32":
-        return Path(os.environ.get("PUBLIC", "C:/Users/Public"))
-    return Path("/var/tmp")  # noqa: S108  (everyone's is what is wanted)
+        return Path(os.environ.get("PUBLIC", "C:/Users/Public")) / FOLDER
+    return Path("/var/tmp") / FOLDER  # noqa: S108  (everyone's is what is wanted)
 
 
 def _open_to_all(folder: Path) -> None:

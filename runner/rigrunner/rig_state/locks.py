@@ -104,7 +104,8 @@ def _named(path: Path, holder: Holder) -> Iterator[None]:
     try:
         yield
     finally:
-        _forget(path)
+        with suppress(OSError):
+            os.unlink(_holder_file(path))  # noqa: PTH108  (as quick as can be: the rig waits)
 
 
 def is_held(lock: Path) -> bool:
@@ -131,8 +132,3 @@ def holder_of(lock: Path) -> Holder | None:
 
 def _holder_file(lock: Path) -> Path:
     return lock.with_suffix(".json")
-
-
-def _forget(lock: Path) -> None:
-    with suppress(OSError):
-        os.unlink(_holder_file(lock))  # noqa: PTH108  (as quick as can be: the rig waits)

@@ -17,7 +17,14 @@ _UNIT = "unit "
 
 def unit_texts(added: Iterable[UnitDefinition]) -> dict[str, str]:
     """Return units as texts of a run's provenance, by name."""
-    return {f"{_UNIT}{each.symbol}": _text(each) for each in added}
+    texts = {}
+    for each in added:
+        scale = "logarithmic" if each.logarithmic else "linear"
+        spellings = " ".join((each.symbol, *each.spellings))
+        texts[f"{_UNIT}{each.symbol}"] = (
+            f"{each.kind}; {each.base}; {each.factor!r}; {each.offset!r}; {scale}; {spellings}"
+        )
+    return texts
 
 
 def define_units_of(provenance: Mapping[str, str], run_id: str) -> None:
@@ -26,12 +33,6 @@ def define_units_of(provenance: Mapping[str, str], run_id: str) -> None:
         define(_definitions(provenance, run_id), f"the run {run_id}")
     except QuantityError as error:
         raise DataError(error.message, hint=error.hint) from error
-
-
-def _text(each: UnitDefinition) -> str:
-    scale = "logarithmic" if each.logarithmic else "linear"
-    spellings = " ".join((each.symbol, *each.spellings))
-    return f"{each.kind}; {each.base}; {each.factor!r}; {each.offset!r}; {scale}; {spellings}"
 
 
 def _definitions(provenance: Mapping[str, str], run_id: str) -> Iterator[UnitDefinition]:

@@ -106,7 +106,12 @@ def _row_of_step(
     """
     if event.measurement:
         row = _row(event, started, began)
-        return _with_readings(row, event, started) if event.readings else row
+        if not event.readings:
+            return row
+        units = {name: event.units[name] for name in event.readings if name in event.units}
+        expected = started.expected if started is not None else ()
+        known = {**row.units, **units}
+        return replace(row, readings=event.readings, expected=expected, units=known)
     limits = started.limits if started is not None else ()
     if not (limits or event.statistics):
         return None
@@ -116,15 +121,12 @@ def _row_of_step(
     known = {**(started.units if started else {}), **event.units}
     setpoints = started.setpoints if started is not None else {}
     members = (*setpoints, *values)
-    units = {name: unit for name in members if (unit := _unit(name, known))}
+    # Of a value, of a drive, or of the channel of a statistic.
+    symbols = {name: known.get(name) or known.get(channel_of(name), "") for name in members}
+    units = {name: symbol for name, symbol in symbols.items() if symbol}
     table = ZEROED if event.action == "zero" else RECORDED
     row = Measurement(table, event.utc, setpoints, values, units, limits, event.recording)
     return _placed(row, started, began)
-
-
-def _unit(name: str, known: Mapping[str, str]) -> str:
-    """Return the unit of a value, of a drive, or of the channel of a statistic."""
-    return known.get(name) or known.get(channel_of(name), "")
 
 
 def _row(
@@ -167,11 +169,3 @@ def _shown_in(name: str, told: Mapping[str, str]) -> str:
     shown, statistic = told.get(channel, ""), name.removeprefix(channel)
     follows = statistic in {"", ".mean", ".minimum", ".maximum"}
     return shown if shown and (follows or not unit(shown).offset) else ""
-
-
-def _with_readings(row: Measurement, event: StepEnded, started: StepStarted | None) -> Measurement:
-    """Return a row with the readings that are not numbers."""
-    units = {name: event.units[name] for name in event.readings if name in event.units}
-    expected = started.expected if started is not None else ()
-    known = {**row.units, **units}
-    return replace(row, readings=event.readings, expected=expected, units=known)

@@ -41,7 +41,12 @@ def read_coordinates(parent: h5py.Group) -> tuple[dict[str, Coordinate], dict[st
     if _GROUP not in parent:
         return {}, {}
     members = {str(each.attrs["name"]): each.attrs for each in parent[_GROUP].values()}
-    values = {name: _plain(each["value"]) for name, each in members.items()}
+    # h5py gives numbers as numpy's own, and texts.
+    found = {name: each["value"] for name, each in members.items()}
+    values = {
+        name: cast("Coordinate", each.item() if isinstance(each, np.generic) else str(each))
+        for name, each in found.items()
+    }
     units = {name: str(each["units"]) for name, each in members.items() if "units" in each}
     return values, units
 
@@ -102,17 +107,10 @@ def write_coordinate_columns(table: h5py.Group, rows: Sequence[Measurement]) -> 
     for name in names:
         column = [one.coordinates.get(name) for one in rows]
         place = free_name(group, name)
-        if all(each is None or _is_number(each) for each in column):
+        values = [each for each in column if each is not None]
+        if all(isinstance(each, int | float) and not isinstance(each, bool) for each in values):
             group[place] = np.array([np.nan if each is None else each for each in column])
         else:
             texts = ["" if each is None else coordinate_text(each) for each in column]
             write_ascii(group, place, texts)
         group[place].attrs.update({"name": name, "units": units.get(name, "")})
-
-
-def _is_number(value: Coordinate) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
-
-
-def _plain(value: object) -> Coordinate:
-    return cast("Coordinate", value.item() if isinstance(value, np.generic) else str(value))

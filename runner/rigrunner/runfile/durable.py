@@ -111,9 +111,6 @@ def write_whole(path: Path, content: bytes) -> None:
 
 def cannot_write(path: Path, error: OSError) -> DataError:
     """Return the error that names the file and how to fix it."""
-    return DataError(f"cannot write {path}: {error.strerror or error}", hint=_hint(error))
-
-
-def _hint(error: OSError) -> str:
-    what = _REMEDIES.get(error.errno or 0, "is the disk full, gone or read-only?")
-    return f"what was recorded before is kept; {what}"
+    remedy = _REMEDIES.get(error.errno or 0, "is the disk full, gone or read-only?")
+    hint = f"what was recorded before is kept; {remedy}"
+    return DataError(f"cannot write {path}: {error.strerror or error}", hint=hint)

@@ -152,7 +152,8 @@ def add_recordings(
     entry.attrs["sha256"] = _digest(recordings, rows, format_of(entry))
     # What a NeXus viewer opens by itself.
     for first in recordings[:1]:
-        finished.attrs["default"], entry.attrs["default"] = _name(first), "recordings"
+        finished.attrs["default"] = str(first.name).rpartition("/")[2]
+        entry.attrs["default"] = "recordings"
 
 
 def write_analysis(
@@ -163,9 +164,16 @@ def write_analysis(
         return
     group = new_group(entry, "analysis", "NXprocess")
     write_verbatim(group, "result", json.dumps(document, ensure_ascii=False))
-    if plot is not None:
-        _write_plot(group, plot)
-        group.attrs["default"], entry.attrs["default"] = plot.name, "analysis"
+    if plot is None:
+        return
+    data = new_group(group, plot.name, "NXdata")
+    for name, column in plot.columns.items():
+        dataset = data.create_dataset(name, data=np.asarray(column.values, "<f8"))
+        dataset.attrs.update({"units": column.unit, "long_name": column.long_name})
+    data.attrs.update({"title": plot.title, "signal": plot.signal, "axes": [plot.axis]})
+    if plot.beside:
+        data.attrs["auxiliary_signals"] = list(plot.beside)
+    group.attrs["default"], entry.attrs["default"] = plot.name, "analysis"
 
 
 def read_entry_info(entry: h5py.Group, path: Path) -> RunInfo:
@@ -179,25 +187,31 @@ def _read_info(entry: h5py.Group, path: Path, rows: Sequence[Measurement]) -> Ru
     provenance = read_texts(entry["provenance"])
     define_units_of(provenance, texts["run_id"])
     recordings = _in_order(entry["recordings"])
+    header = RunHeader(
+        **texts,
+        **verbatim,
+        files={},
+        called_texts=read_texts(entry["texts"][CALLED]) if CALLED in entry["texts"] else {},
+        inputs=read_texts(entry["inputs"]),
+        provenance=provenance,
+        people=_read_texts(entry, "people"),
+        approval=_read_texts(entry, "approval") or dict(DRAFT),
+        imported=_read_texts(entry, IMPORTED),
+        salvaged=_read_texts(entry, SALVAGED),
+        mapping_text=read_text(entry["texts"], MAPPING) if MAPPING in entry["texts"] else "",
+    )
+    digest = _digest(recordings, rows, format_of(entry))
+    if digest != entry.attrs["sha256"]:
+        raise DataError(
+            f"{path}: the recordings are not those that were sealed: the SHA-256 over all differs"
+        )
     return RunInfo(
         path=path,
         sealed=True,
-        header=RunHeader(
-            **texts,
-            **verbatim,
-            files={},
-            called_texts=read_texts(entry["texts"][CALLED]) if CALLED in entry["texts"] else {},
-            inputs=read_texts(entry["inputs"]),
-            provenance=provenance,
-            people=_read_texts(entry, "people"),
-            approval=_read_texts(entry, "approval") or dict(DRAFT),
-            imported=_read_texts(entry, IMPORTED),
-            salvaged=_read_texts(entry, SALVAGED),
-            mapping_text=read_text(entry["texts"], MAPPING) if MAPPING in entry["texts"] else "",
-        ),
+        header=header,
         **{name: read_text(entry, name) for name in _END_TEXTS},
         recording_names=tuple(str(group.attrs["name"]) for group in recordings),
-        digest=_checked_digest(entry, recordings, rows, path),
+        digest=digest,
         format=format_of(entry),
         manifest_sha256=manifest_sha256(entry),
     )
@@ -206,7 +220,8 @@ def _read_info(entry: h5py.Group, path: Path, rows: Sequence[Measurement]) -> Ru
 def read_entry(entry: h5py.Group, path: Path) -> StoredRun:
     """Read a run whole, with the partner runs that are embedded in it."""
     events = read_events(entry)
-    scratch = None if _samples_fit(entry) else Scratch()
+    size = sum(stored_bytes(_groups(entry, kind)) for kind in KINDS)
+    scratch = None if size <= IN_MEMORY else Scratch()
     rows = measured(events)
     return StoredRun(
         info=_read_info(entry, path, rows.rows),
@@ -218,7 +233,9 @@ def read_entry(entry: h5py.Group, path: Path) -> StoredRun:
         measurements=rows.rows,
         superseded_measurements=rows.superseded,
         events=events,
-        result_document=_read_document(entry),
+        result_document=(
+            json.loads(read_text(entry["analysis"], "result")) if "analysis" in entry else None
+        ),
         partners={
             partner_name(entry, place): read_entry(entry[place], path)
             for place in partner_places(entry)
@@ -240,11 +257,6 @@ def read_entry_truth(entry: h5py.Group) -> dict[str, dict[str, float]]:
     """Read what a simulator knew, by recording."""
     groups = entry["verification"].values()
     return {read_text(group, "name"): read_values(group)[0] for group in groups}
-
-
-def _samples_fit(entry: h5py.Group) -> bool:
-    """Return whether all samples of a run are to be read into memory."""
-    return sum(stored_bytes(_groups(entry, kind)) for kind in KINDS) <= IN_MEMORY
 
 
 def _read_all(entry: h5py.Group, kind: str, scratch: Scratch | None) -> tuple[Recording, ...]:
@@ -275,30 +287,9 @@ def read_events(entry: h5py.Group) -> tuple[Event, ...]:
     return tuple(event for event in found if event is not None)
 
 
-def _write_plot(analysis: h5py.Group, plot: RunPlot) -> None:
-    group = new_group(analysis, plot.name, "NXdata")
-    for name, column in plot.columns.items():
-        dataset = group.create_dataset(name, data=np.asarray(column.values, "<f8"))
-        dataset.attrs.update({"units": column.unit, "long_name": column.long_name})
-    group.attrs.update({"title": plot.title, "signal": plot.signal, "axes": [plot.axis]})
-    if plot.beside:
-        group.attrs["auxiliary_signals"] = list(plot.beside)
-
-
 def _read_texts(entry: h5py.Group, name: str) -> dict[str, str]:
     """Read a table that runs of earlier versions do not have; they read as empty."""
     return read_texts(entry[name]) if name in entry else {}
-
-
-def _read_document(entry: h5py.Group) -> dict[str, Any] | None:
-    if "analysis" not in entry:
-        return None
-    document: dict[str, Any] = json.loads(read_text(entry["analysis"], "result"))
-    return document
-
-
-def _name(group: h5py.Group) -> str:
-    return str(group.name).rpartition("/")[2]
 
 
 def _in_order(group: h5py.Group) -> list[h5py.Group]:
@@ -308,17 +299,6 @@ def _in_order(group: h5py.Group) -> list[h5py.Group]:
 def digest_of(entry: h5py.Group, rows: Sequence[Measurement]) -> str:
     """Return the digest of what an entry holds: its finished recordings and the measurements."""
     return _digest(_in_order(entry["recordings"]), rows, format_of(entry))
-
-
-def _checked_digest(
-    entry: h5py.Group, recordings: list[h5py.Group], rows: Sequence[Measurement], path: Path
-) -> str:
-    digest = _digest(recordings, rows, format_of(entry))
-    if digest != entry.attrs["sha256"]:
-        raise DataError(
-            f"{path}: the recordings are not those that were sealed: the SHA-256 over all differs"
-        )
-    return digest
 
 
 def _digest(recordings: list[h5py.Group], rows: Sequence[Measurement], version: int) -> str:

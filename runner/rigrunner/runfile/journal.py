@@ -84,7 +84,9 @@ class JournalWriter:
             for each in record if length > _SMALL else (b"".join(record),):
                 self._write(each)
         except BaseException:  # also Ctrl-C: what follows a torn record would be lost
-            self._take_back()
+            with suppress(OSError):
+                self._file.seek(self._end)
+                self._file.truncate()
             raise
         self._end += _HEAD.size + length
 
@@ -105,11 +107,6 @@ class JournalWriter:
     def close(self) -> None:
         """Close the file; idempotent."""
         self._file.close()
-
-    def _take_back(self) -> None:
-        with suppress(OSError):
-            self._file.seek(self._end)
-            self._file.truncate()
 
     def _write(self, data: bytes | memoryview) -> None:
         # Unbuffered: the system may take a part, and then says so.

@@ -98,7 +98,8 @@ class SampleJournal:
 
     def blocks(self) -> Iterator[Block]:
         """Yield the intact blocks."""
-        return (block for _, block in _blocks(self.path))
+        records = read_records(self.path)
+        return (block_from(one.payload)[1] for one in records if one.kind == Kind.BLOCK)
 
     def facts(self, events: Iterable[Event]) -> RecordingFacts:
         """Return all but the samples, from the events of its step."""
@@ -132,24 +133,20 @@ def read_journal(files: RunFolder) -> Journal:
             recording, values = truth_from(record.payload)
             truth[recording] = values
     if not headers:
+        kept = [*files.parts.glob("*.h5"), *files.journal.glob("*.samples")]
+        hint = "nothing was recorded: remove the folder, and run the procedure again"
+        if any(each.stat().st_size for each in kept):
+            hint = "samples were recorded: keep the folder, and restore its journal from a backup"
         raise DataError(
-            f"{files.path} is not a run: its journal ends before the run's header",
-            hint=_without_header(files),
+            f"{files.path} is not a run: its journal ends before the run's header", hint=hint
         )
     lost = unread_bytes(files.events, end)
     notes = (f"the last {lost} bytes of the journal are torn or damaged",) if lost else ()
     header, version = headers[0]
     define_units_of(header.provenance, header.run_id)
-    whole = _with_answers(header, events)
+    answers = {one.into: one.text for one in events if isinstance(one, Answer) and one.into}
+    whole = replace(header, inputs={**header.inputs, **answers})
     return Journal(whole, tuple(events), truth, notes, end or 0, version)
-
-
-def _without_header(files: RunFolder) -> str:
-    """Return the remedy for a run whose header is lost."""
-    kept = [*files.parts.glob("*.h5"), *files.journal.glob("*.samples")]
-    if any(each.stat().st_size for each in kept):
-        return "samples were recorded: keep the folder, and restore its journal from a backup"
-    return "nothing was recorded: remove the folder, and run the procedure again"
 
 
 def unfolded(files: RunFolder) -> list[SampleJournal]:
@@ -292,17 +289,8 @@ def _read_part(path: Path, scratch: Scratch | None) -> tuple[RecordingFacts, Rec
         return read_facts(group), recording, str(group.attrs["sha256"])
 
 
-def _blocks(path: Path) -> Iterator[tuple[str, Block]]:
-    return (block_from(one.payload) for one in read_records(path) if one.kind == Kind.BLOCK)
-
-
 def _number(path: Path) -> int:
     return int(path.stem)
-
-
-def _with_answers(header: RunHeader, events: Iterable[Event]) -> RunHeader:
-    answers = {one.into: one.text for one in events if isinstance(one, Answer) and one.into}
-    return replace(header, inputs={**header.inputs, **answers})
 
 
 def _unknown_start(name: str) -> StepStarted:

@@ -127,12 +127,8 @@ def _entry_of(path: Path) -> Iterator[h5py.Group]:
 
 
 def _read(entry: h5py.Group, path: Path) -> StoredRun:
+    """Read a run, and refuse one of which anything differs from its manifest."""
     run = read_entry(entry, path)
-    _refuse_changed(entry, path)
-    return run
-
-
-def _refuse_changed(entry: h5py.Group, path: Path) -> None:
     found = next(differences(entry, samples=False), None) if _has_manifest(entry) else None
     if found is not None:
         raise DataError(
@@ -140,6 +136,7 @@ def _refuse_changed(entry: h5py.Group, path: Path) -> None:
             hint=f"'rigrunner verify {path}' lists all that differs, and"
             " 'rigrunner recover --salvage' saves the intact recordings",
         )
+    return run
 
 
 def _has_manifest(entry: h5py.Group) -> bool:

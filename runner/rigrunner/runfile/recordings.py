@@ -122,7 +122,10 @@ def write_recording(group: h5py.Group, facts: RecordingFacts, blocks: Iterable[B
     time = group.create_dataset(_AXIS, (facts.samples,), "<f8", **_storage(facts))
     time.attrs.update({"units": "s", "long_name": "time / s"})
     columns = {name: _new_column(group, name, facts) for name in facts.channels}
-    _mark_signal(group, facts, columns)
+    # What a viewer plots first: the torque, or else the first channel.
+    torques = [name for name in facts.channels if facts.units.get(name) == "N·m"]
+    for name in (torques or list(facts.channels))[:1]:
+        group.attrs.update({"signal": columns[name].name.rpartition("/")[2], "axes": [_AXIS]})
     digest, at = facts.digest(), 0
     for channels, count in _in_chunks(blocks, facts.channels):
         for name, values in channels.items():
@@ -254,15 +257,6 @@ def _new_column(group: h5py.Group, channel: str, facts: RecordingFacts) -> h5py.
     if channel in facts.written_in:
         column.attrs["shown_in"] = facts.written_in[channel]
     return column
-
-
-def _mark_signal(
-    group: h5py.Group, facts: RecordingFacts, columns: Mapping[str, h5py.Dataset]
-) -> None:
-    """Mark what a viewer plots first: the torque, or else the first channel."""
-    torques = [name for name in facts.channels if facts.units.get(name) == "N·m"]
-    for name in (torques or list(facts.channels))[:1]:
-        group.attrs.update({"signal": columns[name].name.rpartition("/")[2], "axes": [_AXIS]})
 
 
 def _columns(group: h5py.Group) -> dict[str, h5py.Dataset]:

@@ -138,8 +138,16 @@ class _Reading:
 
     def run(self, path: Path, sha256: str) -> DamagedRun:
         wanted = self._manifest()
-        for place in wanted:
-            self._compare(place, wanted[place])
+        whole = {ROOT: self.entry.file, ENTRY_ITEM: self.entry}
+        for place, said in wanted.items():
+            try:
+                item = whole[place] if place in whole else self.entry[place]
+                h5py.h5o.get_info(item.id)  # reads all of its header, which attributes alone do not
+                what = compared(place, item, said)
+            except (DataError, *UNREADABLE) as error:
+                what = f"cannot be read, it is damaged: {error}"
+            if what:
+                self._lose(place, what)
         sound = dict(self._sound_recordings(wanted))
         no_events: tuple[Event, ...] = ()
         events = self._part(EVENTS, lambda: read_events(self.entry), no_events)
@@ -164,18 +172,6 @@ class _Reading:
             what = "cannot be read: only recordings can be checked, by digests of their own"
             self._lose(MANIFEST, f"{what} ({error})")
             return {}
-
-    def _compare(self, place: str, said: object) -> None:
-        """Note an object that differs from the manifest."""
-        try:
-            whole = {ROOT: self.entry.file, ENTRY_ITEM: self.entry}
-            item = whole[place] if place in whole else self.entry[place]
-            h5py.h5o.get_info(item.id)  # reads all of its header, which attributes alone do not
-            what = compared(place, item, said)
-        except (DataError, *UNREADABLE) as error:
-            what = f"cannot be read, it is damaged: {error}"
-        if what:
-            self._lose(place, what)
 
     def _sound_recordings(self, wanted: Mapping[str, object]) -> Iterator[tuple[str, str]]:
         for kind in KINDS:

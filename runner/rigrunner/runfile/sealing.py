@@ -70,8 +70,10 @@ def seal(
         for name, other in partners.items():
             _embed(entry, name, other)
         write_manifest(entry)
-    # Last: a kill at any instant leaves either these or the sealed file.
-    _remove_loose(files)
+    # Last: a kill at any instant leaves either these or the sealed file. If they cannot be removed,
+    # they are harmless.
+    shutil.rmtree(files.journal, ignore_errors=True)
+    shutil.rmtree(files.parts, ignore_errors=True)
     return files.sealed_file
 
 
@@ -113,9 +115,3 @@ def _embed(entry: h5py.Group, name: str, partner: Path) -> None:
             if member not in left_out:
                 file.copy(source[member], group, member)
     group.attrs["default"] = "recordings"
-
-
-def _remove_loose(files: RunFolder) -> None:
-    """Remove what the sealed file replaces; files that cannot be removed are harmless."""
-    shutil.rmtree(files.journal, ignore_errors=True)
-    shutil.rmtree(files.parts, ignore_errors=True)

@@ -82,6 +82,10 @@ def _of_entry(entry: h5py.Group) -> RunSummary:
         _checked_text(entry, MANIFEST)
     run_id, provenance = read_text(entry, "run_id"), _texts(entry, "provenance")
     define_units_of(provenance, run_id)
+    zeros = _group(entry, "zeros")
+    for name in zeros:
+        _member(zeros, name)
+    values, units = read_values(zeros)
     return RunSummary(
         sealed=True,
         run_id=run_id,
@@ -98,7 +102,7 @@ def _of_entry(entry: h5py.Group) -> RunSummary:
         provenance=provenance,
         imported=_texts(entry, "imported"),
         approval=_texts(entry, "approval") or dict(DRAFT),
-        zeros=_zeros(_group(entry, "zeros")),
+        zeros={name: (value, units.get(name, "")) for name, value in values.items()},
         recordings=len(_group(entry, "recordings")),
         digest=str(entry.attrs["sha256"]),
         manifest_sha256=manifest_sha256(entry),
@@ -140,13 +144,6 @@ def _document(entry: h5py.Group) -> dict[str, Any] | None:
     if not isinstance(document, dict):
         raise DataError(f"{entry.file.filename}: the result in it is not a result document")
     return document
-
-
-def _zeros(group: h5py.Group) -> dict[str, tuple[float, str]]:
-    for name in group:
-        _member(group, name)
-    values, units = read_values(group)
-    return {name: (value, units.get(name, "")) for name, value in values.items()}
 
 
 def _texts(entry: h5py.Group, name: str) -> dict[str, str]:

@@ -103,10 +103,13 @@ class RunWriter:
                 case Scanned():
                     self._append_soon(event, at_once=self._sync_measurements)
                 case StepStarted() | StepEnded() if not event.recording:
-                    at_once = self._sync_measurements and _measures(event)
-                    self._append_soon(event, at_once=at_once)
+                    measured = isinstance(event, StepEnded) and bool(event.measurement)
+                    self._append_soon(event, at_once=self._sync_measurements and measured)
                 case StepStarted():
-                    self._begin_recording(event)
+                    self._close_samples()
+                    self._append(event)
+                    self._recordings += 1
+                    self._started, self._is_torn = event, False
                 case StepEnded():
                     self._end_recording(event)
                 case Samples() if event.recording:
@@ -156,12 +159,6 @@ class RunWriter:
         if at_once or monotonic() > self._events.sync_due_s:
             self._events.sync()
 
-    def _begin_recording(self, event: StepStarted) -> None:
-        self._close_samples()
-        self._append(event)
-        self._recordings += 1
-        self._started, self._is_torn = event, False
-
     def _take_samples(self, event: Samples) -> None:
         if self._started is None or self._started.recording != event.recording:
             raise DataError(f"samples of '{event.recording}' came outside of its step")
@@ -205,10 +202,6 @@ class RunWriter:
             journal.close()
         sync_folder(journal.path.parent)
         return journal.path
-
-
-def _measures(event: Event) -> bool:
-    return isinstance(event, StepEnded) and bool(event.measurement)
 
 
 def _begun(files: RunFolder, header: RunHeader) -> JournalWriter:

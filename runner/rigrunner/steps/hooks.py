@@ -10,18 +10,11 @@ from rigrunner import steps
 from rigrunner.api.hooks import hookimpl
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from rigrunner.api.hooks import StepRecord
 
 
 @hookimpl
 def rigrunner_steps() -> list[StepRecord]:
     """Return the kind of each module of this package."""
-    return list(_kinds())
-
-
-def _kinds() -> Iterator[StepRecord]:
-    for each in iter_modules(steps.__path__, f"{steps.__name__}."):
-        if each.name != __name__:
-            yield import_module(each.name).STEP
+    modules = iter_modules(steps.__path__, f"{steps.__name__}.")
+    return [import_module(each.name).STEP for each in modules if each.name != __name__]

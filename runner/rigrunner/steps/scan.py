@@ -19,10 +19,9 @@ from rigrunner.procedure.options import Channels, Limits, Repeatable, Retries, T
 from rigrunner.steps.set_drives import SetDrive
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Mapping
 
     from rigrunner.api.limits import ValueLimit
-    from rigrunner.api.quantity import Quantity
     from rigrunner.engine.session import Session
     from rigrunner.plan.planning import Planning
 
@@ -182,14 +181,11 @@ def plan(scan: ScanStep, planning: Planning) -> None:
         limits=limits,
         stops_at_limit=scan.on_fail == "stop",
     )
-    least, most, count = (*_ends(scan.over), len(scan.over))
+    least, most = (end(scan.over, key=lambda each: each.si) for end in (min, max))
+    count = len(scan.over)
     span = f"between {least} and {most}, {count} points" if count > 1 else f"at {least}, 1 point"
     text = f"Scan {scan.set} {span}, reading {', '.join(scan.channels)}"
     planning.emit(action, text, moved_s + count * (scan.settle or 0.0))
-
-
-def _ends(over: Sequence[Quantity]) -> tuple[Quantity, Quantity]:
-    return min(over, key=lambda each: each.si), max(over, key=lambda each: each.si)
 
 
 def _through(scan: ScanStep, planning: Planning) -> float | None:

@@ -83,17 +83,13 @@ def decode_error(stored: Mapping[str, Any]) -> BaseException:
     elif issubclass(kind, RigrunnerError):
         error = kind(message, hint=hint)
     else:
-        error = _made(kind, message)
+        try:
+            error = kind(message)
+        except TypeError:  # such as UnicodeDecodeError, which is made of more than words
+            error = RuntimeError(f"{kind.__name__}: {message}")
     for note in stored.get("notes", ()):
         error.add_note(str(note))
     return error
-
-
-def _made(kind: type[BaseException], message: str) -> BaseException:
-    try:
-        return kind(message)
-    except TypeError:  # such as UnicodeDecodeError, which is made of more than words
-        return RuntimeError(f"{kind.__name__}: {message}")
 
 
 def _encode_tagged(answer: object) -> dict[str, Any]:

@@ -110,11 +110,14 @@ class _Observing(TapedDevice):
 
     def observe(self, readings: Sequence[str]) -> Mapping[str, Reading]:
         """Return the present readings."""
+        # JSON has no tuples: an array goes as a list, and comes back as one.
         found = self._wire.exchange(
             f"observe {_listing(readings)}",
-            lambda: {name: _plain(value) for name, value in self._inner.observe(readings).items()},
+            lambda: {
+                name: list(value) if isinstance(value, tuple) else value
+                for name, value in self._inner.observe(readings).items()
+            },
         )
-        # JSON has no tuples: an array comes back as a list.
         return {n: tuple(each) if isinstance(each, list) else each for n, each in found.items()}
 
 
@@ -164,13 +167,19 @@ class _Streaming(TapedDevice):
             while (block := self._wire.exchange("next block", lambda: _next(source))) is not None:
                 yield Block(**block)
         finally:
-            _end(source)  # not on the tape: nobody says when a stream that is dropped is ended
+            # Not on the tape: nobody says when a stream that is dropped is ended.
+            for blocks in source:
+                if (close := getattr(blocks, "close", None)) is not None:
+                    close()
 
 
 class _KnowsStream(_Streaming):
     def stream_conditions(self) -> Mapping[str, tuple[float, str]]:
         """Return the values measured of its last stream."""
-        found = self._wire.exchange("tell of the stream", lambda: _listed(self._inner))
+        found = self._wire.exchange(
+            "tell of the stream",
+            lambda: {name: [*each] for name, each in self._inner.stream_conditions().items()},
+        )
         return {name: (float(value), str(unit)) for name, (value, unit) in found.items()}
 
 
@@ -216,14 +225,6 @@ def _listing(channels: Sequence[str]) -> str:
     return ", ".join(channels)
 
 
-def _plain(value: Reading) -> bool | str | list[float]:
-    return list(value) if isinstance(value, tuple) else value
-
-
-def _listed(inner: KnowsStream) -> dict[str, list[float | str]]:
-    return {name: [*value] for name, value in inner.stream_conditions().items()}
-
-
 def _identity(told: Mapping[str, Any]) -> Identity:
     parts = {name: _identity(part) for name, part in told["parts"].items()}
     return Identity(**{**told, "parts": parts})
@@ -239,10 +240,3 @@ def _next(source: list[Iterator[Block]]) -> dict[str, Any] | None:
         "monotonic_s": block.monotonic_s,
         "channels": dict(block.channels),
     }
-
-
-def _end(source: list[Iterator[Block]]) -> None:
-    for blocks in source:
-        close = getattr(blocks, "close", None)
-        if close is not None:
-            close()

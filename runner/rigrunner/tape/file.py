@@ -98,11 +98,14 @@ class TapeFile:
         number, offset = self._places[seq]
         self._file.seek(offset)
         try:
-            return _entry(number, json.loads(self._file.readline()))
+            stored = json.loads(self._file.readline())
+            error = decode_error(stored["error"]) if "error" in stored else None
+            answer = None if error is not None else decode(stored["answer"])
+            return Entry(number, str(stored["ask"]), answer, error, float(stored["took_s"]))
         except (
             ValueError, TypeError, KeyError, AttributeError, RecursionError, DataError,
-        ) as error:  # fmt: skip
-            raise DataError(f"not an exchange: {error}", location=self.place(number)) from error
+        ) as wrong:  # fmt: skip
+            raise DataError(f"not an exchange: {wrong}", location=self.place(number)) from wrong
 
     def place(self, line: int) -> Location:
         """Return a line of the file."""
@@ -120,9 +123,3 @@ class TapeFile:
         if seq in self._places:
             raise DataError(f"exchange {seq} comes twice", location=self.place(number))
         self._places[seq] = (number, offset)
-
-
-def _entry(line: int, stored: dict[str, Any]) -> Entry:
-    error = decode_error(stored["error"]) if "error" in stored else None
-    answer = None if error is not None else decode(stored["answer"])
-    return Entry(line, str(stored["ask"]), answer, error, float(stored["took_s"]))

@@ -91,17 +91,13 @@ def differences(then: TapeManifest, now: TapeManifest) -> Iterator[str]:
         if getattr(then, what) != getattr(now, what):
             yield f"the {what} is not the one of the tape"
     for role in {**then.devices, **now.devices}:
-        yield from _device_differs(role, then.devices.get(role), now.devices.get(role))
-
-
-def _device_differs(
-    role: str, before: TapedPlugin | None, present: TapedPlugin | None
-) -> Iterator[str]:
-    if present is None or before is None:
-        yield f"the {'station' if present is None else 'tape'} has no device in the role '{role}'"
-    elif present.plugin != before.plugin:
-        yield f"{role} is driven by '{present.plugin}', on the tape by '{before.plugin}'"
-    elif present.provider != before.provider:
-        yield f"the plugin of {role} is of {present.provider}, on the tape {before.provider}"
-    elif present != before:
-        yield f"the settings of {role} are not those of the tape"
+        before, present = then.devices.get(role), now.devices.get(role)
+        if present is None or before is None:
+            lacks = "station" if present is None else "tape"
+            yield f"the {lacks} has no device in the role '{role}'"
+        elif present.plugin != before.plugin:
+            yield f"{role} is driven by '{present.plugin}', on the tape by '{before.plugin}'"
+        elif present.provider != before.provider:
+            yield f"the plugin of {role} is of {present.provider}, on the tape {before.provider}"
+        elif present != before:
+            yield f"the settings of {role} are not those of the tape"

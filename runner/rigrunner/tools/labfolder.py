@@ -39,19 +39,17 @@ def make_lab(folder: Path, registry: Registry, name: str = "") -> list[str]:
     file is changed: raises UsageError if a file of that name exists, before any is written, and if
     one cannot be written.
     """
-    texts = _texts(registry, name or _only(registry))
+    if not name:
+        names = registry.names("lab")
+        if len(names) != 1:
+            raise UsageError(
+                f"got no lab template, expected one of: {', '.join(names) or 'none is installed'}",
+                hint="name it with --lab" if names else "install a package that provides one",
+            )
+        (name,) = names
+    texts = _texts(registry, name)
     write_new_files(folder, texts)
     return [name for name in texts if name.startswith("procedures/") and name.endswith(".yaml")]
-
-
-def _only(registry: Registry) -> str:
-    names = registry.names("lab")
-    if len(names) != 1:
-        raise UsageError(
-            f"got no lab template, expected one of: {', '.join(names) or 'none is installed'}",
-            hint="name it with --lab" if names else "install a package that provides one",
-        )
-    return names[0]
 
 
 def _texts(registry: Registry, lab: str) -> Mapping[str, str]:
@@ -60,12 +58,15 @@ def _texts(registry: Registry, lab: str) -> Mapping[str, str]:
     assert isinstance(record, LabRecord)  # noqa: S101  (the kind says so)
     copied = {f"procedures/{name}.yaml": find_procedure(name) for name in record.procedures}
     own = {
-        _name(path.relative_to(folder)): path
+        path.relative_to(folder).as_posix(): path
         for folder in (TEMPLATE, files)
         for path in sorted(folder.rglob("*"))
-        if _is_content(path)
+        if path.is_file() and "__pycache__" not in path.parts
     }
-    texts = {name: path.read_text(encoding="utf-8") for name, path in (copied | own).items()}
+    texts: dict[str, str] = {
+        _UNDER_ANOTHER_NAME.get(name) or name: path.read_text(encoding="utf-8")
+        for name, path in (copied | own).items()
+    }
     has_own = (files / PLUGINS).is_dir()
     with_own = with_drop_ins(registry, files / PLUGINS) if has_own else registry
     schemas = {name: language_schema(language, with_own) for name, language in _SCHEMAS.items()}
@@ -73,12 +74,3 @@ def _texts(registry: Registry, lab: str) -> Mapping[str, str]:
         name: json.dumps(schema, indent=2, ensure_ascii=False) + "\n"
         for name, schema in schemas.items()
     }
-
-
-def _is_content(path: Path) -> bool:
-    return path.is_file() and "__pycache__" not in path.parts
-
-
-def _name(path: Path) -> str:
-    name = path.as_posix()
-    return _UNDER_ANOTHER_NAME.get(name, name)

@@ -20,14 +20,19 @@ def write_new_files(folder: Path, texts: Mapping[str, str]) -> None:
     """
     there = [name for name in texts if (folder / name).exists()]
     if there:
+        others = f", and {len(there) - 1} more of the files to write" if len(there) > 1 else ""
         raise UsageError(
-            f"{folder} has a {there[0]} already{_others(there)}",
+            f"{folder} has a {there[0]} already{others}",
             hint="nothing was written, as files are never overwritten; name a new folder",
         )
     begun: list[Path] = []
     try:
         for name, text in texts.items():
-            _write_new(folder / name, text, begun)
+            path = folder / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            with path.open("x", encoding="utf-8", newline="\n") as file:
+                begun.append(path)
+                file.write(text)
     except OSError as error:
         for path in begun:
             path.unlink(missing_ok=True)
@@ -36,14 +41,3 @@ def write_new_files(folder: Path, texts: Mapping[str, str]) -> None:
             f"cannot write {error.filename or folder}: {error.strerror or error}",
             hint="free some space on the disk" if full else "name a folder with write permission",
         ) from error
-
-
-def _write_new(path: Path, text: str, begun: list[Path]) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with path.open("x", encoding="utf-8", newline="\n") as file:
-        begun.append(path)
-        file.write(text)
-
-
-def _others(names: list[str]) -> str:
-    return f", and {len(names) - 1} more of the files to write" if len(names) > 1 else ""

@@ -19,7 +19,7 @@ from rigrunner.api.hooks import API_VERSION
 from rigrunner.tools.new_files import write_new_files
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Mapping
 
     from rigrunner.api.hooks import KindRecord
     from rigrunner.registry import Registry
@@ -37,8 +37,11 @@ KINDS = {
     "unit": "unit",
 }
 """Rigrunner's own kinds that can be made, by their word, with the registry's name."""
-_NUMPY = {"fit", "outlier_rule", "importer", "analysis"}
-_PYDANTIC = {"outlier_rule", "decision_rule"}
+_DEPENDENCIES = {
+    "numpy>=1.26": {"fit", "outlier_rule", "importer", "analysis"},
+    "pydantic>=2.7": {"outlier_rule", "decision_rule"},
+}
+"""Beside Rigrunner, with the kinds whose template imports them."""
 _LONGEST = 30
 _NAME = re.compile(r"[a-z][a-z0-9]*(?:_[a-z0-9]+)*")
 _YAML_WORDS = {"yes", "no", "true", "false", "on", "off", "null"}
@@ -93,49 +96,42 @@ class NewPlugin:
         """The name of the templates of this kind."""
         return self.word.replace("-", "_")
 
+    @property
+    def article(self) -> str:
+        """The article before its kind: "a unit", as it is said, but "an outlier rule"."""
+        return "an" if self.word[0] in "aeio" else "a"
+
     def _rendered(self, template: str) -> str:
-        return (
-            self._environment()
-            .get_template(f"{template}.jinja")
-            .render(
-                name=self.name,
-                title=self.name.replace("_", " ").capitalize(),
-                class_name=self.class_name,
-                project=self.project,
-                package=self.package,
-                kind=self.stem,
-                registry_kind=self.kind,
-                kind_words=self.word.replace("-", " "),
-                article="an" if self.word[0] in "aeio" else "a",
-                api_version=API_VERSION,
-                dependencies=", ".join(f'"{each}"' for each in self._dependencies()),
-            )
+        environment = Environment(  # noqa: S701  (it writes Python and Markdown, no HTML)
+            loader=FileSystemLoader(
+                [TEMPLATE, *([self.brought.templates] if self.brought else [])]
+            ),
+            undefined=StrictUndefined,
+            trim_blocks=True,
+            lstrip_blocks=True,
+            keep_trailing_newline=True,
+        )
+        major, minor = __version__.split(".")[:2]
+        dependencies = [each for each, kinds in _DEPENDENCIES.items() if self.kind in kinds]
+        dependencies.append(f"rigrunner>={major}.{minor},<{int(major) + 1}")
+        return environment.get_template(f"{template}.jinja").render(
+            name=self.name,
+            title=self.name.replace("_", " ").capitalize(),
+            class_name=self.class_name,
+            project=self.project,
+            package=self.package,
+            kind=self.stem,
+            registry_kind=self.kind,
+            kind_words=self.word.replace("-", " "),
+            article=self.article,
+            api_version=API_VERSION,
+            dependencies=", ".join(f'"{each}"' for each in dependencies),
         )
 
     @property
     def class_name(self) -> str:
         """The name of its class."""
         return "".join(part.capitalize() for part in self.name.split("_"))
-
-    def _environment(self) -> Environment:
-        folders = [TEMPLATE]
-        if self.brought:
-            folders.append(self.brought.templates)
-        return Environment(  # noqa: S701  (it writes Python and Markdown, no HTML)
-            loader=FileSystemLoader(folders),
-            undefined=StrictUndefined,
-            trim_blocks=True,
-            lstrip_blocks=True,
-            keep_trailing_newline=True,
-        )
-
-    def _dependencies(self) -> Iterator[str]:
-        if self.kind in _NUMPY:
-            yield "numpy>=1.26"
-        if self.kind in _PYDANTIC:
-            yield "pydantic>=2.7"
-        major, minor = __version__.split(".")[:2]
-        yield f"rigrunner>={major}.{minor},<{int(major) + 1}"
 
 
 def new_plugin(word: str, name: str, registry: Registry) -> NewPlugin:
@@ -188,22 +184,18 @@ def _check(plugin: NewPlugin, registry: Registry) -> None:
     ]
     if taken:
         raise UsageError(
-            f"there is {'an' if plugin.word[0] in 'aeiou' else 'a'} {plugin.word} '{name}' already,"
-            f" of {taken[0].provider}",
+            f"there is {plugin.article} {plugin.word} '{name}' already, of {taken[0].provider}",
             hint="give yours another name",
         )
-    twice = [bound for bound, times in Counter(_bound(plugin.module())).items() if times > 1]
+    bound: Counter[str] = Counter()
+    for node in ast.parse(plugin.module()).body:
+        if isinstance(node, ast.ImportFrom):
+            bound.update(each.name for each in node.names)
+        elif isinstance(node, ast.ClassDef | ast.FunctionDef):
+            bound[node.name] += 1
+    twice = [each for each, times in bound.items() if times > 1]
     if twice:
         raise UsageError(
             f"'{name}' would make a class {twice[0]}, and that name is taken",
             hint="give the plugin another name",
         )
-
-
-def _bound(module: str) -> Iterator[str]:
-    """Yield the names that a module imports or defines."""
-    for node in ast.parse(module).body:
-        if isinstance(node, ast.ImportFrom):
-            yield from (each.name for each in node.names)
-        elif isinstance(node, ast.ClassDef | ast.FunctionDef):
-            yield node.name

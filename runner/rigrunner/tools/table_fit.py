@@ -83,13 +83,14 @@ class _Rows:
             hint = suggestion(name, self.names, "columns")
             raise _refused(self.file, 1, f"there is no column '{name}'", hint)
         place = self.names.index(name)
-        return np.array([self._number(line, name, row[place]) for line, row in self.rows])
-
-    def _number(self, line: int, name: str, cell: str) -> float:
-        try:
-            return float(cell)
-        except ValueError:
-            raise _refused(self.file, line, f"{name}: '{cell[:40]}' is not a number") from None
+        numbers = []
+        for line, row in self.rows:
+            try:
+                numbers.append(float(row[place]))
+            except ValueError:
+                message = f"{name}: '{row[place][:40]}' is not a number"
+                raise _refused(self.file, line, message) from None
+        return np.array(numbers)
 
 
 def _refused(file: str, line: int, message: str, hint: str = "") -> InvalidFileError:

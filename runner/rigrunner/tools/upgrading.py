@@ -64,11 +64,16 @@ def upgrade_of(path: Path, out: Path | None) -> Upgrade:
 
 
 def write_upgrades(upgrades: Sequence[Upgrade]) -> None:
-    """Write the files that need it, or none if a file is in the way; then raise UsageError."""
+    """Write the files, or none if a file is in the way of one; then raise UsageError."""
+    taken: set[Path] = set()
     for each in upgrades:
         new = each.kept if each.out is None else each.target
         if new.exists():
             raise UsageError(f"there is a file {new}", hint="nothing was written; move it away")
+        if new in taken:
+            message = f"two of the files would be written to {new}"
+            raise UsageError(message, hint="nothing was written; give each another folder")
+        taken.add(new)
     for each in upgrades:
         try:
             if each.out is None:

@@ -47,6 +47,18 @@ def test_a_lower_number_that_is_free_is_not_given_again(tmp_path):
     assert lab.reserve(2026, KNOWN) == "RR-2026-0042"
 
 
+def test_ten_thousand_comes_after_the_number_before_it_and_before_the_next_year(tmp_path):
+    lab = Numbers(tmp_path, "RR")
+    lab.reserve(2026, KNOWN)
+    (tmp_path / "numbers" / "RR-2026-9998.json").write_text("{}")
+    given = [lab.reserve(2026, KNOWN), lab.reserve(2026, KNOWN), lab.reserve(2027, KNOWN)]
+    assert given == ["RR-2026-9999", "RR-2026-10000", "RR-2027-0001"]
+    assert lab.interrupted() == ["RR-2026-0001", "RR-2026-9998", *given]
+    for each in reversed(given):
+        lab.issued(each, {})
+    assert lab.in_force_for("r") == "RR-2026-9999"
+
+
 def test_two_processes_at_once_never_get_the_same(tmp_path):
     command = [sys.executable, "-c", RESERVE, str(tmp_path)]
     with ThreadPoolExecutor(4) as pool:

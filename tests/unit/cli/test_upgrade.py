@@ -91,6 +91,17 @@ def test_nothing_is_overwritten(old, tmp_path, out):
     assert old.read_text() == other.read_text() == in_the_way.read_text() == OLD
 
 
+def test_two_files_of_one_name_are_not_written_over_each_other(old, tmp_path):
+    other = tmp_path / "elsewhere" / "old.yaml"
+    other.parent.mkdir()
+    other.write_text(OLD, encoding="utf-8")
+    called = call("upgrade", old, other, "--out", tmp_path / "new")
+
+    assert called.code == 2
+    assert f"two of the files would be written to {tmp_path / 'new' / 'old.yaml'}" in called.err
+    assert not (tmp_path / "new").exists()
+
+
 def test_a_file_of_today_needs_nothing(tmp_path):
     path = tmp_path / "p.yaml"
     path.write_text(PROCEDURE, encoding="utf-8")

@@ -4,26 +4,6 @@ from __future__ import annotations
 
 import pytest
 
-from helpers_cli import call
-
-STATION = """\
-rigrunner: station/1
-id: bench
-title: A table
-devices:
-  bench:
-    type: table
-    plugin: tabulated
-    settings:
-      title: written down
-      set_points: [temperature]
-      rows:
-        - {temperature: 0 °C, resistance: 100.0 Ω}
-        - {temperature: 100 °C, resistance: 138.5 Ω}
-instruments:
-  - {channel: bench.resistance, measures: resistance, serial: R-1, calibration: recorded,
-     accuracy: 5 mΩ}
-"""
 PROCEDURE = """\
 rigrunner: procedure/2
 id: PLACES
@@ -53,20 +33,10 @@ TABLE = (
 )
 
 
-@pytest.fixture
-def checked(tmp_path):
-    def check(limit):
-        (tmp_path / "station.yaml").write_text(STATION, encoding="utf-8")
-        (tmp_path / "p.yaml").write_text(PROCEDURE.replace("LIMIT", limit), encoding="utf-8")
-        return call("check", tmp_path / "p.yaml", "--station", tmp_path / "station.yaml")
-
-    return check
-
-
 @pytest.mark.parametrize("limit", [LINE, TABLE, "{where}: {at}\n      max: 101 Ω".format(
     where="where", at="{bench.temperature: 32 °F}")])  # fmt: skip
 def test_a_limit_that_fits_is_accepted(checked, limit):
-    done = checked(limit)
+    done = checked(PROCEDURE.replace("LIMIT", limit))
     assert done.code == 0, done.err
 
 
@@ -87,7 +57,7 @@ def test_a_limit_that_fits_is_accepted(checked, limit):
     ],
 )  # fmt: skip
 def test_one_that_cannot_be_held_against_its_result_is_refused(checked, limit, place, words):
-    done = checked(limit)
+    done = checked(PROCEDURE.replace("LIMIT", limit))
     assert done.code == 3
     assert words in done.err
     assert place in done.err

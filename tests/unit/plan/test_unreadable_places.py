@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import pytest
 
-from helpers_cli import call
-from unit.plan.test_limits_at_places import STATION
-
 PROCEDURE = """\
 rigrunner: procedure/2
 id: PLACES
@@ -23,19 +20,9 @@ SWEEP = """sweep:
 SCAN = "scan: {set: bench.temperature, over: [0 °C, 50 °C, 100 °C], channels: [bench.resistance]}"
 
 
-@pytest.fixture
-def checked(tmp_path):
-    def check(steps):
-        (tmp_path / "station.yaml").write_text(STATION, encoding="utf-8")
-        (tmp_path / "p.yaml").write_text(PROCEDURE.replace("STEPS", steps), encoding="utf-8")
-        return call("check", tmp_path / "p.yaml", "--station", tmp_path / "station.yaml")
-
-    return check
-
-
 @pytest.mark.parametrize("steps", [SWEEP, SCAN])
 def test_a_set_point_without_a_row_is_a_problem(checked, steps):
-    done = checked(steps)
+    done = checked(PROCEDURE.replace("STEPS", steps))
     assert done.code == 3
     assert "bench cannot be read here: the table has no row for temperature 323.15 K" in done.err
     assert "it has rows for temperature 0 °C; temperature 100 °C" in done.err
@@ -51,10 +38,10 @@ def test_a_set_point_without_a_row_is_a_problem(checked, steps):
     ],
 )
 def test_where_it_is_read_at_its_rows_there_is_none(checked, steps):
-    done = checked(steps)
+    done = checked(PROCEDURE.replace("STEPS", steps))
     assert done.code == 0, done.err
 
 
 def test_where_no_drive_was_set_it_stands_at_its_safe_value(checked):
-    done = checked("measure: {channels: [bench.resistance]}")
+    done = checked(PROCEDURE.replace("STEPS", "measure: {channels: [bench.resistance]}"))
     assert "the table has no row for temperature 0 K" in done.err

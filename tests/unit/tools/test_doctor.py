@@ -18,7 +18,7 @@ from helpers_workflow import station_file
 from rigrunner.api.hooks import FitRecord
 from rigrunner.registry import DisabledPlugin, Plugin, Provider, Registry, load_registry
 from rigrunner.tools import doctor
-from rigrunner.tools.doctor import Surroundings, drivers, examine, extras, installation, machine
+from rigrunner.tools.doctor import Surroundings, drivers, examine, installation, machine
 
 NOW = datetime(2026, 12, 1, 12, tzinfo=UTC)
 FIT = FitRecord(name="straight", help="A line", factory=lambda _: None)
@@ -200,16 +200,18 @@ def test_each_extra_is_compared_with_what_it_asks_for(  # noqa: PLR0917
             raise PackageNotFoundError(name)
         return there[name]
 
-    monkeypatch.setattr(extras, "requires", lambda _: ASKED)
-    monkeypatch.setattr(extras, "version", installed)
+    monkeypatch.setattr(installation, "requires", lambda _: ASKED)
+    monkeypatch.setattr(installation, "version", installed)
     finding = only(f"extra {extra}", tmp_path)
     assert (finding.state, finding.found) == (state, text)
     if state == "warn":
-        assert finding.fix == f"pip install 'rigrunner[{extra}]', for {extras.PURPOSES[extra]}"
+        assert (
+            finding.fix == f"pip install 'rigrunner[{extra}]', for {installation.PURPOSES[extra]}"
+        )
 
 
 def test_extras_for_who_changes_rigrunner_are_nobodys_concern(tmp_path, monkeypatch):
-    monkeypatch.setattr(extras, "requires", lambda _: ASKED)
+    monkeypatch.setattr(installation, "requires", lambda _: ASKED)
     findings = examine(Surroundings(tmp_path, Registry([]), NOW))
     names = {each.name for each in findings if each.name.startswith("extra")}
     assert names == {"extra modbus", "extra pdf", "extra visa"}
@@ -218,7 +220,7 @@ def test_extras_for_who_changes_rigrunner_are_nobodys_concern(tmp_path, monkeypa
 def test_every_extra_of_the_package_has_its_purpose():
     text = (Path(__file__).parents[3] / "pyproject.toml").read_text(encoding="utf-8")
     declared = set(tomllib.loads(text)["project"]["optional-dependencies"])
-    assert declared - set(extras.TOOLS) - set(extras.PURPOSES) == set()
+    assert declared - set(installation.TOOLS) - set(installation.PURPOSES) == set()
 
 
 def test_weasyprint_without_its_library_only_warns(tmp_path, monkeypatch, capsys):
@@ -228,7 +230,7 @@ def test_weasyprint_without_its_library_only_warns(tmp_path, monkeypatch, capsys
                 sys.stdout.write("-----\nWeasyPrint could not import some external libraries.")
                 raise OSError("cannot load library 'pango-1.0-0'")
 
-    monkeypatch.setattr(extras, "requires", lambda _: ASKED)
+    monkeypatch.setattr(installation, "requires", lambda _: ASKED)
     monkeypatch.delitem(sys.modules, "weasyprint", raising=False)
     monkeypatch.setattr(sys, "meta_path", [Broken(), *sys.meta_path])
     finding = only("extra pdf", tmp_path)

@@ -96,12 +96,15 @@ def test_a_package_that_is_installed_is_not_shadowed(tmp_path):
         make_package(new_plugin("device", "plugins", REGISTRY), tmp_path / "new", REGISTRY)
 
 
-def test_a_drop_in_of_the_same_folder_is_known(tmp_path):
-    assert call("new", "fit", "lab_line", "--drop-in", "--folder", tmp_path).code == ExitCode.PASS
+@pytest.mark.parametrize(
+    ("kind", "words"), [("fit", "a fit"), ("outlier-rule", "an outlier-rule"), ("unit", "a unit")]
+)
+def test_a_drop_in_of_the_same_folder_is_known(kind, words, tmp_path):
+    assert call("new", kind, "lab_line", "--drop-in", "--folder", tmp_path).code == ExitCode.PASS
     (tmp_path / "lab_line.py").rename(tmp_path / "other.py")
-    called = call("new", "fit", "lab_line", "--drop-in", "--folder", tmp_path)
+    called = call("new", kind, "lab_line", "--drop-in", "--folder", tmp_path)
     assert called.code == ExitCode.USAGE
-    assert "there is a fit 'lab_line' already, of" in called.err
+    assert f"there is {words} 'lab_line' already, of" in called.err
     assert not (tmp_path / "lab_line.py").exists()
 
 

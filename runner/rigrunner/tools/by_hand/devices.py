@@ -13,10 +13,8 @@ from rigrunner.rig import agrees
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
-    from datetime import date
 
     from rigrunner.api.devices import Device, Identity
-    from rigrunner.api.instruments import Instrument
     from rigrunner.rig import Rig
     from rigrunner.tools.by_hand.station import ReadyStation
 
@@ -118,7 +116,13 @@ def _look_at(ready: ReadyStation, role: str) -> DeviceReport:
     except BaseException as error:  # Ctrl-C: what is connected must not be left so
         rig.__exit__(type(error), error, None)
         raise
-    return _ended(report, rig)
+    unsafe = [text for each in rig.make_safe() if not each.drive for text in each.problems]
+    report = replace(report, problems=(*report.problems, *(f"NOT SAFE: {t}" for t in unsafe)))
+    try:
+        rig.close()
+    except Exception as error:  # noqa: BLE001  (the next device has its turn)
+        return report.failed(error)
+    return report
 
 
 def _with_drives(report: DeviceReport, rig: Rig, device: Device) -> DeviceReport:
@@ -150,17 +154,6 @@ def _with_values(report: DeviceReport, rig: Rig, device: Device) -> DeviceReport
     return replace(report, values=values, units=named, read_s=taken_s)
 
 
-def _ended(report: DeviceReport, rig: Rig) -> DeviceReport:
-    """Make the device safe and close it."""
-    unsafe = [text for each in rig.make_safe() if not each.drive for text in each.problems]
-    report = replace(report, problems=(*report.problems, *(f"NOT SAFE: {t}" for t in unsafe)))
-    try:
-        rig.close()
-    except Exception as error:  # noqa: BLE001  (the next device has its turn)
-        return report.failed(error)
-    return report
-
-
 def _who(role: str, identity: Identity) -> Iterator[tuple[str, Who]]:
     known = (identity.maker, identity.model, identity.serial, identity.firmware)
     yield role, Who(*known, simulated=identity.simulated)
@@ -169,24 +162,23 @@ def _who(role: str, identity: Identity) -> Iterator[tuple[str, Who]]:
 
 
 def _calibrations(ready: ReadyStation, role: str) -> Iterator[Calibrated]:
+    state: State
     today = ready.clock.utc().date()
     known = ready.station.register
     binding = ready.station.model.devices[role]
     simulated = ready.registry.is_simulated(binding.plugin, binding.settings)
     for info in ready.devices[role].channels:
         channel = Member(role, info.name)
-        if channel in known:
-            state, text = _calibration(known[channel], today)
-            yield Calibrated(channel, known[channel].name, state, text)
-        elif not simulated:
-            yield Calibrated(channel, "", "ok", "not in the register")
-
-
-def _calibration(each: Instrument, today: date) -> tuple[State, str]:
-    if each.calibration is not None:
-        return "ok", f"not calibrated: {each.calibration}"
-    if each.due is None:
-        return "warn", "no date of the next calibration is in the register"
-    if each.due < today:
-        return "warn", f"overdue since {each.due}"
-    return "ok", f"calibrated until {each.due}"
+        if channel not in known:
+            if not simulated:
+                yield Calibrated(channel, "", "ok", "not in the register")
+            continue
+        each, state = known[channel], "ok"
+        text = f"calibrated until {each.due}"
+        if each.calibration is not None:
+            text = f"not calibrated: {each.calibration}"
+        elif each.due is None:
+            state, text = "warn", "no date of the next calibration is in the register"
+        elif each.due < today:
+            state, text = "warn", f"overdue since {each.due}"
+        yield Calibrated(channel, each.name, state, text)

@@ -85,7 +85,10 @@ class Jog:
     def set(self, drive: str, text: str) -> float:
         """Set a drive to a set-point such as '5 Hz', and return its read-back in SI units."""
         info = _found("drive", drive, self.drives)
-        value = _quantity(text, info)
+        try:
+            value = parse_quantity(text, unit(info.unit).dimension).si
+        except QuantityError as error:
+            raise UsageError(f"{drive}: {error.message}", hint=error.hint) from error
         if not info.minimum <= value <= info.maximum:
             raise UsageError(f"{drive}: {text} is out of range ({info.range_text})")
         self.look()
@@ -100,7 +103,10 @@ class Jog:
         """Return the value of each channel, by default of all, minus its zero; in SI units."""
         for name in names:
             _found("channel", name, self.channels)
-        values = self._values(tuple(names) or tuple(self._readable()))
+        if not names:
+            single = isinstance(self._device, Readable)
+            names = [name for name, info in self.channels.items() if single or info.streams]
+        values = self._values(names)
         units = {name: self.channels[name].unit for name in values}
         self._note(f"read {with_units(values, units)}")
         return values
@@ -146,7 +152,10 @@ class Jog:
 
     def _values(self, names: Sequence[str], *, mean: bool = False) -> dict[str, float]:
         """Return values minus their zeros; means, if asked or if channels can only be streamed."""
-        rate_hz = self._rate_hz(names) if mean or not isinstance(self._device, Readable) else None
+        device, rate_hz = self._device, None
+        if mean or not isinstance(device, Readable):
+            streams = all(self.channels[name].streams for name in names)
+            rate_hz = device.sample_rate_hz if streams and isinstance(device, Streaming) else None
         duration_s = _ZERO_S if mean else _MEAN_S if rate_hz else 0.0
         members = [Member(self.role, name) for name in names]
         units: dict[str, str] = {each: self.channels[each.name].unit for each in members}
@@ -154,18 +163,6 @@ class Jog:
         what = f"read {', '.join(names)}"
         found = self._guarded(what, lambda: action.do(_STEP, self._session)).values
         return {name: found[Member(self.role, name)] - self.zeros.get(name, 0.0) for name in names}
-
-    def _rate_hz(self, names: Sequence[str]) -> float | None:
-        """Return the rate of the channels' stream, or None without one."""
-        device = self._device
-        if isinstance(device, Streaming) and all(self.channels[name].streams for name in names):
-            return device.sample_rate_hz
-        return None
-
-    def _readable(self) -> list[str]:
-        if isinstance(self._device, Readable):
-            return list(self.channels)
-        return [name for name, info in self.channels.items() if info.streams]
 
     def _guarded(self, what: str, work: Callable[[], _T]) -> _T:
         """Execute an action on the rig; on any error, make the rig safe before it is raised."""
@@ -329,10 +326,3 @@ def _found(what: str, name: str, known: Mapping[str, _T]) -> _T:
         hint = did_you_mean(name, known, there)
         raise UsageError(f"there is no {what} '{name}'", hint=hint)
     return known[name]
-
-
-def _quantity(text: str, info: DriveInfo) -> float:
-    try:
-        return parse_quantity(text, unit(info.unit).dimension).si
-    except QuantityError as error:
-        raise UsageError(f"{info.name}: {error.message}", hint=error.hint) from error

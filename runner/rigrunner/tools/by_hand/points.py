@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from rigrunner.engine import Interference, Override, Pauses, RunSummary
     from rigrunner.engine.session import Session
     from rigrunner.plan.actions import PlannedStep
-    from rigrunner.procedure import LoadedProcedure
     from rigrunner.rig import Rig
     from rigrunner.run.finish import FinishedRun
     from rigrunner.run.left_energised import Person
@@ -85,17 +84,8 @@ def record_by_hand(
 
 
 def by_hand(planned: Planned) -> Planned:
-    """Return the plan without its steps, as a procedure of its own."""
-    procedure = _procedure(planned.procedure)
-    note = "points recorded by hand follow no procedure"
-    state = ApprovalState("draft", sha256=procedure.digest_with_called, note=note)
-    plan = Plan((), planned.plan.interlocks)
-    return replace(planned, procedure=procedure, plan=plan, approval=state)
-
-
-def _procedure(loaded: LoadedProcedure) -> LoadedProcedure:
-    """Return the procedure's measurand and analysis, with a note in place of its steps."""
-    model, data = loaded.model, loaded.document.data
+    """Return the plan as a procedure of its own, with a note in place of its steps."""
+    model, data = planned.procedure.model, planned.procedure.document.data
     content = {
         "rigrunner": "procedure/2",
         "id": f"{model.id}{SUFFIX}",
@@ -104,4 +94,9 @@ def _procedure(loaded: LoadedProcedure) -> LoadedProcedure:
         **{key: data[key] for key in _KEPT if key in data},
         "main": [{"note": {"text": f"{NOTE}, after {model.id} revision {model.revision}"}}],
     }
-    return parse_procedure(json.dumps(content, ensure_ascii=False, indent=1), content["id"])
+    text = json.dumps(content, ensure_ascii=False, indent=1)
+    procedure = parse_procedure(text, content["id"])
+    note = "points recorded by hand follow no procedure"
+    state = ApprovalState("draft", sha256=procedure.digest_with_called, note=note)
+    plan = Plan((), planned.plan.interlocks)
+    return replace(planned, procedure=procedure, plan=plan, approval=state)

@@ -23,7 +23,8 @@ if TYPE_CHECKING:
 
     from rigrunner.procedure import LoadedProcedure
     from rigrunner.runfile import RunHeader, StoredRun
-    from rigrunner.tools.comparing.tree import Change
+
+_STATION = ("id", "rig", "devices", "plugins", "instruments")
 
 
 @dataclass(frozen=True)
@@ -99,14 +100,11 @@ def _run(word: str, runs: Path) -> Path:
 
 
 def _of_texts(before: str, first: ProcedureTexts, after: str, second: ProcedureTexts) -> Comparison:
-    identical = first.text == second.text and first.called == second.called
-    return Comparison(before, after, tuple(procedure_changes(first, second)), _layout(identical))
-
-
-def _layout(identical: bool) -> str:  # noqa: FBT001  (a verdict's one question)
-    if identical:
-        return "no difference: the texts are the same"
-    return "the only differences are in comments, layout or notation"
+    if first.text == second.text and first.called == second.called:
+        verdict = "no difference: the texts are the same"
+    else:
+        verdict = "the only differences are in comments, layout or notation"
+    return Comparison(before, after, tuple(procedure_changes(first, second)), verdict)
 
 
 def _texts(loaded: LoadedProcedure) -> ProcedureTexts:
@@ -120,9 +118,6 @@ def _described(loaded: LoadedProcedure) -> str:
 
 def _named(header: RunHeader) -> str:
     return f"{header.run_id}: {header.procedure_id}, {header.started_utc[:16]}"
-
-
-_STATION = ("id", "rig", "devices", "plugins", "instruments")
 
 
 def run_changes(before: StoredRun, after: StoredRun) -> Iterator[Change]:
@@ -144,14 +139,24 @@ def _changes(before: StoredRun, after: StoredRun) -> Iterator[Change]:
     first, second = before.header, after.header
     yield from procedure_changes(texts_of(first), texts_of(second))
     yield from changes("state of the procedure", _state(first), _state(second))
-    yield from _of_stations(first, second)
+    station, other = (parse(each.station_text, each.station_id).data for each in (first, second))
+    for key in _STATION:
+        if key == "instruments":  # without a register the instruments are listed as added
+            yield from changes(key, station.get(key, []), other.get(key, []))
+        else:
+            yield from changes(f"station, {key}", station.get(key), other.get(key))
     yield from changes("inputs", dict(first.inputs), dict(second.inputs))
     yield from changes("people", dict(first.people), dict(second.people))
     yield from changes("programs and devices", dict(first.provenance), dict(second.provenance))
     yield from changes("outcome", before.info.outcome, after.info.outcome)
-    yield from _of_recordings(before, after)
+    names, other_names = (list(each.info.recording_names) for each in (before, after))
+    yield from changes("recordings", names, other_names)
     for name in {**before.partners, **after.partners}:
-        yield from _of_partners(name, before.partners.get(name), after.partners.get(name))
+        partners = [each.partners.get(name) for each in (before, after)]
+        had, has = (each and each.header.run_id for each in partners)
+        for each in changes(partner_words(name), had, has):
+            # another partner run matters only by its effect on the results
+            yield replace(each, matters=None in partners)
     yield from result_changes(before.result_document, after.result_document)
 
 
@@ -164,23 +169,3 @@ def _state(header: RunHeader) -> str:
     approval = header.approval
     by = f" by {approval['by']}" if approval.get("by") else ""
     return f"{approval.get('state', 'draft')}{by}"
-
-
-def _of_stations(before: RunHeader, after: RunHeader) -> Iterator[Change]:
-    first, second = (parse(each.station_text, each.station_id).data for each in (before, after))
-    for key in _STATION:
-        section = key if key == "instruments" else f"station, {key}"
-        empty: list[object] | None = [] if key == "instruments" else None
-        yield from changes(section, first.get(key, empty), second.get(key, empty))
-
-
-def _of_recordings(before: StoredRun, after: StoredRun) -> Iterator[Change]:
-    first, second = before.info.recording_names, after.info.recording_names
-    yield from changes("recordings", list(first), list(second))
-
-
-def _of_partners(name: str, before: StoredRun | None, after: StoredRun | None) -> Iterator[Change]:
-    """Report another partner run. It matters only by its effect on the results."""
-    first, second = (each and each.header.run_id for each in (before, after))
-    for each in changes(partner_words(name), first, second):
-        yield replace(each, matters=before is None or after is None)

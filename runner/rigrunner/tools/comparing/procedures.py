@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from contextlib import suppress
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import InvalidFileError, PluginError
 from rigrunner.procedure import parse_procedure
@@ -59,19 +59,14 @@ def _of_texts(name: str, text: str, other_name: str, other: str) -> Iterator[Cha
         if section in equal:
             continue
         if section == "parameters":
-            yield from _of_parameters(first or {}, second or {}, points)
+            first, second = first or {}, second or {}
+            for each in dict.fromkeys([*first, *second]):
+                known = SET_POINTS if each in points else section
+                yield from changes(known, first.get(each), second.get(each), (each,))
         elif section in {"setup", "main", "teardown"}:
             yield from changes(section, first or [], second or [])
         else:
             yield from changes(section, first, second)
-
-
-def _of_parameters(
-    before: Mapping[str, Any], after: Mapping[str, Any], points: set[str]
-) -> Iterator[Change]:
-    for name in dict.fromkeys([*before, *after]):
-        section = SET_POINTS if name in points else "parameters"
-        yield from changes(section, before.get(name), after.get(name), (name,))
 
 
 def _equal_sections(name: str, text: str, other_name: str, other: str) -> set[str]:

@@ -127,10 +127,12 @@ def _apart(what: str, before: Json | None, after: Json | None) -> Iterator[Chang
     difference = after["value"] - before["value"]
     if difference == 0:
         return
-    digits = _decimals(before, after)
+    expanded = [each["expanded_uncertainty_95"] for each in (before, after)]
+    widths = [each for each in expanded if each]
+    # as many decimals as the smaller uncertainty bears
+    digits = max(0, places(min(widths))) if widths else 6
     if unit == TORQUE:
         digits = max(4, digits - 1)
-    expanded = [each["expanded_uncertainty_95"] for each in (before, after)]
     known = all(each is not None for each in expanded)
     combined = hypot(*expanded) if known else 0.0
     ratio = abs(difference) / combined if combined else inf
@@ -145,7 +147,8 @@ def _apart(what: str, before: Json | None, after: Json | None) -> Iterator[Chang
         text = f"{what}: {values}; whether they agree is not known, as an uncertainty is missing"
         yield Change(SECTION, text)
         return
-    words = f"{'within' if agrees else 'beyond'} their combined U{before.get('note', '')}"
+    note = before.get("note") or after.get("note", "")
+    words = f"{'within' if agrees else 'beyond'} their combined U{note}"
     width = with_symbol(f"{combined:.{digits}f}", unit)
     text = f"{what}: {values}, {words} of {width}"
     found = f"{ratio:.{2 if agrees else places_apart(ratio, 1.0, 2)}f}"
@@ -160,10 +163,3 @@ def _in_unit(estimate: Json, symbol: str) -> Json:
     scaled = None if expanded is None else expanded * own.factor / other.factor
     found = {"value": float(f"{value:.12g}"), "unit": symbol, "expanded_uncertainty_95": scaled}
     return {**estimate, **found}
-
-
-def _decimals(before: Json, after: Json) -> int:
-    """Return how many decimals the smaller uncertainty bears; 6 where none is known."""
-    known = [each["expanded_uncertainty_95"] for each in (before, after)]
-    widths = [each for each in known if each]
-    return max(0, places(min(widths))) if widths else 6

@@ -60,32 +60,27 @@ def _of_lists(
         yield from _of_sequences(section, before, after, path)
     elif nested:
         yield from changes(section, first, second, path)
-        yield from _of_order(section, list(first), list(second), path)
-    else:
-        yield from _of_values(section, before, after, path)
-
-
-def _of_order(
-    section: str, before: list[str], after: list[str], path: tuple[str, ...]
-) -> Iterator[Change]:
-    """Report another order: the first fit, for example, is the one that others build on."""
-    first, second = [n for n in before if n in after], [n for n in after if n in before]
-    if first != second:
+        # the order counts: the first fit, for example, is the one that others build on
+        had, have = [n for n in first if n in second], [n for n in second if n in first]
+        if had != have:
+            subject = _BETWEEN.join(path) or section
+            yield Change(section, f"{subject}: now in the order {', '.join(have)}")
+    else:  # plain values, such as set-points
+        both = ((_more(after, before), "added"), (_more(before, after), "removed"))
+        told = [f"{', '.join(map(shown, items))} {verb}" for items, verb in both if items]
         subject = _BETWEEN.join(path) or section
-        yield Change(section, f"{subject}: now in the order {', '.join(second)}")
+        yield Change(section, f"{subject}: {'; '.join(told) or 'the same values in another order'}")
 
 
-def _of_values(
-    section: str, before: list[Any], after: list[Any], path: tuple[str, ...]
-) -> Iterator[Change]:
-    """Report which plain values, such as set-points, were added and removed."""
-    had, have = Counter(map(_normal, before)), Counter(map(_normal, after))
-    gone = [shown(item) for item in before if _normal(item) in had - have]
-    new = [shown(item) for item in after if _normal(item) in have - had]
-    both = ((new, "added"), (gone, "removed"))
-    told = [f"{', '.join(items)} {verb}" for items, verb in both if items]
-    subject = _BETWEEN.join(path) or section
-    yield Change(section, f"{subject}: {'; '.join(told) or 'the same values in another order'}")
+def _more(items: list[Any], others: list[Any]) -> list[Any]:
+    """Return the items that the others lack, each as often as it is missing there."""
+    left, more = Counter(map(_normal, others)), []
+    for item in items:
+        if left[_normal(item)]:
+            left[_normal(item)] -= 1
+        else:
+            more.append(item)
+    return more
 
 
 def _of_sequences(
@@ -97,8 +92,9 @@ def _of_sequences(
         if kind == "equal":
             continue
         if b - a == d - c and all(map(_alike, before[a:b], after[c:d])):
+            entry = path[-1] if path and path[-1] not in _STEPS else "step"
             for index in range(b - a):
-                at = (*path[:-1], f"{_entry(path)} {c + index + 1}")
+                at = (*path[:-1], f"{entry} {c + index + 1}")
                 yield from changes(section, before[a + index], after[c + index], at)
             continue
         what = _BETWEEN.join(path) or section
@@ -106,11 +102,6 @@ def _of_sequences(
             yield Change(section, f"{what}: number {index} was removed: {shown(item)}")
         for index, item in enumerate(after[c:d], c + 1):
             yield Change(section, f"{what}: number {index} was added: {shown(item)}")
-
-
-def _entry(path: tuple[str, ...]) -> str:
-    """Return the name of an entry of the list at a path."""
-    return path[-1] if path and path[-1] not in _STEPS else "step"
 
 
 def _alike(before: Any, after: Any) -> bool:

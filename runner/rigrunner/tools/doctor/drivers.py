@@ -77,12 +77,16 @@ def serial_ports(_: Surroundings) -> Iterator[Finding]:
         yield _not_looked_for(_SERIAL, "serial")
         return
     ports = sorted(port.device for port in comports())
-    barred = [port for port in ports if not _may_open(port)]
+    may_all = sys.platform == "win32"
+    barred = [port for port in ports if not may_all and not os.access(port, os.R_OK | os.W_OK)]
     usable = [port for port in ports if port not in barred]
     if usable or not ports:
         yield Finding(_SERIAL, "ok", ", ".join(usable) or "none is seen")
     if barred:
-        group = _group(barred[0])
+        try:
+            group = Path(barred[0]).group()
+        except (OSError, KeyError, NotImplementedError):
+            group = "dialout"  # which owns them on most systems
         fix = f"sudo usermod -aG {group} {getpass.getuser()}, then log in again"
         found = f"no permission to open {', '.join(barred)}, which belongs to the group {group}"
         yield Finding(_SERIAL, "warn", found, fix)
@@ -90,15 +94,3 @@ def serial_ports(_: Surroundings) -> Iterator[Finding]:
 
 def _not_looked_for(name: str, extra: str) -> Finding:
     return Finding(name, "ok", f"not checked: the extra {extra} is not installed")
-
-
-def _may_open(port: str) -> bool:
-    return sys.platform == "win32" or os.access(port, os.R_OK | os.W_OK)
-
-
-def _group(port: str) -> str:
-    """Return the group that owns a port; on most systems that is dialout."""
-    try:
-        return Path(port).group()
-    except (OSError, KeyError, NotImplementedError):
-        return "dialout"

@@ -1,11 +1,13 @@
-"""The installation: Python, the packages that Rigrunner needs, and the plugins."""
+"""The installation: Python, the packages that Rigrunner needs, its extras and the plugins."""
 
 from __future__ import annotations
 
+import io
 import platform
 import re
 import sys
 from collections import Counter
+from contextlib import redirect_stdout, suppress
 from importlib.metadata import PackageNotFoundError, requires, version
 from typing import TYPE_CHECKING
 
@@ -15,9 +17,28 @@ from rigrunner.tools.doctor.finding import Finding, State, Surroundings
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from rigrunner.registry import Registry
-
 OLDEST_PYTHON = (3, 11)
+PURPOSES = {
+    "apprise": "messages to desktops, phones and chats",
+    "daq": "data acquisition by National Instruments",
+    "dask": "batches of analyses on a cluster",
+    "export": "data frames, datasets and Parquet files of an archive",
+    "modbus": "inverters, presses and others that talk Modbus",
+    "mqtt": "messages to an MQTT broker",
+    "opcua": "controllers that are OPC UA servers",
+    "panel": "the operator's panel",
+    "pdf": "certificates as PDF",
+    "postgresql": "an archive on a PostgreSQL server",
+    "pymeasure": "the instruments that PyMeasure knows",
+    "serial": "load cells and others on a serial line",
+    "sign": "signatures of certificates",
+    "tdms": "importing TDMS files",
+    "visa": "SCPI and other instruments behind VISA",
+}
+TOOLS = ("dev", "docs", "fuzz", "peers", "test")
+"""Extras for those who change Rigrunner itself."""
+_LINE = re.compile(r"([\w.-]+)(?:\[\w+\])?\s*([^;]*);\s*extra == ['\"](\w+)['\"]")
+_BOUND = re.compile(r"(>=|<)\s*([\d.]+)")
 
 
 def python(_: Surroundings) -> Iterator[Finding]:
@@ -62,15 +83,61 @@ def plugins(of: Surroundings) -> Iterator[Finding]:
         fix = "fix or uninstall it; its plugins are not available"
         text = f"{disabled.provider} is disabled: {disabled.reason}"
         yield Finding("plugins", "warn", text, fix)
-    yield from _claimed_twice(of.registry)
-
-
-def _claimed_twice(registry: Registry) -> Iterator[Finding]:
     claims: dict[tuple[str, str], list[str]] = {}
-    for plugin in registry.plugins:
-        providers = claims.setdefault((plugin.kind, plugin.record.name), [])
-        providers.append(str(plugin.provider))
+    for plugin in of.registry.plugins:
+        claims.setdefault((plugin.kind, plugin.record.name), []).append(str(plugin.provider))
     for (kind, name), providers in claims.items():
         if len(providers) > 1:
             text = f"{kind.replace('_', ' ')} '{name}' is provided by {' and '.join(providers)}"
             yield Finding("plugins", "warn", text, "uninstall one of them; neither can be used")
+
+
+def each_extra(_: Surroundings) -> Iterator[Finding]:
+    """Compare the installed packages with what each extra requires in the package's metadata."""
+    asked: dict[str, dict[str, str]] = {}
+    for line in requires("rigrunner") or ():
+        found = _LINE.match(line)
+        if found and found[3] not in TOOLS and found[1] != "rigrunner":
+            asked.setdefault(found[3], {})[found[1]] = found[2]
+    for extra, packages in sorted(asked.items()):
+        yield _extra(extra, packages)
+    if not asked:
+        fix = "install Rigrunner again: its metadata are of an older version"
+        yield Finding("extras", "warn", "its own metadata name none", fix)
+
+
+def _extra(extra: str, packages: dict[str, str]) -> Finding:
+    name, purpose = f"extra {extra}", PURPOSES.get(extra, "a plugin")
+    fix = f"pip install 'rigrunner[{extra}]', for {purpose}"
+    found = dict.fromkeys(packages, "")
+    for package in packages:
+        with suppress(PackageNotFoundError):
+            found[package] = version(package)
+    if not any(found.values()):
+        return Finding(name, "warn", f"not installed (optional): {', '.join(packages)}", fix)
+    wrong = [
+        text for package, bounds in packages.items() if (text := _wrong(package, found, bounds))
+    ]
+    if wrong:
+        return Finding(name, "warn", ", ".join(wrong), fix)
+    if extra == "pdf":  # it needs libraries of the system too
+        try:
+            with redirect_stdout(io.StringIO()):  # where Pango is missing it prints what we say
+                import weasyprint  # noqa: F401, PLC0415  (optional, heavy, and loads libraries)
+        except OSError as error:
+            text = f"WeasyPrint does not find the library Pango: {error}"
+            fix = "on Debian: apt install libpango-1.0-0 libpangoft2-1.0-0 libharfbuzz-subset0"
+            return Finding(name, "warn", text, fix)
+    return Finding(name, "ok", ", ".join(f"{each} {found[each]}" for each in packages))
+
+
+def _wrong(package: str, found: dict[str, str], bounds: str) -> str:
+    installed = found[package]
+    if not installed:
+        return f"{package} is missing"
+    for sign, bound in _BOUND.findall(bounds):
+        if sign == ">=" and numbers(installed) < numbers(bound):
+            return f"{package} {installed} is too old: expected {bound}"
+        if sign == "<" and numbers(installed) >= numbers(bound):
+            return f"{package} {installed} is too new: expected a version below {bound}"
+    return ""

@@ -33,19 +33,15 @@ def clock(of: Surroundings) -> Iterator[Finding]:
     """Check the clock, as far as a machine can by itself."""
     text = f"{of.now:%Y-%m-%d %H:%M:%S} UTC"
     fix = "set the clock, and synchronise it by NTP"
-    newest = _newest_run(of.runs)
+    starts = [re.match(r"\d{8}T\d{6}Z", name) for name in run_names(of.runs)]
+    times = [datetime.strptime(f"{found[0]}+0000", "%Y%m%dT%H%M%SZ%z") for found in starts if found]
+    newest = max(times, default=None)
     if of.now < RELEASED:
         yield Finding("clock", "fail", f"{text} is before this program was written", fix)
     elif newest is not None and newest > of.now + AHEAD:
         yield Finding("clock", "warn", f"{text} is before the newest run in {of.runs}", fix)
     else:
         yield Finding("clock", "ok", text)
-
-
-def _newest_run(runs: Path) -> datetime | None:
-    starts = [re.match(r"\d{8}T\d{6}Z", name) for name in run_names(runs)]
-    times = [datetime.strptime(f"{found[0]}+0000", "%Y%m%dT%H%M%SZ%z") for found in starts if found]
-    return max(times, default=None)
 
 
 def runs_folder(of: Surroundings) -> Iterator[Finding]:
@@ -116,9 +112,8 @@ def text(_: Surroundings) -> Iterator[Finding]:
 
 def browser(_: Surroundings) -> Iterator[Finding]:
     """Look for a browser."""
-    yield _optional(
-        "browser", BROWSERS, "install chromium to print reports; any browser displays them"
-    )
+    fix = "install chromium to print reports; any browser displays them"
+    yield _optional("browser", BROWSERS, fix)
 
 
 def editor(_: Surroundings) -> Iterator[Finding]:

@@ -65,7 +65,11 @@ def read_part(
         asked[_TIME] = Wanted(sampling.time, ("sampling", "time"))
     found = _columns(mapping, importer, part, at, asked)
     file = str(mapping.file(part.file))
-    _check_lengths(found, asked, file)
+    lengths = {name: len(column.values) for name, column in found.items()}
+    if len(set(lengths.values())) > 1:
+        counts = (f"{count} of '{asked[name].spec.column}'" for name, count in lengths.items())
+        message = f"the columns have different numbers of samples: {', '.join(counts)}"
+        raise DataError(message, location=Location(file))
     in_si = {name: _in_si(mapping, column, asked[name], file) for name, column in found.items()}
     times_s = in_si.pop(_TIME, None)
     sampled = {name: found[name] for name in wanted}
@@ -106,7 +110,8 @@ def _checked(mapping: LoadedMapping, name: str, column: object) -> Column:
     if values.ndim != 1 or not np.isfinite(values).all():
         raise _not_given(mapping, f"values for '{name}' that are not a row of finite numbers")
     interval_s = column.interval_s
-    if interval_s is not None and not (isinstance(interval_s, Real) and isfinite(interval_s)):
+    is_time = isinstance(interval_s, Real) and isfinite(interval_s) and interval_s > 0
+    if interval_s is not None and not is_time:
         raise _not_given(mapping, f"an interval of {interval_s!r} s for '{name}'")
     return replace(column, values=values)
 
@@ -122,16 +127,6 @@ def fault(
 ) -> InvalidFileError:
     """Return an error at a place in the mapping."""
     return InvalidFileError([Problem(message, mapping.document.where(path), dotted(path), hint)])
-
-
-def _check_lengths(found: Mapping[str, Column], asked: Mapping[str, Wanted], file: str) -> None:
-    lengths = {name: len(column.values) for name, column in found.items()}
-    if len(set(lengths.values())) > 1:
-        counts = (f"{count} of '{asked[name].spec.column}'" for name, count in lengths.items())
-        told = ", ".join(counts)
-        raise DataError(
-            f"the columns have different numbers of samples: {told}", location=Location(file)
-        )
 
 
 def _in_si(mapping: LoadedMapping, column: Column, wanted: Wanted, file: str) -> Array:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from math import isclose
+from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.member import Member
 from rigrunner.api.quantity import Quantity
@@ -22,12 +23,7 @@ if TYPE_CHECKING:
     from rigrunner.api.steps import Action
     from rigrunner.procedure.answers import Expected
     from rigrunner.run.prepare import Planned
-    from rigrunner.tools.importing.mapping import (
-        ColumnSpec,
-        ImportMapping,
-        LoadedMapping,
-        RecordingEntry,
-    )
+    from rigrunner.tools.importing.mapping import ImportMapping, LoadedMapping, RecordingEntry
     from rigrunner.yamlfile.document import Path
 
 CLOSE = 1e-6
@@ -118,8 +114,13 @@ class _Matcher:
                 self._complain(
                     ("zeros", member), "the procedure does not zero this channel", hint, key=True
                 )
-            else:
-                self._zeros_of(member, steps[zeroed.index(member)].unit)
+                continue
+            needed = steps[zeroed.index(member)].unit
+            for zero in self._mapping.zeros_of(member):
+                if isinstance(zero, Quantity):
+                    self._fits(("zeros", member), zero.unit.symbol, needed, member)
+                elif member not in self._mapping.channels:
+                    self._complain(("zeros", member), f"no column of '{member}' is given")
         for member in dict.fromkeys(zeroed):
             if member not in self._mapping.zeros:
                 self._complain(
@@ -133,13 +134,6 @@ class _Matcher:
                     f"the procedure zeroes it {zeroed.count(member)} times, given: {given}",
                     "give a list of its readings at rest, in this order",
                 )
-
-    def _zeros_of(self, member: Member, needed: str) -> None:
-        for zero in self._mapping.zeros_of(member):
-            if isinstance(zero, Quantity):
-                self._fits(("zeros", member), zero.unit.symbol, needed, member)
-            elif member not in self._mapping.channels:
-                self._complain(("zeros", member), f"no column of '{member}' is given")
 
     def _measures(self) -> None:
         steps = [row for step in self._planned.plan.steps for row in _rows(step.action)]
@@ -166,7 +160,7 @@ class _Matcher:
         known: dict[str, str] = {}
         for action in self._records.values():
             known |= {member: action.units[member] for member in action.setpoints}
-        for path, given in self._given_set_points():
+        for path, given in self._stated("set_points"):
             for member, quantity in given.items():
                 at: Path = (*path, member)
                 if member not in known:
@@ -175,14 +169,18 @@ class _Matcher:
                 else:
                     self._fits(at, quantity.unit.symbol, known[member], member)
 
-    def _given_set_points(self) -> Iterator[tuple[Path, Mapping[Member, Quantity]]]:
-        yield ("set_points",), self._mapping.set_points
+    def _stated(self, key: str) -> Iterator[tuple[Path, Mapping[Member, Any]]]:
+        """Yield what a key states for all recordings, and then for each, with its place."""
+        yield (key,), getattr(self._mapping, key)
         for index, entry in enumerate(self._mapping.recordings):
-            yield ("recordings", index, "set_points"), entry.set_points
+            yield ("recordings", index, key), getattr(entry, key)
 
     def _conditions(self) -> None:
-        known = dict(self._readable())
-        for path, given in self._given_conditions():
+        known: dict[str, str] = {}
+        for role, device in self._planned.devices.items():
+            known |= {Member(role, each.name): each.unit for each in device.channels}
+            known |= {Member(role, each.name): each.unit for each in device.drives}
+        for path, given in self._stated("conditions"):
             for member, condition in given.items():
                 at: Path = (*path, member)
                 if member in self._mapping.channels:
@@ -196,11 +194,6 @@ class _Matcher:
                     )
                     self._fits(at, symbol, known[member], member)
 
-    def _given_conditions(self) -> Iterator[tuple[Path, Mapping[Member, Quantity | ColumnSpec]]]:
-        yield ("conditions",), self._mapping.conditions
-        for index, entry in enumerate(self._mapping.recordings):
-            yield ("recordings", index, "conditions"), entry.conditions
-
     def _same_samples(self) -> None:
         """Report samples that are used for two recordings, as when a line was copied."""
         entries = self._mapping.recordings
@@ -210,11 +203,6 @@ class _Matcher:
                 self._complain(
                     ("recordings", index, "file"), f"recordings[{other}] has the same samples"
                 )
-
-    def _readable(self) -> Iterator[tuple[str, str]]:
-        for role, device in self._planned.devices.items():
-            yield from ((Member(role, each.name), each.unit) for each in device.channels)
-            yield from ((Member(role, each.name), each.unit) for each in device.drives)
 
     def _inputs(self) -> dict[str, str]:
         asked: dict[str, Expected] = {
@@ -246,7 +234,8 @@ class _Matcher:
         for step, action in self._records.items():
             index = next((i for i, entry in left.items() if self._is_at(entry, action)), None)
             if index is None:
-                missing.append(_words(action.setpoints, action.units))
+                at = (f"{each} {v:g} {action.units[each]}" for each, v in action.setpoints.items())
+                missing.append(", ".join(at))
             else:
                 found[step] = index
                 del left[index]
@@ -259,7 +248,8 @@ class _Matcher:
     def _is_at(self, entry: RecordingEntry, action: Record) -> bool:
         given = {**self._mapping.set_points, **entry.set_points}
         return given.keys() >= action.setpoints.keys() and all(
-            _same(given[Member.parse(each)].si, value) for each, value in action.setpoints.items()
+            isclose(given[Member.parse(each)].si, value, rel_tol=CLOSE)
+            for each, value in action.setpoints.items()
         )
 
     def _not_wanted(self, entry: RecordingEntry) -> str:
@@ -270,14 +260,6 @@ class _Matcher:
             return f"the set-point is missing of: {', '.join(unset)}"
         text = ", ".join(f"{member} {quantity}" for member, quantity in given.items())
         return f"the procedure records nothing, or nothing more, at {text}"
-
-
-def _words(set_points: Mapping[str, float], units: Mapping[str, str]) -> str:
-    return ", ".join(f"{member} {value:g} {units[member]}" for member, value in set_points.items())
-
-
-def _same(a: float, b: float) -> bool:
-    return abs(a - b) <= CLOSE * max(abs(a), abs(b))
 
 
 def _rows(action: Action) -> Sequence[Measure | Scan]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from datetime import UTC, datetime
+from datetime import UTC
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import InvalidFileError, PluginError, UsageError
@@ -57,10 +57,17 @@ def plan_import(
             hint=f"say that you trust them: --station {named}",
         )
     planned = plan_run(procedure, named, registry, SimulatedClock(model.started))
-    planned = replace(planned, approval=_approval_then(planned.approval, model.started))
+    state, day = planned.approval, model.started.astimezone(UTC).date().isoformat()
+    if not state.is_draft and state.utc[:10] > day:  # a later approval does not count for it
+        note = f"it was approved by {state.by} on {state.utc[:10]}, after the recordings were made"
+        draft = ApprovalState("draft", sha256=state.sha256, note=note)
+        planned = replace(planned, approval=draft)
     importer, reader = _importer(mapping, planned.registry)
     matched = match(mapping, planned)
-    _require_files(mapping)
+    for index, entry in enumerate(model.recordings):
+        if not mapping.file(entry.file).is_file():
+            message = f"there is no file '{entry.file}' in {mapping.path.parent}"
+            raise fault(mapping, ("recordings", index, "file"), message)
     return PlannedImport(mapping, planned, matched, importer, reader)
 
 
@@ -76,14 +83,6 @@ def _found(mapping: LoadedMapping, key: str, name: str) -> Path:
         raise fault(mapping, (key,), error.message, error.hint) from error
 
 
-def _approval_then(state: ApprovalState, started: datetime) -> ApprovalState:
-    """Return the approval on the day of the run. A later one does not count for it."""
-    if state.is_draft or state.utc[:10] <= started.astimezone(UTC).date().isoformat():
-        return state
-    note = f"it was approved by {state.by} on {state.utc[:10]}, after the recordings were made"
-    return ApprovalState("draft", sha256=state.sha256, note=note)
-
-
 def _importer(mapping: LoadedMapping, registry: Registry) -> tuple[Importer, str]:
     name = mapping.model.format.name
     try:
@@ -95,13 +94,3 @@ def _importer(mapping: LoadedMapping, registry: Registry) -> tuple[Importer, str
     except PluginError as error:
         raise fault(mapping, ("format",), error.message, error.hint) from error
     return importer, f"{name} of {found.provider}"
-
-
-def _require_files(mapping: LoadedMapping) -> None:
-    for index, entry in enumerate(mapping.model.recordings):
-        if not mapping.file(entry.file).is_file():
-            raise fault(
-                mapping,
-                ("recordings", index, "file"),
-                f"there is no file '{entry.file}' in {mapping.path.parent}",
-            )

@@ -53,32 +53,21 @@ def import_run(
     is_recorded = False
     try:
         with run_lock(folder):
-            digests = {name: _digest(mapping.file(name)) for name in _file_names(mapping)}
+            zeros = (each for name in mapping.model.zeros for each in mapping.model.zeros_of(name))
+            parts = [*mapping.model.recordings, *(each for each in zeros if isinstance(each, Part))]
+            files = dict.fromkeys(each.file for each in parts)
+            digests = {name: _digest(mapping.file(name)) for name in files}
             header = _header(checked, folder.name, digests)
             with RunWriter(folder, header) as writer, open_log(folder) as log:
                 write_run(checked, [writer, *log], folder.name, overrides, progress)
             _refuse_changed(mapping, digests)
             is_recorded = True
             end = (Outcome.COMPLETED, "", ())
-            return finish(
-                planned,
-                writer,
-                end,
-                partners,
-                errors,
-                progress=progress,
-            )
+            return finish(planned, writer, end, partners, errors, progress=progress)
     except BaseException:
         if not is_recorded:  # the files that it was read from are whole; the lock is let go of:
             shutil.rmtree(folder, ignore_errors=True)  # Windows removes no file that is open
         raise
-
-
-def _file_names(mapping: LoadedMapping) -> list[str]:
-    parts: list[Part] = [*mapping.model.recordings]
-    zeros = (zero for member in mapping.model.zeros for zero in mapping.model.zeros_of(member))
-    parts += [zero for zero in zeros if isinstance(zero, Part)]
-    return list(dict.fromkeys(part.file for part in parts))
 
 
 def _digest(path: Path) -> str:
@@ -102,6 +91,12 @@ def _refuse_changed(mapping: LoadedMapping, digests: Mapping[str, str]) -> None:
 def _header(checked: PlannedImport, run_id: str, digests: Mapping[str, str]) -> RunHeader:
     planned, mapping, inputs = checked.planned, checked.mapping, checked.matched.inputs
     model = mapping.model
+    devices = {
+        f"device {role}": f"recorded by {model.program}"
+        # recordings of a simulated station stay simulated
+        + (SIMULATED if planned.registry.is_simulated(each.plugin, each.settings) else "")
+        for role, each in planned.station.model.devices.items()
+    }
     imported = {
         "program": model.program,
         "by": model.by,
@@ -114,17 +109,7 @@ def _header(checked: PlannedImport, run_id: str, digests: Mapping[str, str]) -> 
     return replace(
         header_of(planned, run_id, inputs),
         people={"operator": name} if (name := inputs.get("operator", "")) else {},
-        provenance=software(planned.registry) | _devices(checked),
+        provenance=software(planned.registry) | devices,
         imported=imported,
         mapping_text=mapping.text,
     )
-
-
-def _devices(checked: PlannedImport) -> dict[str, str]:
-    """Return the device of each role. Recordings of a simulated station stay simulated."""
-    planned, program = checked.planned, checked.mapping.model.program
-    return {
-        f"device {role}": f"recorded by {program}"
-        + (SIMULATED if planned.registry.is_simulated(each.plugin, each.settings) else "")
-        for role, each in planned.station.model.devices.items()
-    }

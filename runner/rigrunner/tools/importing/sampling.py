@@ -44,15 +44,23 @@ def rate_of(
     if rate_hz is None:
         rate_hz = _from_intervals(columns, place)
     for name, column in columns.items():
-        _check_interval(name, column, rate_hz, place)
+        own_s = column.interval_s
+        if own_s is None:
+            continue
+        if abs(1 / rate_hz - own_s) > column.interval_within_s + _SAME * own_s:
+            raise DataError(
+                f"the file states an interval of {own_s:.9g} s for '{name}', which is not that of"
+                f" {rate_hz:.9g} Hz",
+                location=place,
+            )
     return rate_hz
 
 
 def start_of(columns: Mapping[str, Column], rate_hz: float, where: str) -> datetime | None:
     """Return when the first samples were taken, from the file `where`, or None.
 
-    Raises DataError if columns begin at different times: a torque that is late against its angle
-    gives another result, which nobody would notice.
+    Raises DataError if columns begin at different times (a torque that is late against its angle
+    gives another result, which nobody would notice), and for a gap between two segments.
     """
     timed = {name: each for name, each in columns.items() if each.started} or dict(columns)
     (first, origin), *others = timed.items()
@@ -67,15 +75,11 @@ def start_of(columns: Mapping[str, Column], rate_hz: float, where: str) -> datet
                 hint="the channels of a recording are sampled at the same times",
             )
     begun = origin.started and origin.started + timedelta(seconds=origin.offset_s)
-    for name, column in columns.items():
-        if begun is not None:
-            _refuse_gaps(name, column, begun, rate_hz, where)
-    return begun
-
-
-def _refuse_gaps(name: str, column: Column, begun: datetime, rate_hz: float, where: str) -> None:
-    """Raise DataError if a segment does not begin where the one before it ended."""
-    for sample, taken in column.goes:
+    if begun is None:
+        return None
+    # each segment begins where the one before it ended
+    segments = [(name, *each) for name, column in columns.items() for each in column.goes]
+    for name, sample, taken in segments:
         late_s = (taken - begun).total_seconds() - sample / rate_hz
         if abs(late_s) > max(_GAP / rate_hz, _RESOLUTION_S):
             raise DataError(
@@ -84,6 +88,7 @@ def _refuse_gaps(name: str, column: Column, begun: datetime, rate_hz: float, whe
                 location=Location(where),
                 hint="segments make one recording only without gaps between them",
             )
+    return begun
 
 
 def _checked_times(times_s: Array, stated_hz: float | None, place: Location) -> float:
@@ -92,8 +97,12 @@ def _checked_times(times_s: Array, stated_hz: float | None, place: Location) -> 
     span_s = float(times_s[-1] - times_s[0]) if intervals > 0 else 0.0
     if span_s <= 0:
         raise DataError("the times of the samples do not increase", location=place)
-    step_s = 1 / stated_hz if stated_hz is not None else _usual(np.diff(times_s), span_s)
-    gaps = np.flatnonzero(np.abs(np.diff(times_s) - step_s) > _GAP * step_s)
+    steps_s = np.diff(times_s)
+    if stated_hz is not None:
+        step_s = 1 / stated_hz
+    else:  # the usual one; of times with few digits it may be 0
+        step_s = float(np.median(steps_s)) or span_s / intervals
+    gaps = np.flatnonzero(np.abs(steps_s - step_s) > _GAP * step_s)
     if gaps.size:
         at = int(gaps[0])
         raise DataError(
@@ -116,11 +125,6 @@ def _checked_times(times_s: Array, stated_hz: float | None, place: Location) -> 
     return stated_hz if stated_hz is not None else 1 / step_s
 
 
-def _usual(steps_s: Array, span_s: float) -> float:
-    """Return the median interval."""
-    return float(np.median(steps_s)) or span_s / len(steps_s)
-
-
 def _from_intervals(columns: Mapping[str, Column], place: Location) -> float:
     for column in columns.values():
         if column.interval_s is None:
@@ -140,15 +144,3 @@ def _from_intervals(columns: Mapping[str, Column], place: Location) -> float:
         location=place,
         hint="such as sampling: {rate: 10 kHz}, or sampling: {time: {column: Time, unit: s}}",
     )
-
-
-def _check_interval(name: str, column: Column, rate_hz: float, place: Location) -> None:
-    stated_s = column.interval_s
-    if stated_s is None:
-        return
-    if abs(1 / rate_hz - stated_s) > column.interval_within_s + _SAME * stated_s:
-        raise DataError(
-            f"the file states an interval of {stated_s:.9g} s for '{name}', which is not that of"
-            f" {rate_hz:.9g} Hz",
-            location=place,
-        )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -67,14 +67,6 @@ def write_run(
     _Import(checked, sinks, progress).write(run_id, overrides)
 
 
-@dataclass(frozen=True, eq=False)
-class _Sampled:
-    """The samples of a recording: columns of shape (n,), in SI units."""
-
-    rate_hz: float
-    columns: Mapping[str, Array]
-
-
 class _Import:
     def __init__(
         self, checked: PlannedImport, sinks: Sequence[EventSink], progress: Progress
@@ -105,20 +97,6 @@ class _Import:
                 reason=each.reason,
                 subject=each.subject,
             )
-        for text in self._remarks():
-            emit(Note, step="import", text=text)
-        for index, step in enumerate(plan.steps):
-            if isinstance(step.action, Zero):
-                self._zero(index, step, step.action)
-            elif isinstance(step.action, Measure):
-                self._measure(index, step, step.action)
-            elif isinstance(step.action, Scan):
-                self._scan(index, step, step.action)
-            elif isinstance(step.action, Record):
-                self._record(index, step, step.action, matched[index])
-        self._emit_at(self._ended())(RunEnded, outcome=Outcome.COMPLETED)
-
-    def _remarks(self) -> tuple[str, ...]:
         known, files = self._mapping, len({each.file for each in self._mapping.recordings})
         made = (
             f"Imported: {known.program} made the recordings, not Rigrunner; {self._checked.reader}"
@@ -129,12 +107,30 @@ class _Import:
             " them. That the other steps of the procedure were done, and the rig was safe,"
             " Rigrunner has not seen."
         )
-        return made, stated
+        for text in (made, stated):
+            emit(Note, step="import", text=text)
+        for index, step in enumerate(plan.steps):
+            if isinstance(step.action, Zero):
+                self._zero(index, step, step.action)
+            elif isinstance(step.action, Measure):
+                found = Found(self._stated(), step.action.units, {})
+                self._step(index, step, (self._latest, self._latest), found)
+            elif isinstance(step.action, Scan):
+                self._scan(index, step, step.action)
+            elif isinstance(step.action, Record):
+                self._record(index, step, step.action, matched[index])
+        self._emit_at(self._ended())(RunEnded, outcome=Outcome.COMPLETED)
 
     def _zero(self, index: int, step: PlannedStep, action: Zero) -> None:
         member = action.zeroed
         given, at = next(self._zeros[member]), ("zeros", member)
-        value = given.si if isinstance(given, Quantity) else self._mean_at_rest(given, at, member)
+        if isinstance(given, Quantity):
+            value = given.si
+        else:  # a recording at rest
+            column = Wanted(self._mapping.channels[member], ("channels", member))
+            checked = self._checked
+            read = read_part(checked.mapping, checked.importer, given, at, {member: column})
+            value = float(read.columns[member].mean())
         if abs(value) > action.within:
             message = (
                 f"{member} read {value:.4g} {action.unit} at rest,"
@@ -165,17 +161,6 @@ class _Import:
                 emit(kind, step=step.path, text=text)
         attempt.end(emit, ok=True)
 
-    def _measure(self, index: int, step: PlannedStep, action: Measure) -> None:
-        found = Found(self._stated(), action.units, {})
-        self._step(index, step, (self._latest, self._latest), found)
-
-    def _mean_at_rest(self, part: Part, at: DocumentPath, member: Member) -> float:
-        wanted: dict[str, Wanted] = {
-            member: Wanted(self._mapping.channels[member], ("channels", member))
-        }
-        read = read_part(self._checked.mapping, self._checked.importer, part, at, wanted)
-        return float(read.columns[member].mean())
-
     def _record(self, index: int, step: PlannedStep, action: Record, number: int) -> None:
         entry, at = self._mapping.recordings[number], ("recordings", number)
         members = [Member(action.role, name) for name in action.channels]
@@ -190,32 +175,28 @@ class _Import:
                 wanted[name] = Wanted(each, (*base, name))
         read = read_part(self._checked.mapping, self._checked.importer, entry, at, wanted)
         samples: dict[str, Array] = {member: read.columns[member] for member in members}
-        self._require_length(step, action, entry, len(samples[members[0]]) / read.rate_hz)
+        length_s = len(samples[members[0]]) / read.rate_hz
+        if length_s < action.duration_s * (1 - _LITTLE):
+            raise DataError(
+                f"the recording is only {length_s:.6g} s long; asked for is: {step.text}",
+                location=Location(str(self._checked.mapping.file(entry.file))),
+                hint="use a procedure that matches the recording; a recording may begin anywhere"
+                " in a cycle, so it needs one cycle more than is counted",
+            )
         values, units = _conditions(conditions, read)
         known = {*values, *action.statistics}
         if unstated := [each.of for each in step.terms.limits if each.of not in known]:
             message = f"{unstated[0]} is not stated, and the procedure has limits for it"
             raise fault(self._checked.mapping, at, message, "state it under 'conditions'")
         started = self._start_of(entry, at, read)
-        ended = started + timedelta(seconds=len(samples[members[0]]) / read.rate_hz)
+        ended = started + timedelta(seconds=length_s)
         statistics = RecordedStatistics(action.statistics)
         statistics.take(samples)
         found = Found(values, {**action.units, **units}, {}, statistics.found())
-        self._step(index, step, (started, ended), found, _Sampled(read.rate_hz, samples))
+        self._step(index, step, (started, ended), found, replace(read, columns=samples))
         self._latest = max(self._latest, ended)
         self._done += 1
         self._progress("recordings", self._done, len(self._mapping.recordings))
-
-    def _require_length(
-        self, step: PlannedStep, action: Record, part: Part, length_s: float
-    ) -> None:
-        if length_s < action.duration_s * (1 - _LITTLE):
-            raise DataError(
-                f"the recording is only {length_s:.6g} s long; asked for is: {step.text}",
-                location=Location(str(self._checked.mapping.file(part.file))),
-                hint="use a procedure that matches the recording; a recording may begin anywhere"
-                " in a cycle, so it needs one cycle more than is counted",
-            )
 
     def _start_of(self, part: Part, at: DocumentPath, read: Read) -> datetime:
         """Return when a recording began: from the file, or else after the one before."""
@@ -250,26 +231,25 @@ class _Import:
         step: PlannedStep,
         times: tuple[datetime, datetime],
         found: Found,
-        sampled: _Sampled | None = None,
+        read: Read | None = None,
     ) -> None:
         attempt, (started, ended) = Attempt(index, step, 1, 1), times
         attempt.begin(self._emit_at(started))
-        if sampled is not None:
-            self._samples(started, attempt.recording, sampled)
+        if read is not None:
+            count = len(next(iter(read.columns.values())))
+            for first in range(0, count, BLOCK_SAMPLES):
+                part = {
+                    key: values[first : first + BLOCK_SAMPLES]
+                    for key, values in read.columns.items()
+                }
+                began_s = self._monotonic_s(started) + first / read.rate_hz
+                block = Block(read.rate_hz, first, began_s, part)
+                self._emit_at(started)(Samples, recording=attempt.recording, block=block)
         emit = self._emit_at(ended)
         attempt.end(emit, found, ok=True)
         values = {**found.values, **found.statistics}
         for kind, text in remarks_on(step.terms.limits, values):
             emit(kind, step=step.path, text=text)
-
-    def _samples(self, started: datetime, name: str, sampled: _Sampled) -> None:
-        rate_hz, columns = sampled.rate_hz, sampled.columns
-        count = len(next(iter(columns.values())))
-        since_s = self._monotonic_s(started)
-        for first in range(0, count, BLOCK_SAMPLES):
-            part = {key: values[first : first + BLOCK_SAMPLES] for key, values in columns.items()}
-            block = Block(rate_hz, first, since_s + first / rate_hz, part)
-            self._emit_at(started)(Samples, recording=name, block=block)
 
     def _emit_at(self, at: datetime) -> Emit:
         """Return a function that sends events of that time."""

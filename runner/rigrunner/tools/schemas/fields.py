@@ -54,10 +54,7 @@ class Field:
 
     key: str
     kind: str
-    """The kind of value: 'length', 'whole number', 'slip
-
-    speed', ...
-    """
+    """The kind of value: 'length', 'whole number', 'slip speed', ..."""
     units: tuple[str, ...]
     """The units that a quantity may have."""
     bounds: str
@@ -74,9 +71,29 @@ class Field:
 
 def fields_of(model: type[BaseModel]) -> Iterator[Field]:
     """Yield the fields of the model, in order."""
-    said = _docstrings(model)
+    said: dict[str, str] = {}  # the docstrings under the fields, if the source is there
+    for base in reversed(model.__mro__):
+        if issubclass(base, BaseModel) and base is not BaseModel:
+            said |= _own_docstrings(base)
     for name, info in model.model_fields.items():
-        yield _field(info.alias or name, info, info.description or said.get(name, ""))
+        annotation: Any = info.annotation
+        if info.metadata:
+            annotation = Annotated[info.annotation, *info.metadata]
+        quantity = _quantity(annotation)
+        dimension = None if quantity is None else quantity.dimension
+        inner = _without_none(annotation)
+        inside, entry = _model(inner)
+        yield Field(
+            key=info.alias or name,
+            kind=_kind(inner),
+            units=tuple(units_of(dimension)) if dimension else (),
+            bounds=_bounds(annotation, dimension),
+            default=_yaml_value(None if info.is_required() else info.get_default(), dimension),
+            required=info.is_required(),
+            help=info.description or said.get(name, ""),
+            model=inside,
+            entry=entry,
+        )
 
 
 def all_fields(model: type[BaseModel], prefix: str = "") -> Iterator[tuple[str, Field]]:
@@ -90,29 +107,6 @@ def all_fields(model: type[BaseModel], prefix: str = "") -> Iterator[tuple[str, 
             yield f"{prefix}{field.key}", field
         if field.model is not None:
             yield from all_fields(field.model, f"{prefix}{field.key}{field.entry}.")
-
-
-def _field(key: str, info: FieldInfo, words: str) -> Field:
-    annotation = _annotated(info)
-    quantity = _quantity(annotation)
-    dimension = None if quantity is None else quantity.dimension
-    inner = _without_none(annotation)
-    model, entry = _model(inner)
-    return Field(
-        key=key,
-        kind=_kind(inner),
-        units=tuple(units_of(dimension)) if dimension else (),
-        bounds=_bounds(annotation, dimension),
-        default=_yaml_value(None if info.is_required() else info.get_default(), dimension),
-        required=info.is_required(),
-        help=words,
-        model=model,
-        entry=entry,
-    )
-
-
-def _annotated(info: FieldInfo) -> Any:
-    return Annotated[info.annotation, *info.metadata] if info.metadata else info.annotation
 
 
 def _marks(annotation: Any) -> Iterator[Any]:
@@ -157,18 +151,15 @@ def _kind(annotation: Any) -> str:
     if origin in {Union, UnionType}:
         return " or ".join(_kind(part) for part in parts if part is not NoneType)
     if origin is Literal:
-        return " | ".join(_choice(choice) for choice in parts)
+        return " | ".join(text if text[:1].isalnum() else f'"{text}"' for text in map(str, parts))
     if isinstance(bare, type) and issubclass(bare, BaseModel):
         return "settings"
-    return _scalar_kind(annotation, getattr(bare, "__name__", "value"))
-
-
-def _scalar_kind(annotation: Any, name: str) -> str:
     quantity = _quantity(annotation)
     if quantity is not None:
         return quantity.dimension or "quantity"
     own = next((each for each in _marks(annotation) if isinstance(each, WithJsonSchema)), None)
     found = "" if own is None else _kind_of_schema(own.json_schema or {})
+    name = getattr(bare, "__name__", "value")
     return found or _KINDS.get(name, name)
 
 
@@ -183,20 +174,17 @@ def _kind_of_schema(schema: Mapping[str, Any]) -> str:
     return " or ".join(_JSON_KINDS[kind] for kind in kinds if kind in _JSON_KINDS)
 
 
-def _choice(value: object) -> str:
-    text = str(value)
-    return text if text[:1].isalnum() else f'"{text}"'
-
-
 def _bounds(annotation: Any, dimension: str | None) -> str:
     marks = list(_marks(annotation))
-    said = (
-        f"{words} {_bound(getattr(mark, attribute), dimension)}"
+    bounds = (
+        (words, getattr(mark, attribute))
         for kind, attribute, words in _BOUNDS
         for mark in marks
         if isinstance(mark, kind)
     )
-    return ", ".join(said)
+    return ", ".join(  # 0 needs no unit
+        f"{words} {0 if value == 0 else _yaml_value(value, dimension)}" for words, value in bounds
+    )
 
 
 def _yaml_value(value: Any, dimension: str | None) -> Any:
@@ -208,19 +196,6 @@ def _yaml_value(value: Any, dimension: str | None) -> Any:
     if dimension is not None and isinstance(value, (int, float)):
         return str(readable(float(value), dimension))
     return value
-
-
-def _bound(value: Any, dimension: str | None) -> Any:
-    return "0" if value == 0 else _yaml_value(value, dimension)
-
-
-def _docstrings(model: type[BaseModel]) -> dict[str, str]:
-    """Return the docstrings under the fields of a model and its bases, if their source is there."""
-    said: dict[str, str] = {}
-    for base in reversed(model.__mro__):
-        if issubclass(base, BaseModel) and base is not BaseModel:
-            said |= _own_docstrings(base)
-    return said
 
 
 @lru_cache(maxsize=512)  # a schema comes to most models many times, and their source is parsed

@@ -55,9 +55,9 @@ PLUGIN = "x-plugin"
 """Marks, in the JSON Schema, a text that names a plugin; its value is the kind of plugin."""
 RIG = "x-rig"
 """Marks, in the JSON Schema, the rig data of a station: the plugins declare its keys."""
-LABEL_TYPE = TypeAdapter(Name).core_schema
 LABELLED = "x-labelled"
-"""Marks, in the JSON Schema, such a text that may also be a name given with `as`."""
+"""Marks, in the JSON Schema, a text that names a plugin, or a use of it by its name from `as`."""
+LABEL_TYPE = TypeAdapter(Name).core_schema
 
 
 def certificate_schema() -> Schema:
@@ -93,7 +93,9 @@ class _LanguageSchema(SettingsSchema):
         for spec in found.get("properties", {}).values():
             if PLUGIN in spec:
                 _name_plugins(spec, self._records(spec.pop(PLUGIN)))
-            if spec.pop(MEASURAND, False) and (models := self._measurand_models()):
+            known = {KINDS: kinds_of(self._registry)}
+            if spec.pop(MEASURAND, False) and (limits := measurand_models(known)):
+                models = [self.generate_inner(each.__pydantic_core_schema__) for each in limits]
                 del spec["type"], spec["additionalProperties"]
                 spec.update(models[0] if len(models) == 1 else {"anyOf": models})
             if spec.pop(RIG, False):
@@ -111,7 +113,11 @@ class _LanguageSchema(SettingsSchema):
         if self._knows_steps:
             return {SHARED: "Step"}
         self._knows_steps = True  # a sweep has steps
-        steps = {each.name: self._step(each) for each in self._records("step")}
+        steps = {}
+        for each in self._records("step"):
+            example = each.example if isinstance(each, StepRecord) else ""
+            written = f" `{example}`." if example else ""
+            steps[each.name] = self._settings(each) | {"description": f"{each.help}{written}"}
         return _one_key("Step", "A step: one key, which says what is done.", steps)
 
     def _analysis(self) -> Schema:
@@ -123,17 +129,6 @@ class _LanguageSchema(SettingsSchema):
         found = _one_key("", "An analysis: one key, which names it.", inner)
         del found[SHARED]  # the model has a definition of its own
         return found
-
-    def _measurand_models(self) -> list[Schema]:
-        """Return the schemas of the key `measurand` of limits, by all analyses."""
-        models = measurand_models({KINDS: kinds_of(self._registry)})
-        return [self.generate_inner(each.__pydantic_core_schema__) for each in models]
-
-    def _step(self, record: PluginRecord) -> Schema:
-        found = self.generate_inner(record.settings_model.__pydantic_core_schema__)
-        example = record.example if isinstance(record, StepRecord) else ""
-        written = f" `{example}`." if example else ""
-        return {**found, "description": f"{record.help}{written}"}
 
     def _records(self, kind: str) -> list[PluginRecord]:
         by_name = {p.record.name: p.record for p in self._registry.plugins if p.kind == kind}

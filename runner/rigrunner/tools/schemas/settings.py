@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic.json_schema import GenerateJsonSchema
 
-from rigrunner.tools.schemas.fields import Field, fields_of
+from rigrunner.tools.schemas.fields import fields_of
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
@@ -46,31 +46,23 @@ class SettingsSchema(GenerateJsonSchema):
         found.pop("title", None)
         described = {field.key: field for field in fields_of(schema["cls"])}
         for key, spec in found.get("properties", {}).items():
-            _describe(spec, described[key])
+            field = described[key]
+            told = [_sentence(field.help)]
+            if field.units:  # of all others the schema has kind and bounds
+                bounds = f", {field.bounds}" if field.bounds else ""
+                told.append(_sentence(f"{field.kind} in {' or '.join(field.units)}{bounds}"))
+            spec.pop("description", None)
+            spec.pop("default", None)
+            if any(told):
+                spec["description"] = " ".join(filter(None, told))
+            if field.default is not None:
+                spec["default"] = field.default
         return found
 
 
 def settings_schema(model: type[BaseModel]) -> Schema:
     """Return the JSON Schema of a plugin's settings."""
     return SettingsSchema().generate(model.__pydantic_core_schema__)
-
-
-def _describe(spec: Schema, field: Field) -> None:
-    spec.pop("description", None)
-    spec.pop("default", None)
-    description = " ".join(part for part in (_sentence(field.help), _quantity(field)) if part)
-    if description:
-        spec["description"] = description
-    if field.default is not None:
-        spec["default"] = field.default
-
-
-def _quantity(field: Field) -> str:
-    """Describe the kind, units and bounds of a quantity; others have them in the schema."""
-    if not field.units:
-        return ""
-    bounds = f", {field.bounds}" if field.bounds else ""
-    return _sentence(f"{field.kind} in {' or '.join(field.units)}{bounds}")
 
 
 def _sentence(text: str) -> str:

@@ -20,6 +20,12 @@ DIMENSION = "x-dimension"
 _DEFINITIONS = "$defs"
 _POINTER = "#/$defs/"
 _REFERENCE = r"^\$[A-Za-z][A-Za-z0-9_]*$"
+_WORDS = {
+    "integer": "a whole number",
+    "number": "a number",
+    "boolean": "true or false",
+    "array": "a list",
+}
 
 
 def with_shared_choices(schema: Schema) -> Schema:
@@ -96,14 +102,6 @@ def _or_reference(node: Schema) -> Schema:
     return node
 
 
-_WORDS = {
-    "integer": "a whole number",
-    "number": "a number",
-    "boolean": "true or false",
-    "array": "a list",
-}
-
-
 def without_unused(schema: Schema) -> Schema:
     """Remove the definitions that nothing refers to."""
     definitions = schema[_DEFINITIONS]
@@ -128,14 +126,10 @@ def _changed(node: Any, change: Callable[[Schema], Schema]) -> Any:
 
 def _targets(node: Any) -> Iterator[str]:
     if isinstance(node, dict):
-        if isinstance(node.get("$ref"), str):
-            yield _target(node)
+        if isinstance(target := node.get("$ref"), str):  # no mapping: a key of that name
+            yield target.removeprefix(_POINTER)
         for value in node.values():
             yield from _targets(value)
     elif isinstance(node, list):
         for item in node:
             yield from _targets(item)
-
-
-def _target(node: Schema) -> str:
-    return str(node.get("$ref", "")).removeprefix(_POINTER)

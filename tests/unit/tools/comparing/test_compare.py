@@ -210,6 +210,16 @@ def test_each_visit_of_a_frequency_is_compared_with_its_own():
     assert found.text.startswith("at 8 Hz (2): 1.5000 and 2.5000 N·m")
 
 
+def test_that_u_is_from_scatter_alone_is_told_of_either_run():
+    peak = {"mean": estimate(1.9), "cycles_kept": 10, "standard_deviation": {"value": 0.1}}
+    raw = document(0.7) | {"compensations": {}}
+    raw["points"] = [{**raw["points"][0], "raw_peak": peak}]
+    for pair in ((raw, document(0.7)), (document(0.7), raw)):
+        (found,) = result_changes(*pair)
+        assert found.text.startswith("at 8 Hz: ")
+        assert "their combined U from scatter alone of" in found.text
+
+
 def test_a_missing_uncertainty_does_not_pass_for_agreement():
     (headline, _) = result_changes(document(0.7), document(0.71, None))
     assert headline.matters
@@ -337,3 +347,17 @@ def test_layout_alone_is_told_apart_from_identity(tmp_path):
     other.write_text(f"{shipped}\n# a remark\n", encoding="utf-8")
     assert "layout" in compare(str(LOADED), str(other), tmp_path).verdict
     assert "the texts are the same" in compare(str(LOADED), str(LOADED), tmp_path).verdict
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "text"),
+    [
+        (["1 Hz", "2 Hz", "2 Hz"], ["2 Hz", "1 Hz"], "over: 2 Hz removed"),
+        (["1 Hz"], ["1000 mHz", "1 Hz", "3 Hz"], "over: 1 Hz, 3 Hz added"),
+        (["1 Hz", "2 Hz"], ["2 Hz", "1 Hz"], "over: the same values in another order"),
+    ],
+)
+def test_a_value_that_is_listed_several_times_is_told_as_often_as_it_is_missing(
+    before, after, text
+):
+    assert [each.text for each in changes("main", before, after, ("over",))] == [text]

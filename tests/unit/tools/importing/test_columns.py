@@ -53,6 +53,7 @@ def test_real_numbers_become_float64_in_si(values):
         ({TORQUE: Column(GOOD.reshape(5, 2))}, "not a row of finite numbers"),
         ({TORQUE: Column(GOOD, interval_s=float("nan"))}, "an interval of nan s"),
         ({TORQUE: Column(GOOD, interval_s="1 ms")}, "an interval of '1 ms' s"),
+        ({TORQUE: Column(GOOD, interval_s=0.0)}, "an interval of 0.0 s"),
     ],
 )
 def test_what_is_no_row_of_numbers_is_the_importers_fault(found, said):
