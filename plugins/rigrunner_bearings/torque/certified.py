@@ -109,7 +109,7 @@ def _beyond_calibration(
         for instrument, lowest, highest, unit in ranges:
             if text := instrument.beyond_range(lowest, highest, unit):
                 yield Deviation(
-                    kind="range", run_id=run.run_id, where=instrument.channel, text=text
+                    kind="range", run_id=one.run_id, where=instrument.channel, text=text
                 )
 
 
