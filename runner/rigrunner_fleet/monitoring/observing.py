@@ -88,7 +88,7 @@ def observe(
     values = _values(archive, quantity, filters, limit)
     places = {each.place for several in values.values() for each in several}
     groups: dict[str, Group] = {}
-    excluded, simulated, doubtful = [], set(), 0
+    excluded, simulated, fit, doubtful = [], set(), 0, 0
     counted: dict[tuple[str, float], str] = {}
     for run in rows(archive, "runs", filters, limit=limit):
         run_id = run["run_id"] or run["path"]
@@ -99,6 +99,7 @@ def observe(
         if reason:
             excluded.append(Excluded(run_id, reason))
             continue
+        fit += 1
         simulated.add(bool(run["simulated"]))
         doubtful += bool(run["failed_checks"])
         for each in found:
@@ -110,17 +111,16 @@ def observe(
     if not groups:
         raise DataError(_nothing(quantity, excluded), hint="'rigrunner archive search' shows runs")
     units = {each.unit for several in values.values() for each in several}
-    warnings = _warnings(groups, doubtful, mixed=len(simulated) > 1)
+    warnings = _warnings(fit, doubtful, mixed=len(simulated) > 1)
     shown = " or ".join(sorted(units))
     return Observations(quantity, by, shown, groups, tuple(excluded), tuple(warnings))
 
 
-def _warnings(groups: Mapping[str, Group], doubtful: int, *, mixed: bool) -> list[str]:
+def _warnings(counted: int, doubtful: int, *, mixed: bool) -> list[str]:
     found = []
     if mixed:
         found.append("the runs include simulated ones: --real leaves them out")
     if doubtful:
-        counted = sum(len(each.observed) for each in groups.values())
         found.append(f"{doubtful} of {counted} runs did not pass all checks of the analysis")
     return found
 
