@@ -24,7 +24,7 @@ from rigrunner_bearings.api.torque import SUPPORT_LINE, TorqueDetails
 from rigrunner_bearings.torque.headline import compensated_mean
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator
     from pathlib import Path
 
     from rigrunner.api import Check, RunData
@@ -100,8 +100,7 @@ def support_friction(path: Path, registry: Registry) -> SupportFriction:
     procedure = parse_procedure(
         stored.header.procedure_text, stored.header.procedure_id, stored=True
     ).model
-    # What the station says of the support under load would be taken out of what is to be
-    # measured.
+    # What the station says of the support under load would be taken out of what is to be measured.
     stated = {key: each for key, each in run.rig_keys.items() if key not in _STATED}
     result = analyse(
         replace(run, rig_keys={**stated, "support_drift": "0 %"}),
@@ -114,7 +113,9 @@ def support_friction(path: Path, registry: Registry) -> SupportFriction:
         raise DataError(f"{run.run_id}: {problem}", hint="correct it and make the run again")
     analysed = TorqueDetails.of(result)
     start, support_line = _found(result)
-    total, slip = between(start, _under_way(result))
+    running = analysed.compensations.get(RUNNING)
+    under_way = compensated_mean(running.points).value if running and running.points else None
+    total, slip = between(start, under_way)
     parts = (
         *(part for part in analysed.headline_components if part is not support_line),
         *_biases(result),
@@ -133,12 +134,14 @@ def support_friction(path: Path, registry: Registry) -> SupportFriction:
             f"beyond the bearing's {known_nm:g} N·m; at most {100 * MOST:.0f} % is possible",
             hint="was the bearing of known friction mounted, and is its friction entered right?",
         )
+    words = [run.run_id, run.inputs.get("specimen", ""), run.inputs.get("certificate", "")]
+    source = ", ".join(each.replace('"', "'") for each in words if each)
     return SupportFriction(
         run_id=run.run_id,
         torque=torque,
         growth=growth,
         load_n=max(point.load_n for point in analysed.loaded),
-        source=_source(run.run_id, run.inputs),
+        source=source[:80].rstrip(", "),
         budget=parts,
     )
 
@@ -155,12 +158,6 @@ def _found(result: Result) -> tuple[float, Component]:
         + (f": {why}" if why else ""),
         hint="the procedure support_friction makes such runs",
     )
-
-
-def _under_way(result: Result) -> float | None:
-    """Return the mean of the running torque; None where the run has none."""
-    found = TorqueDetails.of(result).compensations.get(RUNNING)
-    return compensated_mean(found.points).value if found and found.points else None
 
 
 def between(start: float, under_way: float | None) -> tuple[float, tuple[Component, ...]]:
@@ -202,9 +199,3 @@ def _torque_nm(run: RunData, name: str) -> float:
             hint="the procedure support_friction asks for it",
         )
     return parse_quantity(text, "torque").si
-
-
-def _source(run_id: str, inputs: Mapping[str, str]) -> str:
-    words = [run_id, inputs.get("specimen", ""), inputs.get("certificate", "")]
-    text = ", ".join(each.replace('"', "'") for each in words if each)
-    return text[:80].rstrip(", ")

@@ -27,7 +27,8 @@ def _facts(document: Document) -> Iterator[tuple[str, str]]:
 def _blocks(document: Document) -> Iterator[str]:
     yield _points(document)
     yield "\n".join(_fits(document))
-    yield _validation(document)
+    validation = document.get("validation") or {"statements": ()}
+    yield "\n".join(f"validation: {each}" for each in validation["statements"])
 
 
 def _checks(document: Document) -> Iterator[Document]:
@@ -44,10 +45,16 @@ def _points(document: Document) -> str:
     columns = [
         [estimate_text(point["torque"]) for point in found["points"]] for found in methods.values()
     ]
-    rows = [
-        [_set_point(point), _number(point["raw_peak"]["mean"]["value"]), *compensated]
-        for point, *compensated in zip(document["points"], *columns, strict=True)
-    ]
+    rows = []
+    for point, *compensated in zip(document["points"], *columns, strict=True):
+        frequency, raw = point["set_frequency"], point["raw_peak"]["mean"]["value"]
+        rows.append(
+            [
+                f"{frequency['value']:g} {frequency['unit']}",
+                UNKNOWN if raw is None else f"{raw:.3f}",
+                *compensated,
+            ]
+        )
     missing = [
         f"{name}: not applicable: {found['not_applicable']}"
         for name, found in document["compensations"].items()
@@ -71,21 +78,6 @@ def _fits(document: Document) -> Iterator[str]:
         for name, found in curve["coefficients"].items():
             value = with_uncertainty(found["value"], found["standard_uncertainty"])
             yield f"  {name} = {value} {found['unit']}"
-
-
-def _validation(document: Document) -> str:
-    """Say whether Monte Carlo agrees with the headline's uncertainty."""
-    found = document.get("validation")
-    return "" if found is None else "\n".join(f"validation: {each}" for each in found["statements"])
-
-
-def _set_point(point: Mapping[str, Any]) -> str:
-    frequency = point["set_frequency"]
-    return f"{frequency['value']:g} {frequency['unit']}"
-
-
-def _number(value: float | None) -> str:
-    return UNKNOWN if value is None else f"{value:.3f}"
 
 
 SUMMARY = SummaryParts(facts=_facts, blocks=_blocks, checks=_checks)

@@ -53,20 +53,17 @@ def given_view(section: ReportSection) -> GivenView:
 
 def contents(report: ReportInput, page: Page) -> Iterator[tuple[Section, object]]:
     """Yield each section of a report with its content; empty ones are left out."""
-    found: list[tuple[Section, Any]] = [(each, page) for each in (*_sections(), *_given(report))]
-    for sections, own in page.brought:
-        found += [(each, own) for each in sections.sections if not each.inside]
+    found: list[tuple[Section, Any]] = [(each, page) for each in _sections()]
+    for number, given_section in enumerate(report.result.sections, 1):
+        # Those of analyses come after the results, at 5.
+        title, shown = given_section.title, given_view(given_section)
+        own = Section("given", title, 6, lambda *_, v=shown: v, anchor=f"given-{number}")
+        found.append((own, page))
+    for sections, of in page.brought:
+        found += [(each, of) for each in sections.sections if not each.inside]
     for section, of in sorted(found, key=lambda each: each[0].place):
-        shown = section.view(report, of)
-        if shown:
-            yield section, shown
-
-
-def _given(report: ReportInput) -> Iterator[Section]:
-    """Yield the sections of analyses, which come after the results."""
-    for number, each in enumerate(report.result.sections, 1):
-        shown = given_view(each)
-        yield Section("given", each.title, 6, lambda *_, v=shown: v, anchor=f"given-{number}")
+        if content := section.view(report, of):
+            yield section, content
 
 
 @cache

@@ -95,7 +95,15 @@ def make_page(report: ReportInput) -> Page:
         instruments=instruments(result.run),
         settings=run.settings(result),
         provenance=_provenance(report),
-        figures=_figures(result),
+        figures=Figures(
+            results=_named(result),
+            tables={
+                name: picture
+                for name, rows in unlimited_tables(result).items()
+                if (picture := of_table(rows)) is not None
+            },
+            recordings=tuple(map(of_recording, drawn_recordings(result))),
+        ),
         brought=tuple(others),
         inside=_inside(report, others),
     )
@@ -123,18 +131,6 @@ def _inside(
             if each.inside and (shown := each.view(report, page)):
                 found[each.inside].append((each, shown))
     return found
-
-
-def _figures(result: Result) -> Figures:
-    return Figures(
-        results=_named(result),
-        tables={
-            name: picture
-            for name, rows in unlimited_tables(result).items()
-            if (picture := of_table(rows)) is not None
-        },
-        recordings=tuple(map(of_recording, drawn_recordings(result))),
-    )
 
 
 def _named(result: Result) -> dict[str, tuple[Picture, ...]]:

@@ -58,12 +58,6 @@ def unbroken(markup: str) -> Markup:
     return Markup(_BESIDE_A_NUMBER.sub("\N{NO-BREAK SPACE}", markup))  # noqa: S704  (it was escaped)
 
 
-def _of_others() -> dict[str, PackageLoader]:
-    """Return the folders `templates` of the packages with sections, by their names."""
-    names = {section.package for each in brought() for section in each.sections}
-    return {name: PackageLoader(name) for name in names if name}
-
-
 def _seen(value: object) -> object:
     """Return what a template prints; hidden characters of a text that a device gave are visible."""
     if not isinstance(value, str) or (seen := visible(value)) == value:
@@ -73,8 +67,10 @@ def _seen(value: object) -> object:
 
 @cache  # the templates are compiled once: that takes longer than filling them
 def _environment() -> Environment:
+    names = {section.package for each in brought() for section in each.sections}
+    others = {name: PackageLoader(name) for name in names if name}
     environment = Environment(
-        loader=ChoiceLoader((PackageLoader(PACKAGE), PrefixLoader(_of_others()))),
+        loader=ChoiceLoader((PackageLoader(PACKAGE), PrefixLoader(others))),
         autoescape=True,
         finalize=_seen,
         undefined=StrictUndefined,

@@ -15,9 +15,8 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from rigrunner.signal.coverage import expanded
-from rigrunner_bearings.compensations.model_inverse import ModelInverse
+from rigrunner_bearings.compensations.inverse import ModelInverse, TemplateInverse
 from rigrunner_bearings.compensations.settings import InverseSettings, TemplateInverseSettings
-from rigrunner_bearings.compensations.template_inverse import TemplateInverse
 from rigrunner_bearings.devices.swing_tester_ode.parameters import OdeParameters
 from rigrunner_bearings.devices.swing_tester_sim.parameters import RigParameters
 from unit.rigrunner_bearings.compensations.helpers_sweeps import errors_nm, sweep

@@ -17,8 +17,8 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from helpers_rigs import true_starting_torque_nm
+from rigrunner_bearings.compensations.inverse import TemplateInverse
 from rigrunner_bearings.compensations.settings import TemplateInverseSettings
-from rigrunner_bearings.compensations.template_inverse import TemplateInverse
 from rigrunner_bearings.devices.swing_tester_ode.parameters import OdeParameters
 from rigrunner_bearings.devices.swing_tester_sim.parameters import RigParameters
 from rigrunner_bearings.torque.clocks import SHARE

@@ -33,8 +33,8 @@ from rigrunner.signal.monte_carlo.model import _grouped, output_of
 from rigrunner_bearings.api.compensations import Sweep
 from rigrunner_bearings.api.torque import TorqueDetails
 from rigrunner_bearings.signal.mean_model import mean_model
+from rigrunner_bearings.torque.analysis import with_known_load
 from rigrunner_bearings.torque.draws import draw_pipeline
-from rigrunner_bearings.torque.load import with_known_load
 from rigrunner_bearings.torque.settings import SwingTorque
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ import pytest
 
 from rigrunner.api.errors import DataError
 from rigrunner.signal.uncertainty import coverage_factor
-from rigrunner_bearings.compensations.model_inverse import ModelInverse
+from rigrunner_bearings.compensations.inverse import ModelInverse
 from rigrunner_bearings.compensations.settings import InverseSettings
 from rigrunner_bearings.devices.swing_tester_ode.parameters import OdeParameters
 from rigrunner_bearings.devices.swing_tester_sim.parameters import RigParameters

@@ -14,8 +14,8 @@ import pytest
 
 from helpers_rigs import true_starting_torque_nm
 from helpers_thorough import first
+from rigrunner_bearings.compensations.inverse import TemplateInverse
 from rigrunner_bearings.compensations.settings import TemplateInverseSettings
-from rigrunner_bearings.compensations.template_inverse import TemplateInverse
 from rigrunner_bearings.devices.swing_tester_ode.parameters import OdeParameters
 from rigrunner_bearings.devices.swing_tester_sim.parameters import RigParameters
 from rigrunner_bearings.torque.phase import ALIGNMENT, compensated

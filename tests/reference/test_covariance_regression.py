@@ -17,7 +17,7 @@ from rigrunner.signal.monte_carlo.adaptive import propagate as by_trials
 from rigrunner.signal.monte_carlo.model import output_of
 from rigrunner.signal.propagation import propagate
 from rigrunner.signal.uncertainty import coverage_factor
-from rigrunner_bearings.compensations.paper_equation import TABLE_2_HZ, TABLE_2_NM
+from rigrunner_bearings.compensations.paper_peak import TABLE_2_HZ, TABLE_2_NM
 from rigrunner_plugins.fits.polynomial import PolynomialFit
 from rigrunner_plugins.fits.settings import PolynomialSettings
 

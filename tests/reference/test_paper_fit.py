@@ -10,7 +10,7 @@ import pytest
 
 from reference.helpers_exact import exact_least_squares
 from rigrunner.api.data import Points
-from rigrunner_bearings.compensations.paper_equation import published_curve
+from rigrunner_bearings.compensations.paper_peak import published_curve
 from rigrunner_plugins.fits.aicc import AiccFit
 from rigrunner_plugins.fits.basis import BasisFit
 from rigrunner_plugins.fits.polynomial import PolynomialFit

@@ -9,9 +9,8 @@ from helpers_rigs import run_data, true_starting_torque_nm
 from rigrunner.signal.uncertainty import coverage_factor
 from rigrunner_bearings.api.compensations import Sweep
 from rigrunner_bearings.api.torque import TorqueDetails
-from rigrunner_bearings.compensations.paper_equation import TABLE_2_HZ, TABLE_2_NM
-from rigrunner_bearings.compensations.paper_peak import PaperPeak
-from rigrunner_bearings.compensations.paper_peak_settings import PaperPeakSettings
+from rigrunner_bearings.compensations.paper_peak import TABLE_2_HZ, TABLE_2_NM, PaperPeak
+from rigrunner_bearings.compensations.settings import PaperPeakSettings
 from rigrunner_bearings.devices.swing_tester_sim.parameters import RigParameters
 from rigrunner_plugins.fits.polynomial import PolynomialFit
 from rigrunner_plugins.fits.settings import PolynomialSettings

@@ -119,7 +119,10 @@ class LimitMeasurand(Settings):
         """Return why this is not the torque that was found under those loads; '' if it is."""
         loads = sorted(loads_n)
         fits = isinstance(found, MeasurandKind) and self._is_kind(found, loads)
-        if fits and (self.load is None or all(_is_at(load, self.load) for load in loads)):
+        if fits and self.load is not None:
+            tolerance_n = LOAD_TOLERANCE * self.load or UNLOADED_N
+            fits = all(abs(load - self.load) <= tolerance_n for load in loads)
+        if fits:
             return ""
         return f"the limit is for the {self}, and the result is the {found}{_under(loads)}"
 
@@ -146,10 +149,6 @@ def load_of(decision: LimitDecision) -> float | None:
     """Return the load in N that the limit of a decision is stated for; None for any, or none."""
     stated = decision.measurand
     return stated.load if isinstance(stated, LimitMeasurand) else None
-
-
-def _is_at(load_n: float, wanted_n: float) -> bool:
-    return abs(load_n - wanted_n) <= (LOAD_TOLERANCE * wanted_n or UNLOADED_N)
 
 
 def _under(loads_n: list[float]) -> str:

@@ -17,7 +17,7 @@ from rigrunner_bearings.signal.sensor import gain, reading_effects
 
 if TYPE_CHECKING:
     from rigrunner_bearings.api.compensations import CompensatedPoint, Sweep
-    from rigrunner_bearings.compensations.breakaway_peak_settings import BreakawayPeakSettings
+    from rigrunner_bearings.compensations.settings import BreakawayPeakSettings
 
 MEASURAND = "breakaway torque from rest"
 ONE_BEARING = (

@@ -28,7 +28,7 @@ from rigrunner_bearings.signal.sensor import curve_slope, gain, one_figure, stat
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.api import Array, Instrument, MeasurementModel
+    from rigrunner.api import Instrument, MeasurementModel
     from rigrunner_bearings.api.rig import RigDescription
     from rigrunner_bearings.compensations.bearing import MeanSwing, Pair
     from rigrunner_bearings.compensations.drive_line import DriveLine
@@ -74,25 +74,37 @@ class Budget:
 
     def model(self, found: Evaluated, between: Sequence[Effect]) -> MeasurementModel:
         """Return the model of one point; `between` is what the two runs may still differ by."""
-        pair = found.pair
+        pair, line = found.pair, self.rig.line
+        corner, angle_limit = corner_hz(line.low_pass), self.described.angle_tolerance
+        corner_limit = corner_hz(self.refiltered.line.low_pass) - corner
+        low_pass = limited("low-pass filter", corner_limit, "Hz", corner)
+        coarser = replace(line, harmonics=round(COARSER * line.harmonics))
+        unresolved = self._of(coarser, pair) - found.maximum_nm
+        u = np.sqrt(np.diag(self.rig.covariance))
         effects = (
             _repeatability("repeatability, loaded", found, 0),
             _repeatability("repeatability, no load", found, 1),
             bounded_effect("noise in the maximum", found.bias_nm),
             *self._sensor(found),
             *self._learned(pair),
-            self._low_pass(found),
-            self._angle_scale(found),
-            *self._frequencies(pair),
+            Effect(low_pass, self._slope(self.refiltered, corner_limit, found)),
+            # What a swing larger than the angle channel shows does: J is learned again.
+            Effect(
+                limited("angle scale", angle_limit, "1"),
+                self._slope(self.rescaled, angle_limit, found),
+            ),
+            # The difference of the two frequencies is corrected as inertia's.
+            self._frequency("frequency, loaded", pair, "loaded"),
+            self._frequency("frequency, no load", pair, "no_load"),
             *between,
             self._place(pair),
-            self._band(found),
+            bounded_effect("finite band", abs(unresolved)),
         )
         return model_of(
             found.torque_nm - self.support_nm,
             effects,
             scales=(gain(self.instrument), load(self.described)),
-            correlations={LEARNED: _correlation(self.rig.covariance)},
+            correlations={LEARNED: np.asarray(self.rig.covariance / np.outer(u, u))},
             lines={BETWEEN: Line(0.0)},
         )
 
@@ -103,21 +115,17 @@ class Budget:
         of both strokes; what drifts within half a swing does not. Of a smooth error curve only the
         slope between the torques of the two runs is left.
         """
-        cycles = min(len(run.replicates_nm) for run in (found.pair.loaded, found.pair.no_load))
-        return (
-            curve_slope(self.instrument, found.torque_nm),
-            # Of a drift over the whole recording, the part that falls into half a swing.
-            Effect(stated(self.instrument, "drift", "sensor drift"), 1 / (2 * cycles)),
-            Effect(stated(self.instrument, "offset", "sensor offset"), 0.0),
-            *one_figure(self.instrument),
-            *self._stated(found, slow=1 / (2 * cycles)),
-        )
-
-    def _stated(self, found: Evaluated, *, slow: float) -> tuple[Effect, ...]:
-        """Return what the register states of the transducer besides its accuracy."""
         runs = (found.pair.loaded, found.pair.no_load)
         readings = [float(np.abs(run.torque_nm).max()) for run in runs]
-        return transducer_effects(self.instrument, found.torque_nm, readings, slow=slow)
+        # Of a drift over the whole recording, the part that falls into half a swing.
+        slow = 1 / (2 * min(len(run.replicates_nm) for run in runs))
+        return (
+            curve_slope(self.instrument, found.torque_nm),
+            Effect(stated(self.instrument, "drift", "sensor drift"), slow),
+            Effect(stated(self.instrument, "offset", "sensor offset"), 0.0),
+            *one_figure(self.instrument),
+            *transducer_effects(self.instrument, found.torque_nm, readings, slow=slow),
+        )
 
     def _learned(self, pair: Pair) -> tuple[Effect, ...]:
         """Return fn, z, J, share and delay, with their covariance from the no-load sweep."""
@@ -126,47 +134,31 @@ class Budget:
             np.array([self._of(with_vector(line, vector(line) + s), pair) for s in np.diag(step)])
             for step in (u, -u)
         )
+        slopes = (above - below) / (2 * u)
         return tuple(
-            Effect(self._learned_input(*known), float(change))
-            for *known, change in zip(
-                LEARNED_UNITS.items(), vector(line), u, (above - below) / (2 * u), strict=True
+            Effect(
+                Input(
+                    name,
+                    float(value),
+                    float(u_value),
+                    self.rig.dof,
+                    Distribution.NORMAL,
+                    unit,
+                    common=True,
+                    line=LEARNED,
+                    ensemble=LEARNED,
+                ),
+                float(slope),
+            )
+            for (name, unit), value, u_value, slope in zip(
+                LEARNED_UNITS.items(), vector(line), u, slopes, strict=True
             )
         )
 
-    def _learned_input(self, named: tuple[str, str], value: float, u: float) -> Input:
-        name, unit = named
-        return Input(
-            name,
-            float(value),
-            float(u),
-            self.rig.dof,
-            Distribution.NORMAL,
-            unit,
-            common=True,
-            line=LEARNED,
-            ensemble=LEARNED,
-        )
-
-    def _low_pass(self, found: Evaluated) -> Effect:
-        rig, corner = self.refiltered, corner_hz(self.rig.line.low_pass)
-        limit_hz = corner_hz(rig.line.low_pass) - corner
+    def _slope(self, rig: Identified, limit: float, found: Evaluated) -> float:
+        """Return how the torque goes with a quantity, by the rig as learned at that limit of it."""
         torque = starting_torque(rig.line, rig.friction, found.pair, self.settings.window)
-        slope = (torque - found.maximum_nm) / limit_hz if limit_hz > 0 else 0.0
-        return Effect(limited("low-pass filter", limit_hz, "Hz", corner), slope)
-
-    def _angle_scale(self, found: Evaluated) -> Effect:
-        """Return what a swing larger than the angle channel shows does: J is learned again."""
-        rig, limit = self.rescaled, self.described.angle_tolerance
-        torque = starting_torque(rig.line, rig.friction, found.pair, self.settings.window)
-        slope = (torque - found.maximum_nm) / limit if limit > 0 else 0.0
-        return Effect(limited("angle scale", limit, "1"), slope)
-
-    def _frequencies(self, pair: Pair) -> tuple[Effect, ...]:
-        """Return the two runs' frequencies: their difference is corrected as inertia's."""
-        return (
-            self._frequency("frequency, loaded", pair, "loaded"),
-            self._frequency("frequency, no load", pair, "no_load"),
-        )
+        return (torque - found.maximum_nm) / limit if limit > 0 else 0.0
 
     def _frequency(self, name: str, pair: Pair, run: str) -> Effect:
         mean: MeanSwing = getattr(pair, run)
@@ -189,12 +181,6 @@ class Budget:
         load, drive = (self._of(replace(self.rig.line, share=share), pair) for share in (1.0, 0.0))
         return Effect(limited("place of the friction", PLACE, "1"), abs(load - drive))
 
-    def _band(self, found: Evaluated) -> Effect:
-        line = self.rig.line
-        coarser = replace(line, harmonics=round(COARSER * line.harmonics))
-        change = self._of(coarser, found.pair) - found.maximum_nm
-        return bounded_effect("finite band", abs(change))
-
     def _of(self, line: DriveLine, pair: Pair) -> float:
         return starting_torque(line, self.rig.friction, pair, self.settings.window)
 
@@ -204,8 +190,3 @@ def _repeatability(name: str, found: Evaluated, run: int) -> Effect:
     torques = found.where.torque(found.without_each_nm[run])
     mean = (found.pair.loaded, found.pair.no_load)[run]
     return scattered(name, *jackknife_error(torques, in_a_row=mean.of_cycles))
-
-
-def _correlation(covariance: Array) -> Array:
-    u = np.sqrt(np.diag(covariance))
-    return np.asarray(covariance / np.outer(u, u))

@@ -65,9 +65,15 @@ class Compared:
     def effects(self, found: Sequence[Evaluated]) -> list[tuple[Effect, ...]]:
         """Return for each point what is still open of what was taken out."""
         gains = self._gains(found)
+        hums = (
+            (Effect(Input("hum of the mains", 0.0, u_nm, inf, Distribution.NORMAL), 1.0),)
+            if u_nm
+            else ()
+            for u_nm in self.hum_nm
+        )
         return [
-            (*open_gains, *_hum(hum_nm), *self._support(each))
-            for open_gains, each, hum_nm in zip(gains, found, self.hum_nm, strict=True)
+            (*open_gains, *hum, *self._support(each))
+            for open_gains, each, hum in zip(gains, found, hums, strict=True)
         ]
 
     def _gains(self, found: Sequence[Evaluated]) -> list[tuple[Effect, ...]]:
@@ -89,10 +95,23 @@ class Compared:
         variances, directions = np.linalg.eigh(slopes @ self.gains.covariance @ slopes.T)
         kept = variances > NEGLIGIBLE * variances.sum()
         parts = directions[:, kept] * np.sqrt(variances[kept])
+        components = [
+            Input(
+                f"{LINE}, component {number}",
+                0.0,
+                1.0,
+                inf,
+                Distribution.NORMAL,
+                "1",
+                common=True,
+                line=LINE,
+            )
+            for number in range(1, parts.shape[1] + 1)
+        ]
         cause = replace(limited(f"{LINE}, cause", EITHER * self.gains.inertia, "1"), line=LINE)
         return [
             (
-                *(Effect(_component(k), float(part)) for k, part in enumerate(row)),
+                *(Effect(each, float(part)) for each, part in zip(components, row, strict=True)),
                 Effect(cause, rubbed),
             )
             for row, rubbed in zip(parts, friction, strict=True)
@@ -166,13 +185,3 @@ def _trial(found: Evaluated, torque_nm: Array) -> float:
     """Return what the result changes by with that torque at the load, over the torque's size."""
     more = found.where.torque(found.bearing_nm + TRIAL * torque_nm)
     return (float(more) - found.maximum_nm) / TRIAL
-
-
-def _hum(u_nm: float) -> Iterator[Effect]:
-    if u_nm:
-        yield Effect(Input("hum of the mains", 0.0, u_nm, inf, Distribution.NORMAL), 1.0)
-
-
-def _component(place: int) -> Input:
-    name = f"{LINE}, component {place + 1}"
-    return Input(name, 0.0, 1.0, inf, Distribution.NORMAL, "1", common=True, line=LINE)

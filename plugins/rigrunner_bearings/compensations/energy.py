@@ -53,7 +53,7 @@ class Energy:
         Raises DataError for a point without whole swings and one without no-load partner.
         """
         sweep = with_swings(sweep)
-        matched = pairs(sweep, self.settings.frequency_match)
+        matched = pairs(sweep.loaded, sweep.no_load, self.settings.frequency_match)
         ratio = measured_ratio((*sweep.loaded, *sweep.no_load))
         dry_nm = _dry_nm(sweep.no_load, ratio)
         done = [self._point(sweep, ratio, dry_nm, *pair) for pair in matched]
@@ -88,7 +88,10 @@ class Energy:
         effects = (
             scattered("repeatability, loaded", *jackknife_error(without_each[0])),
             scattered("repeatability, no load", *jackknife_error(without_each[1])),
-            *_limits(sweep, raw - rig),
+            curve_slope(sweep.instrument, raw - rig),
+            # An offset does no work over a swing.
+            Effect(stated(sweep.instrument, "offset", "sensor offset"), 0.0),
+            *one_figure(sweep.instrument),
             support.effect(dry_nm),
             *(() if drift is None else (Effect(drift, -dry_nm),)),
             *transducer_effects(sweep.instrument, raw - rig, readings, slow=0.0),
@@ -123,12 +126,3 @@ def _dry_nm(no_load: Sequence[SwingPoint], ratio: float) -> float:
         return torques[int(frequencies.argmin())]
     line = np.polynomial.polynomial.polyfit(frequencies, torques, 1)
     return float(np.clip(line[0], 0.0, max(torques)))
-
-
-def _limits(sweep: Sweep, torque: float) -> tuple[Effect, ...]:
-    """Return what is known by limits of error only; an offset does no work over a swing."""
-    return (
-        curve_slope(sweep.instrument, torque),
-        Effect(stated(sweep.instrument, "offset", "sensor offset"), 0.0),
-        *one_figure(sweep.instrument),
-    )

@@ -27,7 +27,9 @@ BISECTIONS = 60
 def response_of(low_pass: Filter, frequency_hz: Array) -> Response:
     """Return the response of a filter."""
     if isinstance(low_pass, Fir):
-        return _fir(low_pass, frequency_hz)
+        taps = np.array(low_pass.taps)
+        delay = np.exp(-2j * pi * np.asarray(frequency_hz) / low_pass.rate)
+        return np.asarray(np.polynomial.polynomial.polyval(delay, taps / taps.sum()))
     if isinstance(low_pass, MeasuredResponse):
         return _measured(low_pass, frequency_hz)
     if low_pass.type == "butterworth":
@@ -36,7 +38,11 @@ def response_of(low_pass: Filter, frequency_hz: Array) -> Response:
         poles = _bessel_poles(low_pass.order)
     else:
         poles = _chebyshev_poles(low_pass.order, cast("float", low_pass.ripple_db))
-    return _all_pole(np.asarray(frequency_hz) / low_pass.corner, poles)
+    over_corner = np.asarray(frequency_hz) / low_pass.corner
+    found = np.ones(np.shape(over_corner), complex)
+    for pole in poles:
+        found = found / (1 - 1j * over_corner / pole)
+    return found
 
 
 def corner_hz(low_pass: Filter) -> float:
@@ -59,13 +65,6 @@ def corner_hz(low_pass: Filter) -> float:
     return high
 
 
-def _all_pole(over_corner: Array, poles: tuple[complex, ...]) -> Response:
-    found = np.ones(np.shape(over_corner), complex)
-    for pole in poles:
-        found = found / (1 - 1j * over_corner / pole)
-    return found
-
-
 @lru_cache(maxsize=16)
 def _bessel_poles(order: int) -> tuple[complex, ...]:
     """Return the poles of a Bessel filter (maximally flat delay) with its corner at 1."""
@@ -85,12 +84,6 @@ def _chebyshev_poles(order: int, ripple_db: float) -> tuple[complex, ...]:
     m, wider = asinh(1 / e) / order, cosh(acosh(half) / order)
     angles = (pi * (2 * k + 1) / (2 * order) for k in range(order))
     return tuple(complex(-sinh(m) * sin(angle), cosh(m) * cos(angle)) / wider for angle in angles)
-
-
-def _fir(low_pass: Fir, frequency_hz: Array) -> Response:
-    taps = np.array(low_pass.taps)
-    delay = np.exp(-2j * pi * np.asarray(frequency_hz) / low_pass.rate)
-    return np.asarray(np.polynomial.polynomial.polyval(delay, taps / taps.sum()))
 
 
 def _measured(low_pass: MeasuredResponse, frequency_hz: Array) -> Response:

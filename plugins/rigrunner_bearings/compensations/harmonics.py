@@ -85,18 +85,17 @@ def mean_torques(points: tuple[SwingPoint, ...]) -> tuple[Array, ...]:
 
 @lru_cache(maxsize=4)
 def _harmonics_of(points: tuple[SwingPoint, ...]) -> tuple[tuple[Complex, float], ...]:
-    means = mean_torques(points)
-    return tuple(_harmonics(point, mean) for point, mean in zip(points, means, strict=True))
-
-
-def _harmonics(point: SwingPoint, mean: Array) -> tuple[Complex, float]:
-    """Return the harmonics of the mean swing, and the standard uncertainty of each of them.
+    """Return for each point the harmonics of its mean swing, and the standard uncertainty of each.
 
     It is the scatter of the kept cycles combined with `MODEL_ERROR`.
     """
-    scatter = spectrum_of(point.torque_nm[point.kept])
-    variance = scatter.var(axis=0, ddof=1) / len(scatter)
-    return spectrum_of(mean), float(np.hypot(np.sqrt(variance.mean()), MODEL_ERROR * mean.std()))
+    found = []
+    for point, mean in zip(points, mean_torques(points), strict=True):
+        scatter = spectrum_of(point.torque_nm[point.kept])
+        variance = scatter.var(axis=0, ddof=1) / len(scatter)
+        u = float(np.hypot(np.sqrt(variance.mean()), MODEL_ERROR * mean.std()))
+        found.append((spectrum_of(mean), u))
+    return tuple(found)
 
 
 def spectrum_of(waveform: Array) -> Complex:

@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 
     from rigrunner.api import Array
     from rigrunner_bearings.api.points import SwingPoint
-    from rigrunner_bearings.compensations.bearing import MeanSwing
     from rigrunner_bearings.compensations.drive_line import DriveLine
     from rigrunner_bearings.compensations.harmonics import Complex
     from rigrunner_bearings.compensations.identification import Identified
@@ -67,7 +66,10 @@ def without_hum(
         if not power:
             continue
         if spectra is None:
-            spectra = np.array([_spectrum(rig, pair) for pair in pairs])
+            torques = [bearing_torque(rig.line, rig.friction, pair) for pair in pairs]
+            spectra = np.array(
+                [np.fft.rfft(torque)[: 2 * HARMONICS] / len(torque) for torque in torques]
+            )
         for place, harmonic in _locked(pairs, order * mains_hz):
             pair = pairs[place]
             through = _undone(rig.line, pair, harmonic)
@@ -80,7 +82,12 @@ def without_hum(
                 continue
             share = possible / (possible + known.variance)
             hum = share * (spectra[place, harmonic] - known.value) / through
-            done[place] = replace(done[place], loaded=_less(done[place], hum, harmonic))
+            run = done[place].loaded
+            wave = _wave(hum, harmonic, len(run.torque_nm))
+            run = replace(
+                run, torque_nm=run.torque_nm - wave, replicates_nm=run.replicates_nm - wave
+            )
+            done[place] = replace(done[place], loaded=run)
             variances[place] += share * known.variance
     return done, [sqrt(2 * variance) for variance in variances]
 
@@ -133,11 +140,6 @@ def _locked(pairs: Sequence[Pair], mains_hz: float) -> Iterator[tuple[int, int]]
             yield place, harmonic
 
 
-def _spectrum(rig: Identified, pair: Pair) -> Complex:
-    torque = bearing_torque(rig.line, rig.friction, pair)
-    return np.asarray(np.fft.rfft(torque)[: 2 * HARMONICS] / len(torque))
-
-
 def _undone(line: DriveLine, pair: Pair, harmonic: int) -> complex:
     """Return what a harmonic of the sensor's torque is multiplied by on its way to the load."""
     size = len(pair.loaded.torque_nm)
@@ -148,12 +150,6 @@ def _undone(line: DriveLine, pair: Pair, harmonic: int) -> complex:
 def _wave(amplitude: complex, harmonic: int, size: int) -> Array:
     phase = 2j * np.pi * harmonic * np.arange(size) / size
     return np.asarray(2 * np.real(amplitude * np.exp(phase)))
-
-
-def _less(pair: Pair, amplitude: complex, harmonic: int) -> MeanSwing:
-    run = pair.loaded
-    hum = _wave(amplitude, harmonic, len(run.torque_nm))
-    return replace(run, torque_nm=run.torque_nm - hum, replicates_nm=run.replicates_nm - hum)
 
 
 def _from_neighbours(pairs: Sequence[Pair], values: Complex, place: int) -> _Known | None:

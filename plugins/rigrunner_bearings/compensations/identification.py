@@ -141,7 +141,13 @@ def _search(
         friction = _friction(observed, line, twist_change, swing, twists)
         if still:
             twist_change = _twist_change(observed, friction, twists)
-    return _identified(observed, line, friction, jacobian, residual)
+    # Two numbers of each harmonic that is used, less A_k and B_k of each, which are complex too.
+    rows = np.count_nonzero(observed.weight, axis=0)
+    dof = float(np.sum(2 * np.maximum(rows - 2, 0)) - jacobian.shape[1])
+    variance = float(residual @ residual) / dof if dof > 0 else inf
+    scale = max(variance, 1.0)
+    covariance = np.asarray(np.linalg.inv(jacobian.T @ jacobian) * scale, dtype=float)
+    return Identified(line, friction, covariance, dof, sqrt(variance))
 
 
 def _start(observed: Observed, low_pass: Filter) -> DriveLine:
@@ -309,15 +315,3 @@ def _twist_change(
     return np.array(
         [spectrum_of(friction.change(f, t)) for f, t in zip(frequencies, twists, strict=True)]
     )
-
-
-def _identified(
-    observed: Observed, line: DriveLine, friction: SupportFriction, jacobian: Array, fun: Array
-) -> Identified:
-    # Two numbers of each harmonic that is used, less A_k and B_k of each, which are complex too.
-    rows = np.count_nonzero(observed.weight, axis=0)
-    dof = float(np.sum(2 * np.maximum(rows - 2, 0)) - jacobian.shape[1])
-    variance = float(fun @ fun) / dof if dof > 0 else inf
-    scale = max(variance, 1.0)
-    covariance = np.asarray(np.linalg.inv(jacobian.T @ jacobian) * scale, dtype=float)
-    return Identified(line, friction, covariance, dof, sqrt(variance))

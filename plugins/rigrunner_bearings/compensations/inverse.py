@@ -4,7 +4,7 @@ A template of all that the rig itself puts on the sensor is taken from the loade
 difference still went through the drive line's resonance and the low-pass filter; both are inverted
 (the filter from the register, the resonance learned from the no-load sweep). The starting torque is
 the greatest torque shortly after a reversal, mean of both strokes. Where the template comes from is
-what the methods differ in.
+what the two methods at the end differ in.
 """
 
 from __future__ import annotations
@@ -33,6 +33,8 @@ from rigrunner_bearings.compensations.limits import (
     support_drift,
     support_under_load,
 )
+from rigrunner_bearings.compensations.matching import pairs
+from rigrunner_bearings.compensations.model_template import no_load_model
 from rigrunner_bearings.compensations.rig_errors import RigErrors
 from rigrunner_bearings.compensations.swing import (
     make_swing,
@@ -44,7 +46,7 @@ from rigrunner_bearings.signal.compensated import compensated_point
 from rigrunner_bearings.signal.swings import kept_cycles, with_swings
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Mapping, Sequence
 
     from rigrunner.api import Array, Check, Effect, Instrument
     from rigrunner_bearings.api.compensations import CompensatedPoint, Sweep, SwingSweep
@@ -55,8 +57,9 @@ if TYPE_CHECKING:
     from rigrunner_bearings.compensations.filters import Filter
     from rigrunner_bearings.compensations.identification import Identified
     from rigrunner_bearings.compensations.recording_gains import RecordingGains
-    from rigrunner_bearings.compensations.settings import InverseSettings
+    from rigrunner_bearings.compensations.settings import InverseSettings, TemplateInverseSettings
     from rigrunner_bearings.compensations.under_load import LineUnderLoad
+
 
 MEASURAND = "load-induced starting torque at the reversals of the swing"
 NOTES = (
@@ -114,7 +117,12 @@ class Inverse(ABC):
         )
         runs = compared(rig, sweep, self.templates(sweep, rig), settings)
         found = [evaluate(rig, pair, settings.window) for pair in runs.pairs]
-        loaded_line = _without_growth(line_under_load(sweep.loaded, rig), runs.gains.inertia)
+        loaded_line = line_under_load(sweep.loaded, rig)
+        if loaded_line is not None:
+            # The pairs were made comparable: the change of the inertia is out of them.
+            line = loaded_line.line
+            line = replace(line, inertia_kgm2=line.inertia_kgm2 / (1 + runs.gains.inertia))
+            loaded_line = replace(loaded_line, line=line)
         done = [
             self._point(budget, loaded, each, between, loaded_line)
             for loaded, each, between in zip(sweep.loaded, found, runs.effects(found), strict=True)
@@ -159,23 +167,35 @@ class Inverse(ABC):
         swing = budget.rig.friction.swing
         raw_nm = mean_swing(loaded, swing.size).torque_nm
         forward, backward = found.where.both(found.bearing_nm)
+        step = len(found.bearing_nm) // len(loaded.angle_rad)
         point = compensated_point(
             budget.model(found, between),
             set_frequency_hz=loaded.set_frequency_hz,
             frequency_hz=found.pair.loaded.frequency_hz,
             raw_nm=float(np.ptp(raw_nm) / 2),
-            trace=_trace(loaded, raw_nm, found),
+            trace=Trace(
+                angle_rad=loaded.angle_rad,
+                raw_nm=raw_nm[::step],
+                no_load_nm=found.pair.no_load.torque_nm[::step],
+                compensated_nm=found.bearing_nm[::step],
+            ),
             cycles_used=int(kept_cycles(loaded).sum()),
         )
         asymmetry = float((forward - backward) / (forward + backward))
         other = None if loaded_line is None else effect(found, budget.rig, loaded_line)
         spring = spring_torque(swing, found.bearing_nm)
+        runs = (found.pair.loaded, found.pair.no_load)
+        scattered_nm = tuple(
+            influences(found.where.torque(without_nm))
+            for run, without_nm in zip(runs, found.without_each_nm, strict=True)
+            if run.of_cycles
+        )
         return point, _Diagnosis(
             asymmetry,
             found,
             by_speed(found, swing),
             mismatch(found, budget.rig),
-            tuple(_scattered(found)),
+            scattered_nm,
             spring,
             other,
         )
@@ -190,31 +210,6 @@ def _low_pass(instrument: Instrument) -> Filter:
             "low_pass: {type: butterworth, order: 2, corner: 1 kHz}",
         )
     return instrument.low_pass
-
-
-def _scattered(found: Evaluated) -> Iterator[Array]:
-    runs = (found.pair.loaded, found.pair.no_load)
-    for run, without_nm in zip(runs, found.without_each_nm, strict=True):
-        if run.of_cycles:
-            yield influences(found.where.torque(without_nm))
-
-
-def _trace(loaded: SwingPoint, raw_nm: Array, found: Evaluated) -> Trace:
-    step = len(found.bearing_nm) // len(loaded.angle_rad)
-    return Trace(
-        angle_rad=loaded.angle_rad,
-        raw_nm=raw_nm[::step],
-        no_load_nm=found.pair.no_load.torque_nm[::step],
-        compensated_nm=found.bearing_nm[::step],
-    )
-
-
-def _without_growth(loaded: LineUnderLoad | None, inertia: float) -> LineUnderLoad | None:
-    """Return the drive line by the loaded sweep, with its inertia as it was made comparable."""
-    if loaded is None:
-        return None
-    line = replace(loaded.line, inertia_kgm2=loaded.line.inertia_kgm2 / (1 + inertia))
-    return replace(loaded, line=line)
 
 
 def _parameters(rig: Identified, gains: RecordingGains) -> Mapping[str, Estimate]:
@@ -236,15 +231,19 @@ def _checks(
     diagnosed: Sequence[_Diagnosis],
     settings: InverseSettings,
 ) -> tuple[Check, ...]:
-    recordings = (*sweep.loaded, *sweep.no_load)
-    window_rad = settings.window
+    found = [each.found for each in diagnosed]
+    running_nm = [each.speed.running_nm for each in diagnosed]
+    build_up = (
+        skipped(checks.BUILD_UP.name, "the station states what the support does under load")
+        if states_support(settings, sweep.rig)
+        else checks.support_has_built_up(
+            points, [built_up(each, rig) for each in found], running_nm
+        )
+    )
     return (
         checks.independent(points, [each.scattered_nm for each in diagnosed]),
-        checks.positive(points, [each.speed.running_nm for each in diagnosed]),
-        checks.understood(
-            rig.misfit,
-            by_halves(sweep.no_load, rig, [each.found for each in diagnosed], window_rad),
-        ),
+        checks.positive(points, running_nm),
+        checks.understood(rig.misfit, by_halves(sweep.no_load, rig, found, settings.window)),
         checks.symmetry(points, [each.asymmetry for each in diagnosed]),
         checks.same_inertia(points, [each.mismatch for each in diagnosed]),
         checks.no_growth(points, [each.speed for each in diagnosed]),
@@ -254,22 +253,35 @@ def _checks(
         checks.no_spring(points, [each.spring_nm for each in diagnosed]),
         checks.simultaneous(rig.line.delay_s),
         checks.tight(rig.line.natural_hz, sweep.rig.natural_frequency),
-        checks.follows_resonance(recordings, rig.line.natural_hz),
-        _build_up(sweep, rig, points, diagnosed, settings),
+        checks.follows_resonance((*sweep.loaded, *sweep.no_load), rig.line.natural_hz),
+        build_up,
     )
 
 
-def _build_up(
-    sweep: SwingSweep,
-    rig: Identified,
-    points: Sequence[CompensatedPoint],
-    diagnosed: Sequence[_Diagnosis],
-    settings: InverseSettings,
-) -> Check:
-    if states_support(settings, sweep.rig):
-        return skipped(checks.BUILD_UP.name, "the station states what the support does under load")
-    return checks.support_has_built_up(
-        points,
-        [built_up(each.found, rig) for each in diagnosed],
-        [each.speed.running_nm for each in diagnosed],
-    )
+@dataclass(frozen=True)
+class TemplateInverse(Inverse):
+    """The compensation `template_inverse`: the recorded no-load run of the same frequency.
+
+    Raises DataError for a frequency without no-load run.
+    """
+
+    settings: TemplateInverseSettings
+
+    def templates(self, sweep: SwingSweep, rig: Identified) -> Sequence[MeanSwing]:
+        """Return the mean swing of each loaded point's partner."""
+        matched = pairs(sweep.loaded, sweep.no_load, self.settings.frequency_match)
+        return [mean_swing(no_load, rig.friction.swing.size) for _, no_load in matched]
+
+
+class ModelInverse(Inverse):
+    """The compensation `model_inverse`: raises DataError for a frequency outside of the sweep.
+
+    For frequencies that the sweep does not have; it also averages the noise of the template over
+    all of them. A rig that does not follow the model (see the check 'drive line') is served better
+    by `template_inverse`.
+    """
+
+    def templates(self, sweep: SwingSweep, rig: Identified) -> Sequence[MeanSwing]:
+        """Return the model's torque at each loaded point's measured frequency."""
+        model = no_load_model(sweep.no_load, rig)
+        return [model.template(point.frequency_hz.value) for point in sweep.loaded]

@@ -60,20 +60,17 @@ class NoLoadModel:
             )
         line, friction = self.rig.line, self.rig.friction
         twist = _settled_twist(line, friction, frequency_hz)
-        rest = self._rest(frequency_hz)
+        # What is unexplained between the neighbours in frequency.
+        left = self.unexplained_nm
+        place = np.interp(frequency_hz, self.frequencies_hz, np.arange(len(left)))
+        below = min(int(place), len(left) - 2)
+        share = place - below
+        rest = np.asarray((1 - share) * left[below] + share * left[below + 1])
         torque, *replicates = (
             _sensor_torque(line, each, frequency_hz, twist) + rest
             for each in (friction, *self.without_each)
         )
         return MeanSwing(frequency_hz, torque, np.array(replicates), of_cycles=False)
-
-    def _rest(self, frequency_hz: float) -> Array:
-        """Return what is unexplained between the neighbours in frequency, shape (n,)."""
-        rest = self.unexplained_nm
-        place = np.interp(frequency_hz, self.frequencies_hz, np.arange(len(rest)))
-        below = min(int(place), len(rest) - 2)
-        share = place - below
-        return np.asarray((1 - share) * rest[below] + share * rest[below + 1])
 
 
 def no_load_model(points: Sequence[SwingPoint], rig: Identified) -> NoLoadModel:

@@ -1,4 +1,4 @@
-"""The published method: mean raw peak minus the fitted no-load peak, Eq. (2) of Wang et al.
+"""The published method: mean raw peak minus the fitted no-load peak, Eq. (1), (2) of Wang et al.
 
 Machines 2025, 13(11), 976, doi:10.3390/machines13110976: Td = Tc - Tg(f). Kept as it was
 published, for comparison: with load the peak falls near the reversal, without load later in the
@@ -7,20 +7,19 @@ stroke, and maxima at two phases have no difference that means a torque.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import sqrt
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from rigrunner.api import DataError, Distribution, Effect, Input, Spreading
+from rigrunner.api import DataError, Distribution, Effect, Input, Points, Spreading
 from rigrunner.api.uncertainty import Line
 from rigrunner.signal.inputs import model_of
 from rigrunner.signal.transducer import transducer_effects
 from rigrunner_bearings.api.compensations import Compensation
 from rigrunner_bearings.compensations import checks
 from rigrunner_bearings.compensations.limits import load
-from rigrunner_bearings.compensations.paper_equation import published_curve
 from rigrunner_bearings.compensations.peak_budget import (
     frequency_effect,
     notes_on,
@@ -29,12 +28,17 @@ from rigrunner_bearings.compensations.peak_budget import (
 from rigrunner_bearings.signal.compensated import compensated_point
 from rigrunner_bearings.signal.peaks import mean_peak, peak_points, scatter_effect
 from rigrunner_bearings.signal.sensor import difference_effects, gain
+from rigrunner_plugins.fits.curve import r_squared
+from rigrunner_plugins.fits.polynomial import PolynomialFit
+from rigrunner_plugins.fits.settings import PolynomialSettings
 
 if TYPE_CHECKING:
-    from rigrunner.api import Curve, Instrument
+    from rigrunner.api import Array, Curve
     from rigrunner_bearings.api.compensations import CompensatedPoint, Sweep
     from rigrunner_bearings.api.points import PeakPoint
-    from rigrunner_bearings.compensations.paper_peak_settings import PaperPeakSettings
+    from rigrunner_bearings.compensations.settings import PaperPeakSettings
+    from rigrunner_plugins.fits.curve import FittedCurve
+
 
 MEASURAND = "starting torque as the difference of raw peaks (Eq. 2 of the paper)"
 FIT = "no-load fit"
@@ -92,7 +96,8 @@ class PaperPeak:
             *transducer_effects(
                 sweep.instrument, peak.value - value, readings, slow=sqrt(len(readings))
             ),
-            *self._published_gain(sweep.instrument, peak.value),
+            # Refitted, both peaks come from the sensor, and its gain scales their difference.
+            *(() if self._refit else (Effect(gain(sweep.instrument), -peak.value),)),
         )
         scales = (gain(sweep.instrument),) if self._refit else ()
         model = model_of(
@@ -107,13 +112,6 @@ class PaperPeak:
             frequency_hz=frequency,
             raw_nm=peak.value,
         )
-
-    def _published_gain(self, instrument: Instrument, raw_nm: float) -> tuple[Effect, ...]:
-        """Return the gain's effect where only the raw peak comes from the sensor.
-
-        Refitted, both peaks do, and the gain scales their difference.
-        """
-        return () if self._refit else (Effect(gain(instrument), -raw_nm),)
 
 
 def _slope(curve: Curve, frequency_hz: float) -> float:
@@ -133,11 +131,56 @@ def _rig_part(curve: Curve, frequency_hz: float) -> tuple[float, tuple[Effect, .
     at = np.array([frequency_hz])
     value, u = curve.predict(at)
     spread = curve.spread(at)[0] if isinstance(curve, Spreading) else u
+    directions = [
+        Input(
+            f"{FIT}, direction {number}",
+            0.0,
+            1.0,
+            curve.dof,
+            Distribution.T,
+            "1",
+            common=True,
+            line=FIT,
+            ensemble=FIT,
+        )
+        for number in range(1, len(spread) + 1)
+    ]
     return float(value[0]), tuple(
-        Effect(_direction(number, curve.dof), -float(row)) for number, row in enumerate(spread, 1)
+        Effect(each, -float(row)) for each, row in zip(directions, spread, strict=True)
     )
 
 
-def _direction(number: int, dof: float) -> Input:
-    name = f"{FIT}, direction {number}"
-    return Input(name, 0.0, 1.0, dof, Distribution.T, "1", common=True, line=FIT, ensemble=FIT)
+TABLE_2_HZ: Final = (1.0, 5.0, 10.0, 15.0, 20.0, 25.0, 30.0, 35.0)
+TABLE_2_NM: Final = (0.83, 1.21, 1.64, 2.32, 3.01, 3.96, 5.12, 6.91)
+PUBLISHED: Final = (0.9173, 0.0247, 0.0041)
+"""Tg = 0.0041 f^2 + 0.0247 f + 0.9173 in N·m with f in Hz, for 1 Hz to 35 Hz."""
+
+
+def published_curve() -> FittedCurve:
+    """Return Eq. (1) as printed, rounded, with the covariance of the fit that it came from.
+
+    The paper states no uncertainty; ordinary least squares of its Table 2 gives its coefficients
+    to the printed digits, and with them their covariance.
+    """
+    points = Points(np.array(TABLE_2_HZ), np.array(TABLE_2_NM))
+    fit = PolynomialFit(PolynomialSettings(degree=2))(points)
+    coefficients = np.array(PUBLISHED)
+    residuals = points.y - _value(points.x)
+
+    def value_and_spread(x: Array) -> tuple[Array, Array]:
+        return _value(x), fit.value_and_spread(x)[1]
+
+    return replace(
+        fit,
+        coefficients=coefficients,
+        residuals=residuals,
+        residual_s=float(np.sqrt(np.sum(residuals**2) / fit.dof)),
+        r_squared=r_squared(points.y, residuals),
+        value_and_spread=value_and_spread,
+    )
+
+
+def _value(frequency_hz: Array) -> Array:
+    powers = frequency_hz[:, None] ** np.arange(len(PUBLISHED))
+    value: Array = powers @ np.array(PUBLISHED)
+    return value

@@ -16,7 +16,7 @@ from rigrunner.signal.transducer import transducer_effects
 from rigrunner_bearings.api.compensations import Compensation
 from rigrunner_bearings.compensations import checks
 from rigrunner_bearings.compensations.limits import load
-from rigrunner_bearings.compensations.matching import peak_pairs
+from rigrunner_bearings.compensations.matching import pairs
 from rigrunner_bearings.compensations.peak_budget import (
     frequency_effect,
     notes_on,
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from rigrunner.api import Effect
     from rigrunner_bearings.api.compensations import CompensatedPoint, Sweep
     from rigrunner_bearings.api.points import PeakPoint
-    from rigrunner_bearings.compensations.peak_same_frequency_settings import (
+    from rigrunner_bearings.compensations.settings import (
         PeakSameFrequencySettings,
     )
 
@@ -49,7 +49,7 @@ class PeakSameFrequency:
 
     def __call__(self, sweep: Sweep) -> Compensation:
         """Return the difference per set-point; DataError for one without no-load partner."""
-        matched = peak_pairs(sweep, self.settings.frequency_match)
+        matched = pairs(sweep.loaded, sweep.no_load, self.settings.frequency_match)
         points = tuple(_point(sweep, *pair) for pair in matched)
         return Compensation(
             MEASURAND,

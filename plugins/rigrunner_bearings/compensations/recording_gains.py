@@ -33,9 +33,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from rigrunner.api import Array
-    from rigrunner_bearings.compensations.bearing import MeanSwing, Pair
+    from rigrunner_bearings.compensations.bearing import Pair
     from rigrunner_bearings.compensations.identification import Identified
-    from rigrunner_bearings.compensations.response import Waveform
 
 POWERS = (0, 1, -1, 2)
 """Of the frequency, in the running torque of a run; no more of them than there are frequencies."""
@@ -101,7 +100,12 @@ class _Seen:
         count = len(pairs)
         hertz = np.array([pair.loaded.frequency_hz for pair in pairs])
         runs = [
-            np.array([running_torque(swing, line.at_load(*_shown(run))) for run in each])
+            np.array(
+                [
+                    running_torque(swing, line.at_load(run.waveform, run.frequency_hz))
+                    for run in each
+                ]
+            )
             for each in ([p.no_load for p in pairs], [p.loaded for p in pairs])
         ]
         inertial = line.inertia_kgm2 * swing.acceleration_per_hz2
@@ -189,7 +193,3 @@ class _Seen:
             + unexplained
         )
         return scale * estimates, scale[:, None] * inverse * scale, float(deviance)
-
-
-def _shown(run: MeanSwing) -> tuple[Waveform, float]:
-    return run.waveform, run.frequency_hz

@@ -14,14 +14,12 @@ from rigrunner_bearings.compensations import requirements
 
 if TYPE_CHECKING:
     from rigrunner_bearings.api.compensations import CompensationMethod
-    from rigrunner_bearings.compensations.breakaway_peak_settings import BreakawayPeakSettings
-    from rigrunner_bearings.compensations.paper_peak_settings import PaperPeakSettings
-    from rigrunner_bearings.compensations.peak_same_frequency_settings import (
-        PeakSameFrequencySettings,
-    )
     from rigrunner_bearings.compensations.settings import (
+        BreakawayPeakSettings,
         EnergySettings,
         InverseSettings,
+        PaperPeakSettings,
+        PeakSameFrequencySettings,
         TemplateInverseSettings,
     )
 
@@ -59,7 +57,7 @@ def rigrunner_compensations() -> list[CompensationRecord]:
         CompensationRecord(
             name="paper_peak",
             help="Raw peak minus fitted no-load peak, as published (Eq. 2)",
-            settings="rigrunner_bearings.compensations.paper_peak_settings:PaperPeakSettings",
+            settings="rigrunner_bearings.compensations.settings:PaperPeakSettings",
             rig=RIG,
             factory=_paper_peak,
             requires=requirements.of_paper_peak,
@@ -69,7 +67,7 @@ def rigrunner_compensations() -> list[CompensationRecord]:
         CompensationRecord(
             name="peak_same_frequency",
             help="Raw peak minus the no-load peak of the same frequency",
-            settings="rigrunner_bearings.compensations.peak_same_frequency_settings:PeakSameFrequencySettings",
+            settings="rigrunner_bearings.compensations.settings:PeakSameFrequencySettings",
             rig=RIG,
             factory=_peak_same_frequency,
             requires=requirements.of_peak_same_frequency,
@@ -110,7 +108,7 @@ def rigrunner_compensations() -> list[CompensationRecord]:
             name="breakaway_peak",
             help="Starts from rest: mean of their breakaway torques, which are not those of a"
             " swing",
-            settings="rigrunner_bearings.compensations.breakaway_peak_settings:BreakawayPeakSettings",
+            settings="rigrunner_bearings.compensations.settings:BreakawayPeakSettings",
             rig=RIG,
             factory=_breakaway_peak,
             requires=requirements.of_breakaway_peak,
@@ -134,7 +132,7 @@ def _peak_same_frequency(settings: PeakSameFrequencySettings) -> CompensationMet
 
 
 def _template_inverse(settings: TemplateInverseSettings) -> CompensationMethod:
-    from rigrunner_bearings.compensations.template_inverse import (  # noqa: PLC0415  (scipy)
+    from rigrunner_bearings.compensations.inverse import (  # noqa: PLC0415  (scipy)
         TemplateInverse,
     )
 
@@ -142,7 +140,7 @@ def _template_inverse(settings: TemplateInverseSettings) -> CompensationMethod:
 
 
 def _model_inverse(settings: InverseSettings) -> CompensationMethod:
-    from rigrunner_bearings.compensations.model_inverse import (  # noqa: PLC0415  (scipy)
+    from rigrunner_bearings.compensations.inverse import (  # noqa: PLC0415  (scipy)
         ModelInverse,
     )
 

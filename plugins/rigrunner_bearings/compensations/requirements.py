@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Any
 from rigrunner_bearings.api.requirements import TorqueRequirements
 
 if TYPE_CHECKING:
-    from rigrunner_bearings.compensations.paper_peak_settings import PaperPeakSettings
-    from rigrunner_bearings.compensations.peak_same_frequency_settings import (
+    from rigrunner_bearings.compensations.settings import (
+        EnergySettings,
+        PaperPeakSettings,
         PeakSameFrequencySettings,
+        TemplateInverseSettings,
     )
-    from rigrunner_bearings.compensations.settings import EnergySettings, TemplateInverseSettings
 
 LEAST_FREQUENCIES = 4
 """Without load, to learn the rig's resonance."""

@@ -15,7 +15,7 @@ from rigrunner_bearings.compensations import response
 if TYPE_CHECKING:
     from numpy.random import Generator
 
-    from rigrunner.api import Array, Input
+    from rigrunner.api import Input
     from rigrunner_bearings.api.compensations import Sweep
     from rigrunner_bearings.api.points import PeakPoint
     from rigrunner_bearings.compensations.identification import Identified
@@ -62,15 +62,12 @@ class RigErrors:
     def _changed(self, point: PeakPoint, growth: float) -> PeakPoint:
         if not isinstance(point, SwingPoint):
             return point
-        frequency = point.frequency_hz.value
-        seen = self._at_sensor(growth * self.rig.friction.dry_nm, frequency)
+        torque_nm = growth * self.rig.friction.dry_nm
+        harmonics = np.arange(len(torque_nm) // 2 + 1, dtype=np.float64)
+        at_sensor = self.rig.line.sensor(point.frequency_hz.value * harmonics)
+        seen = response.apply(at_sensor, torque_nm)
         step = len(seen) // point.torque_nm.shape[1]
         return replace(point, torque_nm=point.torque_nm + seen[::step])
-
-    def _at_sensor(self, torque_nm: Array, frequency_hz: float) -> Array:
-        """Return what the sensor shows of a torque on the inertia, one swing of shape (n,)."""
-        harmonic_hz = frequency_hz * np.arange(len(torque_nm) // 2 + 1, dtype=np.float64)
-        return response.apply(self.rig.line.sensor(harmonic_hz), torque_nm)
 
 
 def _drawn(error: Input | None, rng: Generator) -> float:

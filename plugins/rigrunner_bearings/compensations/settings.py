@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from rigrunner.api import Angle, Frequency, Ratio, Settings
+from rigrunner.api import Angle, Frequency, Ratio, Settings, Torque
 from rigrunner_bearings.api.rig import refuse_growth_without_limit
 
 DEGREE = 0.017453292519943295
@@ -74,3 +74,30 @@ class TemplateInverseSettings(InverseSettings, WaveformSettings):
 
 class EnergySettings(SupportSettings, WaveformSettings):
     """Of the compensation `energy`."""
+
+
+class PaperPeakSettings(Settings):
+    """Of the compensation `paper_peak`."""
+
+    coefficients: Annotated[
+        Literal["published", "refit"],
+        Field(description="of Eq. (1): the authors' rig, or fitted to this rig's no-load run"),
+    ] = "refit"
+
+
+class PeakSameFrequencySettings(Settings):
+    """Of the compensation `peak_same_frequency`."""
+
+    frequency_match: Annotated[
+        Ratio,
+        Field(gt=0, le=0.05, description="how far the frequencies of a pair may differ"),
+    ] = 0.01
+
+
+class BreakawayPeakSettings(Settings):
+    """Of the compensation `breakaway_peak`."""
+
+    fixture_friction: Annotated[
+        Torque,
+        Field(ge=0, description="the most that the bench's own supports add; half is taken off"),
+    ] = 0.0

@@ -52,7 +52,10 @@ class SupportFriction:
         load = self.swing.angle_rad - share * twist_rad
         dry = at_same_distance(self.slow_nm, _slow_strokes(self, share), load)
         velocity = self.swing.velocity_per_hz * frequency_hz
-        return self._at_speed(dry, velocity - share * _rate(twist_rad, frequency_hz))
+        n = len(twist_rad)
+        derivative = 2j * np.pi * frequency_hz * np.arange(n // 2 + 1)
+        twist_rate = np.fft.irfft(np.fft.rfft(twist_rad) * derivative, n)
+        return self._at_speed(dry, velocity - share * twist_rate)
 
     def _at_speed(self, dry_nm: Array, velocity: Array) -> Array:
         return dry_nm * (1 + self.growth_s * np.abs(velocity)) + self.viscous_nms * velocity
@@ -127,10 +130,3 @@ def make_friction(
 def _slow_strokes(friction: SupportFriction, share: float) -> tuple[Stroke, Stroke]:
     """Return the strokes of a slow swing: one sweep asks at each frequency for the same few."""
     return strokes(friction.swing.angle_rad - share * friction.reference_twist_rad)
-
-
-def _rate(values: Array, frequency_hz: float) -> Array:
-    """Return the time derivative of a periodic waveform, shape (n,)."""
-    n = len(values)
-    angular = 2j * np.pi * frequency_hz * np.arange(n // 2 + 1)
-    return np.fft.irfft(np.fft.rfft(values) * angular, n)

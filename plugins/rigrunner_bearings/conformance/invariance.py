@@ -55,8 +55,9 @@ def common_offset_falls_out(subject: CompensationSubject) -> None:
 def order_of_recordings_does_not_matter(subject: CompensationSubject) -> None:
     """In another order than the no-load recordings the loaded ones give the same."""
     _stated(subject, Influence.ORDER)
-    backwards = replace(subject.runs, loaded=_backwards(subject.runs.loaded))
-    found = subject.number(backwards)
+    loaded = subject.runs.loaded
+    backwards = replace(loaded, recordings=loaded.recordings[::-1])
+    found = subject.number(replace(subject.runs, loaded=backwards))
     _same(torques_nm(found)[::-1], subject, LITTLE)
 
 
@@ -94,10 +95,6 @@ def _shifted(run: RunData) -> RunData:
         return replace(recording, channels=dict(recording.channels) | moved)
 
     return each_recording(change)(run)
-
-
-def _backwards(run: RunData) -> RunData:
-    return replace(run, recordings=run.recordings[::-1])
 
 
 CHECKS = (

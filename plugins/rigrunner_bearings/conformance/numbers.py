@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from rigrunner.api import Instrument, RunData
-    from rigrunner_bearings.api.compensations import CompensatedPoint
     from rigrunner_bearings.conformance.subject import CompensationSubject
 
 CLOSED_FORM_RIGS, TIME_DOMAIN_RIGS = 5, 3
@@ -77,23 +76,20 @@ def points_are_whole(subject: CompensationSubject) -> None:
 def uncertainty_is_made_of_its_parts(subject: CompensationSubject) -> None:
     """The uncertainty is finite, in N·m, and what the lines of its budget combine to (GUM 5.1)."""
     for point in subject.plain.points:
-        _budget(point)
-
-
-def _budget(point: CompensatedPoint) -> None:
-    at = f"at {point.set_frequency_hz:g} Hz"
-    torque, parts = point.torque, point.components
-    demand(parts, f"{at} there is no budget")
-    names = [part.name for part in parts]
-    demand(len(set(names)) == len(names), f"{at} a line is given twice: {', '.join(names)}")
-    u, dof = combine(parts)
-    demand(torque.unit == "N·m", f"{at} the torque is in {torque.unit}")
-    demand(0 < torque.u < np.inf, f"{at} u is {torque.u}")
-    demand(
-        np.isclose(torque.u, u, rtol=1e-6), f"{at} u is {torque.u:g} N·m, its lines give {u:g} N·m"
-    )
-    same = torque.dof == dof or np.isclose(torque.dof, dof, rtol=1e-3)
-    demand(same, f"{at} there are {torque.dof:g} degrees of freedom, its lines give {dof:g}")
+        at = f"at {point.set_frequency_hz:g} Hz"
+        torque, parts = point.torque, point.components
+        demand(parts, f"{at} there is no budget")
+        names = [part.name for part in parts]
+        demand(len(set(names)) == len(names), f"{at} a line is given twice: {', '.join(names)}")
+        u, dof = combine(parts)
+        demand(torque.unit == "N·m", f"{at} the torque is in {torque.unit}")
+        demand(0 < torque.u < np.inf, f"{at} u is {torque.u}")
+        demand(
+            np.isclose(torque.u, u, rtol=1e-6),
+            f"{at} u is {torque.u:g} N·m, its lines give {u:g} N·m",
+        )
+        same = torque.dof == dof or np.isclose(torque.dof, dof, rtol=1e-3)
+        demand(same, f"{at} there are {torque.dof:g} degrees of freedom, its lines give {dof:g}")
 
 
 @check(

@@ -104,7 +104,16 @@ def starts(number: int, rate_hz: float | None = None) -> Runs:
     made, truths = [], []
     for index in range(STARTS):
         clock.sleep(REST_S)
-        made.append(_start(device, index, utc_text(clock.utc())))
+        made.append(
+            Recording(
+                name=f"{index:03d}",
+                rate_hz=device.sample_rate_hz,
+                started_utc=utc_text(clock.utc()),
+                setpoints={"tester.frequency": 0.0, "tester.start_frequency": START_HZ},
+                channels=_streamed(device, START_S),
+                units={"tester.angle": "rad", "tester.torque": "N·m"},
+            )
+        )
         truths.append(device.truth()["breakaway_torque_nm"])
     run = RunData(
         run_id=f"starts-{number}",
@@ -122,17 +131,6 @@ def starts(number: int, rate_hz: float | None = None) -> Runs:
         recordings=tuple(made),
     )
     return Runs(run, None, (float(np.mean(truths)),))
-
-
-def _start(device: Any, index: int, utc: str) -> Recording:
-    return Recording(
-        name=f"{index:03d}",
-        rate_hz=device.sample_rate_hz,
-        started_utc=utc,
-        setpoints={"tester.frequency": 0.0, "tester.start_frequency": START_HZ},
-        channels=_streamed(device, START_S),
-        units={"tester.angle": "rad", "tester.torque": "N·m"},
-    )
 
 
 def _streamed(device: Any, duration_s: float) -> dict[str, Array]:

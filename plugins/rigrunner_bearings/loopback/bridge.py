@@ -144,17 +144,14 @@ class _Conversation(socketserver.StreamRequestHandler):
         running = self._acquisition
         if running is None:
             raise RefusedError(NO_DATA)
-        until = self._fetched + _count(argument, len(running.samples) - self._fetched)
+        most = len(running.samples) - self._fetched
+        if not argument.isdecimal() or not 0 < int(argument) <= most:
+            raise RefusedError(ILLEGAL_PARAMETER)
+        until = self._fetched + int(argument)
         time.sleep(max(0.0, running.ready_s(until) - time.monotonic()))
         data = running.samples[self._fetched : until].astype(">f4").tobytes()
         self._fetched = until
         return f"#{len(str(len(data)))}{len(data)}".encode("ascii") + data
-
-
-def _count(argument: str, most: int) -> int:
-    if not argument.isdecimal() or not 0 < int(argument) <= most:
-        raise RefusedError(ILLEGAL_PARAMETER)
-    return int(argument)
 
 
 class BridgeServer(socketserver.ThreadingTCPServer):

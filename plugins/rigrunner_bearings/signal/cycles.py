@@ -72,7 +72,11 @@ def find_cycles(angle_rad: Samples, rate_hz: float, ratio: float) -> Cycles:
     offset and scale that the angle channel shows over all of them. Raises DataError if the angle
     does not swing through one whole cycle, or if one cycle is shorter than half the median.
     """
-    starts = _rough_starts(angle_rad, LEAST_SWING * max_angle(ratio))
+    # About where the angle rises through the middle of its range.
+    low, high = percentiles(angle_rad, [2, 98])
+    limit = HYSTERESIS * max((high - low) / 2, LEAST_SWING * max_angle(ratio))
+    before, after = rises(angle_rad, *beyond((low + high) / 2, limit))
+    starts = np.asarray((before + after) / 2)
     if len(starts) < 2:  # noqa: PLR2004  (a cycle has two ends)
         raise DataError(
             f"no whole cycle of about {np.rad2deg(max_angle(ratio)):.1f} deg in the angle",
@@ -110,14 +114,6 @@ def integrated_swing(velocity_rad_s: Array, rate_hz: float, ratio: float) -> Arr
         middle = (starts[1:] + starts[:-1]) / 2
         angle = angle - np.interp(np.arange(len(angle)), middle, means)
     return np.asarray(angle)
-
-
-def _rough_starts(angle: Samples, least_rad: float) -> Array:
-    """Return about where the angle rises through the middle of its range, if it swings."""
-    low, high = percentiles(angle, [2, 98])
-    limit = HYSTERESIS * max((high - low) / 2, least_rad)
-    before, after = rises(angle, *beyond((low + high) / 2, limit))
-    return np.asarray((before + after) / 2)
 
 
 def _refuse_short(starts: Array, rate_hz: float) -> None:
@@ -215,10 +211,8 @@ def _rows(values: Array, starts: Array, dense: int, n: int) -> Array:
     rows: Array = scipy.ndimage.map_coordinates(
         values, position[None], order=SPLINE_ORDER, mode="mirror"
     )
-    return rows if dense == n else _fewer_points(rows, n)
-
-
-def _fewer_points(rows: Array, n: int) -> Array:
-    spectrum = np.fft.rfft(rows, axis=1)[:, : n // 2 + 1] * (n / rows.shape[1])
+    if dense == n:
+        return rows
+    spectrum = np.fft.rfft(rows, axis=1)[:, : n // 2 + 1] * (n / dense)
     spectrum[:, -1] = 0.0
     return np.fft.irfft(spectrum, n, axis=1)

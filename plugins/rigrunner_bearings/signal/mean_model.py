@@ -32,11 +32,23 @@ def mean_of_models(models: Sequence[MeasurementModel]) -> MeasurementModel:
     the others are told apart by the point and average out. Raises ValueError where a common input
     is not the same in two points.
     """
-    names = [_names(model, place) for place, model in enumerate(models, 1)]
+    # What each input of a point is called among those of all points.
+    names = [
+        {
+            each.name: each.name if each.common else f"{each.name}, point {place}"
+            for each in model.inputs
+        }
+        for place, model in enumerate(models, 1)
+    ]
     inputs: dict[str, Input] = {}
     for model, renamed in zip(models, names, strict=True):
-        for each in model.inputs:
-            _enter(inputs, _renamed(each, renamed))
+        for own in model.inputs:
+            name = renamed[own.name]
+            # An ensemble of a point's own stays its own.
+            ensemble = own.ensemble + name.removeprefix(own.name) if own.ensemble else ""
+            new = replace(own, name=name, line=own.budget_line, ensemble=ensemble)
+            if not _same(inputs.setdefault(name, new), new):
+                raise ValueError(f"{name} is common to all points, but not the same in two of them")
     return MeasurementModel(
         inputs=tuple(inputs.values()),
         equation=_Mean(tuple(zip(models, names, strict=True))),
@@ -54,27 +66,6 @@ class _Mean:
             for model, names in self.parts
         )
         return np.asarray(total / len(self.parts))
-
-
-def _names(model: MeasurementModel, place: int) -> Mapping[str, str]:
-    """Return what each input of a point is called among those of all points."""
-    return {
-        each.name: each.name if each.common else f"{each.name}, point {place}"
-        for each in model.inputs
-    }
-
-
-def _renamed(own: Input, names: Mapping[str, str]) -> Input:
-    """Return a point's input as one of all points: an ensemble of its own stays its own."""
-    name = names[own.name]
-    ensemble = own.ensemble + name.removeprefix(own.name) if own.ensemble else ""
-    return replace(own, name=name, line=own.budget_line, ensemble=ensemble)
-
-
-def _enter(inputs: dict[str, Input], new: Input) -> None:
-    known = inputs.setdefault(new.name, new)
-    if not _same(known, new):
-        raise ValueError(f"{new.name} is common to all points, but not the same in two of them")
 
 
 def _same(one: Input, other: Input) -> bool:

@@ -43,12 +43,6 @@ def pulse_edges(signal: Samples) -> Array:
             f"{len(rising)} pulses, but a cycle is from one to the next",
             hint="is the index sensor connected, and does it detect the mark?",
         )
-    _refuse_uneven(rising)
-    edges: Array = rising - 0.5
-    return edges
-
-
-def _refuse_uneven(rising: Array) -> None:
     periods = np.diff(rising)
     usual = float(np.median(periods))
     odd = np.flatnonzero(np.abs(periods - usual) > UNEVEN * usual)
@@ -58,6 +52,8 @@ def _refuse_uneven(rising: Array) -> None:
             f"{usual:.0f}: one was lost or came twice",
             hint="check the level and the wiring of the index sensor",
         )
+    edges: Array = rising - 0.5
+    return edges
 
 
 def starts_from_edges(edges: Array, phase_rad: float, samples: int) -> Array:

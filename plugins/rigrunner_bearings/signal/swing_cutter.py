@@ -50,28 +50,25 @@ class SwingCutter:
         self._torque = np.concatenate((self._torque, torque_nm))
         if angle_rad is not None:
             self._angle = np.concatenate((self._angle, angle_rad))
-        starts = self._starts()
-        swings = [self._swing(a, b) for a, b in pairwise(starts) if self._is_new(a, b)]
+        starts = (
+            _rises(self._angle)
+            if len(self._angle)
+            else np.arange(self._shown - self._first, len(self._torque), self._period)
+        )
+        swings = []
+        for start, end in pairwise(starts):
+            is_swing = abs(end - start - self._period) <= AGREE * self._period
+            # The middle of the range moves as samples come: a swing that was there may be found a
+            # little later again.
+            if is_swing and self._first + end > self._shown + AGREE * self._period:
+                places = start + (end - start) * np.arange(PHASES) / PHASES
+                torque = np.interp(places, np.arange(len(self._torque)), self._torque)
+                end_s = (self._first + end) / self._rate_hz
+                swings.append(Swing(self._rate_hz / (end - start), end_s, torque))
         if len(starts):
             self._shown = max(self._shown, self._first + float(starts[-1]))
         self._forget()
         return swings
-
-    def _starts(self) -> NDArray[np.float64]:
-        if len(self._angle):
-            return _rises(self._angle)
-        return np.arange(self._shown - self._first, len(self._torque), self._period)
-
-    def _is_new(self, start: float, end: float) -> bool:
-        is_swing = abs(end - start - self._period) <= AGREE * self._period
-        # The middle of the range moves as samples come: a swing that was there may be found a
-        # little later again.
-        return is_swing and self._first + end > self._shown + AGREE * self._period
-
-    def _swing(self, start: float, end: float) -> Swing:
-        places = start + (end - start) * np.arange(PHASES) / PHASES
-        end_s = (self._first + end) / self._rate_hz
-        return Swing(self._rate_hz / (end - start), end_s, _at(places, self._torque))
 
     def _forget(self) -> None:
         """Drop all but one whole swing, whose range gives the middle."""
@@ -80,10 +77,6 @@ class SwingCutter:
         drop = max(min(since, len(self._torque) - keep), 0)
         self._torque, self._angle = self._torque[drop:], self._angle[drop:]
         self._first += drop
-
-
-def _at(places: NDArray[np.float64], values: Floats) -> Floats:
-    return np.interp(places, np.arange(len(values)), values)
 
 
 def _rises(angle: Floats) -> NDArray[np.float64]:

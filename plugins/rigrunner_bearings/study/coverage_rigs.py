@@ -113,10 +113,16 @@ def draw(simulator: str, rng: Generator, station: Station, limits: Limits) -> Ri
     natural_hz = values[NATURAL[simulator]].number
     rates = [rate for rate in RATES_HZ if rate >= SAMPLES_PER_RESONANCE * natural_hz]
     corner = rng.uniform(*CORNER_HZ)
+    # The register's limits of error, from which the simulator draws its own.
+    limit = instrument.half_width
     no_load = {
         **values,
         **LAWS[simulator][law],
-        **_sensor(instrument),
+        "sensors.full_scale": Value(instrument.full_scale, "N·m"),
+        "sensors.gain": Value(100 * limit("gain"), "%"),
+        "sensors.offset": Value(limit("offset"), "N·m"),
+        "sensors.drift": Value(limit("drift"), "N·m"),
+        "sensors.nonlinearity": Value(100 * limit("nonlinearity") / instrument.full_scale, "%"),
         "sensors.rate": Value(float(rng.choice(rates)), "Hz"),
         "sensors.low_pass": Value(corner * (1 + _within(limits.low_pass_tolerance, rng)), "Hz"),
     }
@@ -137,18 +143,6 @@ def draw(simulator: str, rng: Generator, station: Station, limits: Limits) -> Ri
 
 def _within(limit: float, rng: Generator) -> float:
     return float(rng.uniform(-limit, limit))
-
-
-def _sensor(instrument: Instrument) -> BenchSettings:
-    """Return the register's limits of error, from which the simulator draws its own."""
-    limit = instrument.half_width
-    return {
-        "sensors.full_scale": Value(instrument.full_scale, "N·m"),
-        "sensors.gain": Value(100 * limit("gain"), "%"),
-        "sensors.offset": Value(limit("offset"), "N·m"),
-        "sensors.drift": Value(limit("drift"), "N·m"),
-        "sensors.nonlinearity": Value(100 * limit("nonlinearity") / instrument.full_scale, "%"),
-    }
 
 
 def _under_load(

@@ -11,7 +11,7 @@ from rigrunner_bearings.study.tables import Table
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
-    from rigrunner_bearings.study.coverage import Row, Spread, Stratum, Study
+    from rigrunner_bearings.study.coverage import Row, Stratum, Study
     from rigrunner_bearings.study.share import Clustered, Share
     from rigrunner_bearings.study.tables import Part
 
@@ -142,7 +142,7 @@ def _row_document(row: Row) -> dict[str, Any]:
         "rigs_of": row.simulator,
         "sensor_term": row.sensor,
         "rigs": row.rigs,
-        "error_nm": _spread(row.error),
+        "error_nm": asdict(row.error),
         "error_over_u": row.error_over_u,
         "points_held": {
             "rate": row.held.rate,
@@ -162,11 +162,7 @@ def _stratum_documents(strata: Iterable[Stratum]) -> list[dict[str, Any]]:
             "natural_hz": list(each.band_hz),
             "frequency_hz": each.frequency_hz,
             "held": each.held.document(),
-            "error_nm": _spread(each.error),
+            "error_nm": asdict(each.error),
         }
         for each in strata
     ]
-
-
-def _spread(spread: Spread) -> dict[str, float]:
-    return asdict(spread)

@@ -18,13 +18,10 @@ from rigrunner_bearings.study.tools import checks_of, primary_alone, tools
 from rigrunner_bearings.torque.diagnosis import checked_by
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
+    from collections.abc import Iterable, Iterator
 
-    from rigrunner.api.results import Result
-    from rigrunner_bearings.study.bench import Bench
     from rigrunner_bearings.study.breaks import Break
     from rigrunner_bearings.study.going import Going
-    from rigrunner_bearings.torque.settings import TorqueSettings
 
 
 @dataclass(frozen=True)
@@ -54,35 +51,24 @@ def examine(case: Case) -> Finding:
     """Record and analyse one rig; the same case gives the same finding."""
     fault = next((each for each in BREAKS if each.name == case.fault), None)
     shared = tools()
-    bench = _bench(case, fault)
-    recorded = record_bench(bench, shared.registry, shared.measured_station)
-    try:
-        result = shared.analysed(recorded, _spec(shared.spec, fault))
-    except DataError:
-        return Finding(case, (REFUSED,), (REFUSED,))
-    return _finding(case, result, recorded.truth_nm)
-
-
-def _bench(case: Case, fault: Break | None) -> Bench:
+    spec = primary_alone(shared.spec)
     rng = case.rng(f"{case.simulator}/{case.fault}")
     bench = healthy(case.simulator, int(rng.integers(2**31)), rng)
-    return bench if fault is None else fault.apply(bench, rng)
-
-
-def _spec(spec: TorqueSettings, fault: Break | None) -> TorqueSettings:
-    """Return the procedure's analysis with its primary method alone, or none where none is due."""
-    if fault is not None and fault.before_compensation:
-        return spec.model_copy(update={"compensations": (), "primary_": None})
-    return primary_alone(spec)
-
-
-def _finding(case: Case, result: Result, truth_nm: float) -> Finding:
+    if fault is not None:
+        bench = fault.apply(bench, rng)
+        if fault.before_compensation:
+            spec = spec.model_copy(update={"compensations": (), "primary_": None})
+    recorded = record_bench(bench, shared.registry, shared.measured_station)
+    try:
+        result = shared.analysed(recorded, spec)
+    except DataError:
+        return Finding(case, (REFUSED,), (REFUSED,))
     checks = [(checked_by(check), check) for check in checks_of(result)]
     failed = {name for name, check in checks if not check.ok}
     if any(each.not_applicable for each in TorqueDetails.of(result).compensations.values()):
         failed.add(REFUSED)
     made = {name for name, check in checks if check.value is not None}
-    error = None if result.headline is None else result.headline.value - truth_nm
+    error = None if result.headline is None else result.headline.value - recorded.truth_nm
     return Finding(case, tuple(sorted(failed)), tuple(sorted(made)), error)
 
 
@@ -140,32 +126,30 @@ def tally(findings: Iterable[Finding]) -> Study:
     simulators = sorted({each.case.simulator for each in healthy})
     per_simulator = {name: [e for e in healthy if e.case.simulator == name] for name in simulators}
     checks = sorted({name for each in healthy for name in each.made})
+    rows = []
+    for fault in BREAKS:
+        broken = [each for each in everything if each.case.fault == fault.name]
+        if broken:
+            missed = None
+            if fault.seen_by:
+                seen_by = {fault.seen_by, REFUSED}
+                count = sum(seen_by.isdisjoint(each.failed) for each in broken)
+                missed = Share(count, len(broken))
+            failed = (name for each in broken for name in each.failed)
+            others = Counter(name for name in failed if name != fault.seen_by)
+            rows.append(BreakRow(fault, missed, others, _error(broken)))
     return Study(
         healthy=len(healthy),
         alarms={
-            check: {name: _share(rigs, check) for name, rigs in per_simulator.items()}
+            check: {
+                name: Share(sum(check in each.failed for each in rigs), len(rigs))
+                for name, rigs in per_simulator.items()
+            }
             for check in checks
         },
         error={name: _error(rigs) for name, rigs in per_simulator.items()},
-        breaks=tuple(
-            _row(fault, rigs)
-            for fault in BREAKS
-            if (rigs := [each for each in everything if each.case.fault == fault.name])
-        ),
+        breaks=tuple(rows),
     )
-
-
-def _share(rigs: Sequence[Finding], check: str) -> Share:
-    return Share(sum(check in each.failed for each in rigs), len(rigs))
-
-
-def _row(fault: Break, rigs: Sequence[Finding]) -> BreakRow:
-    missed = None
-    if fault.seen_by:
-        seen_by = {fault.seen_by, REFUSED}
-        missed = Share(sum(seen_by.isdisjoint(each.failed) for each in rigs), len(rigs))
-    others = Counter(name for each in rigs for name in each.failed if name != fault.seen_by)
-    return BreakRow(fault, missed, others, _error(rigs))
 
 
 def _error(rigs: Iterable[Finding]) -> Error | None:

@@ -10,7 +10,7 @@ from rigrunner_bearings.study.tables import Table
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from rigrunner_bearings.study.diagnostics import BreakRow, Error, Study
+    from rigrunner_bearings.study.diagnostics import Error, Study
     from rigrunner_bearings.study.share import Share
     from rigrunner_bearings.study.tables import Part
 
@@ -29,7 +29,20 @@ def alarm_rows(study: Study) -> list[list[str]]:
 
 def break_rows(study: Study) -> list[list[str]]:
     """Return the breaks, one row each, in the order of BREAK_HEADER."""
-    return [_break_row(row) for row in study.breaks]
+    rows = []
+    for row in study.breaks:
+        others = ", ".join(f"{name} {count}" for name, count in row.others.most_common())
+        rows.append(
+            [
+                row.fault.name,
+                row.fault.extent,
+                row.fault.seen_by or NOTHING,
+                NOTHING if row.missed is None else share_text(row.missed),
+                others or NOTHING,
+                error_text(row.error),
+            ]
+        )
+    return rows
 
 
 def printed(study: Study) -> Iterator[Part]:
@@ -43,18 +56,6 @@ def printed(study: Study) -> Iterator[Part]:
     unseen = [[row.fault.name, row.fault.unseen] for row in study.breaks if row.fault.unseen]
     title, header = "What no check sees", ("break", "why")
     yield Table(title=title, header=header, rows=unseen, sides="ll")
-
-
-def _break_row(row: BreakRow) -> list[str]:
-    others = ", ".join(f"{name} {count}" for name, count in row.others.most_common())
-    return [
-        row.fault.name,
-        row.fault.extent,
-        row.fault.seen_by or NOTHING,
-        NOTHING if row.missed is None else share_text(row.missed),
-        others or NOTHING,
-        error_text(row.error),
-    ]
 
 
 def share_text(share: Share) -> str:

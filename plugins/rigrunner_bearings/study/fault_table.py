@@ -24,7 +24,26 @@ NOTHING = "-"
 
 def fault_rows(study: Study) -> list[list[str]]:
     """Return the faults that data can show, one row each, in the order of HEADER."""
-    return [_row(row) for row in study.rows]
+    rows = []
+    for row in study.rows:
+        by = ", ".join(f"{name} {count}" for name, count in row.flagged.most_common())
+        silent = row.silent
+        rows.append(
+            [
+                row.fault.name,
+                row.fault.extent,
+                str(row.cases),
+                str(row.recording_failed),
+                str(row.refused),
+                str(row.flagged_cases),
+                by or NOTHING,
+                str(silent.within),
+                str(silent.beyond),
+                str(silent.far_beyond),
+                f"{silent.worst:.2f}" if silent.count else NOTHING,
+            ]
+        )
+    return rows
 
 
 def silent_rows(study: Study) -> list[list[str]]:
@@ -97,24 +116,6 @@ def study_document(study: Study) -> dict[str, Any]:
         "wrong": [_case(each) for each in study.wrong],
         "crashed": [_case(each) for each in study.crashed],
     }
-
-
-def _row(row: FaultRow) -> list[str]:
-    by = ", ".join(f"{name} {count}" for name, count in row.flagged.most_common())
-    silent = row.silent
-    return [
-        row.fault.name,
-        row.fault.extent,
-        str(row.cases),
-        str(row.recording_failed),
-        str(row.refused),
-        str(row.flagged_cases),
-        by or NOTHING,
-        str(silent.within),
-        str(silent.beyond),
-        str(silent.far_beyond),
-        f"{silent.worst:.2f}" if silent.count else NOTHING,
-    ]
 
 
 def _silent(what: str, silent: Silent) -> list[str]:

@@ -77,7 +77,8 @@ def examine(case: Case) -> Finding:
     faults, where = (NO_FAULTS, "") if fault is None else _drawn(fault, rig.bench, rng)
     try:
         recorded = record_bench(rig.bench, tools().registry, rig.station, faults)
-        return _finding(case, where, recorded, _analysed(recorded))
+        result = tools().analysed(recorded, primary_alone(tools().spec))
+        return _finding(case, where, recorded, result)
     except DeviceError:
         return Finding(case, (RECORDING,), where)
     except DataError:
@@ -104,10 +105,6 @@ def _drawn(fault: DataFault, bench: Bench, rng: Generator) -> tuple[Faults, str]
     found = (told,)
     seed = int(rng.integers(2**31))
     return Faults(found if run != "loaded" else (), found if run != "no load" else (), seed), where
-
-
-def _analysed(recorded: RecordedBench) -> Result:
-    return tools().analysed(recorded, primary_alone(tools().spec))
 
 
 def _finding(case: Case, where: str, recorded: RecordedBench, result: Result) -> Finding:
@@ -223,19 +220,17 @@ def tally(findings: Iterable[Finding]) -> Study:
 
 
 def _rows(faults: Sequence[DataFault], findings: Sequence[Finding]) -> tuple[FaultRow, ...]:
-    return tuple(
-        _row(fault, found)
-        for fault in faults
-        if (found := [each for each in findings if each.case.fault == fault.name])
-    )
-
-
-def _row(fault: DataFault, found: Sequence[Finding]) -> FaultRow:
-    failed = sum(RECORDING in each.answers for each in found)
-    refused = sum(ANALYSIS in each.answers for each in found)
-    flagged = [each for each in found if each.answers and each.ratio is not None]
-    names = Counter(name for each in flagged for name in each.answers)
-    return FaultRow(fault, len(found), failed, refused, names, len(flagged), _silent(found))
+    rows = []
+    for fault in faults:
+        found = [each for each in findings if each.case.fault == fault.name]
+        failed = sum(RECORDING in each.answers for each in found)
+        refused = sum(ANALYSIS in each.answers for each in found)
+        flagged = [each for each in found if each.answers and each.ratio is not None]
+        names = Counter(name for each in flagged for name in each.answers)
+        if found:
+            silent = _silent(found)
+            rows.append(FaultRow(fault, len(found), failed, refused, names, len(flagged), silent))
+    return tuple(rows)
 
 
 def _is_silent(finding: Finding) -> bool:

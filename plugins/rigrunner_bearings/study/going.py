@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from contextlib import contextmanager
+from contextlib import nullcontext
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Generic, TypeVar
 
@@ -16,13 +16,13 @@ from rigrunner.run.provenance import code_digest, refuse_other_software, softwar
 from rigrunner_bearings.study.tools import tools
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
     from pathlib import Path
 
     from _typeshed import DataclassInstance
 
     from rigrunner.api import StopToken
-    from rigrunner.jobs import Done, Journal, Workers
+    from rigrunner.jobs import Workers
     from rigrunner_bearings.study.case import Case
 
 Finding = TypeVar("Finding", bound="DataclassInstance")
@@ -54,13 +54,26 @@ class Going:
         read = TypeAdapter(kind).validate_python
         keys = [json.dumps(asdict(case), sort_keys=True) for case in wanted]
         found: dict[str, Finding] = {}
-        with _kept(self.keep, study) as kept:
+        # A finding depends on more than its case: other programs find other things.
+        keeping = (
+            nullcontext()
+            if self.keep is None
+            else journal(
+                self.keep,
+                {"study": study, **software(tools().registry), "code": code_digest()},
+            )
+        )
+        with keeping as kept:
             found |= {key: read(kept[key]) for key in keys if kept is not None and key in kept}
             left = [place for place, key in enumerate(keys) if key not in found]
             self.progress(len(found), len(keys))
             task = _Examination(examine, software(tools().registry))
             for done in self.workers.outcomes(task, [wanted[i] for i in left], self.stop):
-                key, value = keys[left[done.place]], _value(done)
+                key, value = keys[left[done.place]], done.answer.value
+                if value is None:
+                    if done.answer.trace:
+                        raise RuntimeError(f"{done.item}:\n{done.answer.trace}")
+                    raise DataError(f"{done.item}: {done.problem}")
                 found[key] = value
                 if kept is not None:
                     kept.add(key, asdict(value))
@@ -83,25 +96,3 @@ class _Examination(Generic[Finding]):
     def __call__(self, case: Case) -> Finding:
         refuse_other_software(self.software, tools().registry)
         return self.examine(case)
-
-
-@contextmanager
-def _kept(path: Path | None, study: str) -> Iterator[Journal | None]:
-    if path is None:
-        yield None
-        return
-    with journal(path, _identity(study)) as found:
-        yield found
-
-
-def _identity(study: str) -> Mapping[str, str]:
-    """Return what a finding depends on besides its case: other programs find other things."""
-    return {"study": study, **software(tools().registry), "code": code_digest()}
-
-
-def _value(done: Done[Case, Finding]) -> Finding:
-    if done.answer.value is None:
-        if done.answer.trace:
-            raise RuntimeError(f"{done.item}:\n{done.answer.trace}")
-        raise DataError(f"{done.item}: {done.problem}")
-    return done.answer.value

@@ -27,7 +27,7 @@ from rigrunner_bearings.torque.settings import NO_LOAD, NO_LOAD_AFTER
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from rigrunner.api import Array, Instrument
+    from rigrunner.api import Array
     from rigrunner.registry import Registry
     from rigrunner.station import Station
     from rigrunner_bearings.study.bench import Bench, BenchSettings
@@ -144,6 +144,8 @@ def _run(
     setup.device.set("load", actual_n)
     pairs = [_recording(setup, frequency, said_n) for frequency in setup.bench.frequencies_hz]
     setup.device.make_safe()
+    known = {"natural_frequency": f"{float(setup.bench.reference_hz)!r} Hz"}
+    (instrument,) = torque_instruments(setup.station.instruments).values()
     run = RunData(
         run_id=f"{name}-{setup.bench.seed}",
         procedure_id=name,
@@ -154,8 +156,8 @@ def _run(
         ended_utc=utc_text(setup.clock.utc()),
         outcome="completed",
         inputs={},
-        rig_keys=_rig(setup),
-        instruments={TORQUE: _instrument(setup)},
+        rig_keys={**setup.station.rig, **known},
+        instruments={TORQUE: instrument},
         zeros={TORQUE: zero},
         recordings=tuple(recording for recording, _ in pairs),
     )
@@ -187,26 +189,12 @@ def _streamed(setup: _Setup, duration_s: float) -> dict[str, Array]:
 
 def _shifted(run: RunData, bench: Bench) -> RunData:
     """Return the loaded run with its zero moved, and with what else comes with its load."""
-    recordings = tuple(
-        replace(each, channels={**each.channels, TORQUE: _with_load(each, bench)})
-        for each in run.recordings
-    )
+    recordings = []
+    for each in run.recordings:
+        angle = np.asarray(each.channels[ANGLE])
+        spring = bench.spring_nm * angle / np.abs(angle).max()
+        shift = bench.zero_shift_nm + bench.one_sided_nm
+        torque = np.asarray(np.asarray(each.channels[TORQUE]) + shift + spring)
+        recordings.append(replace(each, channels={**each.channels, TORQUE: torque}))
     zeros = {TORQUE: run.zeros[TORQUE] + bench.zero_shift_nm}
-    return replace(run, recordings=recordings, zeros=zeros)
-
-
-def _with_load(recording: Recording, bench: Bench) -> Array:
-    angle = np.asarray(recording.channels[ANGLE])
-    spring = bench.spring_nm * angle / np.abs(angle).max()
-    shift = bench.zero_shift_nm + bench.one_sided_nm
-    return np.asarray(np.asarray(recording.channels[TORQUE]) + shift + spring)
-
-
-def _rig(setup: _Setup) -> dict[str, Any]:
-    known = {"natural_frequency": f"{float(setup.bench.reference_hz)!r} Hz"}
-    return {**setup.station.rig, **known}
-
-
-def _instrument(setup: _Setup) -> Instrument:
-    (instrument,) = torque_instruments(setup.station.instruments).values()
-    return instrument
+    return replace(run, recordings=tuple(recordings), zeros=zeros)

@@ -78,7 +78,7 @@ def asked(spec: TorqueSettings) -> AnalysisRef:
 
 def primary_alone(spec: TorqueSettings) -> TorqueSettings:
     """Return an analysis by the primary method and no other."""
-    primary = tuple(each for each in spec.compensations if each.name == spec.primary)
+    primary = tuple(each for each in spec.compensations if each.label == spec.primary)
     return spec.model_copy(update={"compensations": primary})
 
 

@@ -3,30 +3,31 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Protocol
 
-from rigrunner.api import DataError, Findings
+from rigrunner.api import DataError, Findings, Member
 from rigrunner.api.checks import forbidden
 from rigrunner.api.scrutiny import Subject
 from rigrunner_bearings.api.compensations import Compensation, Sweep
 from rigrunner_bearings.api.rig import rig_of
+from rigrunner_bearings.api.torque import FittedTorque
+from rigrunner_bearings.signal.peaks import peak_points
 from rigrunner_bearings.torque.binding import bind
 from rigrunner_bearings.torque.bracketing import Bracket, Recorded, bracket
-from rigrunner_bearings.torque.channels import torque_channel
+from rigrunner_bearings.torque.channels import role_of, torque_channel
 from rigrunner_bearings.torque.definition import definitions, kind_of
-from rigrunner_bearings.torque.details import DocumentedTorque
 from rigrunner_bearings.torque.diagnosis import Diagnosed, diagnose
-from rigrunner_bearings.torque.fitting import first_fit, fitted
+from rigrunner_bearings.torque.document import DocumentedTorque
 from rigrunner_bearings.torque.headline import (
     budget_of_mean,
     compensated_mean,
+    mean_torque,
     raw_peak_mean,
+    torque_at,
     without_scatter,
 )
-from rigrunner_bearings.torque.load import with_known_load
 from rigrunner_bearings.torque.phase import compensated
 from rigrunner_bearings.torque.prepare import prepare_point
-from rigrunner_bearings.torque.results import mean_torque, torque_at
 from rigrunner_bearings.torque.sampling import with_half_the_samples
 from rigrunner_bearings.torque.scrutiny import ScrutinisedMethod
 from rigrunner_bearings.torque.settings import NO_LOAD, NO_LOAD_AFTER
@@ -36,21 +37,26 @@ from rigrunner_bearings.torque.study import with_study
 from rigrunner_bearings.torque.validation import validate
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from rigrunner.api import (
         AnalysisContext,
         Array,
+        Curve,
         Estimate,
+        Fit,
         Instrument,
         OutlierRule,
+        Points,
         Recording,
         Rejection,
         RunData,
     )
+    from rigrunner.api.analysis_context import Plugins
     from rigrunner.api.plugin_refs import PluginRef
     from rigrunner_bearings.api.compensations import CompensatedPoint, CompensationMethod
     from rigrunner_bearings.api.points import PeakPoint
+    from rigrunner_bearings.api.rig import RigDescription
     from rigrunner_bearings.api.validation import Validation
     from rigrunner_bearings.torque.settings import TorqueSettings
 
@@ -85,11 +91,6 @@ class TorqueAnalysis:
             prepare=self.prepare,
         ).findings()
 
-    @property
-    def uses_earlier(self) -> bool:
-        """Whether recordings of the run itself show the no-load torque."""
-        return _has_own_no_load(self.spec)
-
     def prepared(self, recording: Recording, run: RunData) -> PeakPoint:
         """Return one recording prepared; raise DataError."""
         return self.prepare(recording, run, self.spec, _outlier_rule(self.spec, self.context))
@@ -120,7 +121,10 @@ class _TorqueOfRun:
         no_load = self._no_load()
         around = self._bracket(loaded, no_load)
         no_load = no_load if around is None else around.between
-        compensations = self._compensations(loaded, no_load, around)
+        compensations = {
+            each.label: self._compensation(each, loaded, no_load, around)
+            for each in self.spec.compensations
+        }
         primary = compensations.get(self.spec.primary, Compensation(self.context.measurand, ()))
         primary, checks = bind(
             primary,
@@ -134,13 +138,18 @@ class _TorqueOfRun:
                     self.no_load_after,
                 ),
                 primary,
-                own_no_load=self._has_own_no_load,
+                own_no_load=self.spec.has_own_no_load,
             ),
         )
+        headline, problem = None, ""
         if self.spec.primary:
             compensations[self.spec.primary] = primary
-        headline, problem = self._headline(compensations)
-        raw = self._raw_headline(loaded)
+            if primary.points:
+                headline = compensated_mean(primary.points)
+            else:
+                why = primary.not_applicable or "it gave no points"
+                problem = f"{self.spec.primary} is not applicable: {why}"
+        raw = self._raw(loaded) if loaded else None
         why = forbidden((*checks, *primary.checks))
         if problem:
             why = f"There is no result to decide on: {problem}"
@@ -168,10 +177,11 @@ class _TorqueOfRun:
         return replace(found, checks=checks, notes=notes, details=(details,))
 
     def _loaded_sources(self) -> tuple[Recording, ...]:
-        return of_this_run(self.run, loaded=True) if self._has_own_no_load else sources(self.run)
+        own = self.spec.has_own_no_load
+        return of_this_run(self.run, loaded=True) if own else sources(self.run)
 
     def _no_load(self) -> tuple[PeakPoint, ...]:
-        if self._has_own_no_load:
+        if self.spec.has_own_no_load:
             return self._points(self.run, of_this_run(self.run, loaded=False))
         if self.no_load_run is None:
             return ()
@@ -202,10 +212,6 @@ class _TorqueOfRun:
             )
         return around
 
-    @property
-    def _has_own_no_load(self) -> bool:
-        return _has_own_no_load(self.spec)
-
     def _points(self, run: RunData, found: Sequence[Recording]) -> tuple[PeakPoint, ...]:
         """Return the prepared sources; none where the procedure asks for no analysis."""
         if not (self.spec.fits or self.spec.compensations):
@@ -218,23 +224,10 @@ class _TorqueOfRun:
             return prepare_starts(found, run, self.spec.starts, self.spec, rule)
         return tuple(self.prepare(each, run, self.spec, rule) for each in found)
 
-    def _make(self, kind: str, reference: PluginRef) -> Any:
-        return self.context.plugins.make(kind, reference.name, reference.settings)
-
     def _method(self, reference: PluginRef) -> CompensationMethod:
         subject = Subject("compensation", reference.name)
-        return ScrutinisedMethod(subject, self._make("compensation", reference))
-
-    def _compensations(
-        self,
-        loaded: tuple[PeakPoint, ...],
-        no_load: tuple[PeakPoint, ...],
-        around: Bracket | None,
-    ) -> dict[str, Compensation]:
-        return {
-            each.label: self._compensation(each, loaded, no_load, around)
-            for each in self.spec.compensations
-        }
+        made = self.context.plugins.make("compensation", reference.name, reference.settings)
+        return ScrutinisedMethod(subject, made)
 
     def _compensation(
         self,
@@ -273,7 +266,7 @@ class _TorqueOfRun:
     def _sweep(self, loaded: tuple[PeakPoint, ...], no_load: tuple[PeakPoint, ...]) -> Sweep:
         instrument = self._instrument()
         rig = with_known_load(self.run, instrument.channel, [each.load_n for each in loaded])
-        apart = not self._has_own_no_load and self.no_load_after is None
+        apart = not self.spec.has_own_no_load and self.no_load_after is None
         return Sweep(
             loaded, no_load, rig, instrument, first_fit(self.spec, self.context.plugins), apart
         )
@@ -309,16 +302,6 @@ class _TorqueOfRun:
             )
         return self.run.instruments[channel]
 
-    def _headline(self, compensations: Mapping[str, Compensation]) -> tuple[Estimate | None, str]:
-        """Return the headline, or None and why there is none though one was asked for."""
-        name = self.spec.primary
-        if not name:
-            return None, ""
-        primary = compensations[name]
-        if primary.points:
-            return compensated_mean(primary.points), ""
-        return None, f"{name} is not applicable: {primary.not_applicable or 'it gave no points'}"
-
     def _torque(
         self,
         loaded: tuple[PeakPoint, ...],
@@ -335,9 +318,6 @@ class _TorqueOfRun:
             results=tuple(torque_at(definition, self.run, loaded, primary.points, self._raw)),
             means=(mean_torque(definition, loaded, mean, lines, raw),),
         )
-
-    def _raw_headline(self, loaded: tuple[PeakPoint, ...]) -> Estimate | None:
-        return self._raw(loaded) if loaded else None
 
     def _raw(self, points: Sequence[PeakPoint]) -> Estimate | None:
         """Return the mean of raw peaks; None where the register does not know their sensor."""
@@ -362,6 +342,46 @@ def _keep_all(values: Array) -> list[Rejection]:  # noqa: ARG001  (a rule takes 
     return []
 
 
-def _has_own_no_load(spec: TorqueSettings) -> bool:
-    """Say whether the run itself has the set-points without load."""
-    return spec.no_load is not None and spec.no_load.is_this_run
+def fitted(
+    spec: TorqueSettings, plugins: Plugins, points: tuple[PeakPoint, ...]
+) -> tuple[FittedTorque, ...]:
+    """Return every fit of the procedure through the peaks; one that failed says why."""
+    peaks = peak_points(points)
+    return tuple(
+        _fitted(each.label, plugins.make("fit", each.name, each.settings), peaks)
+        for each in spec.fits
+    )
+
+
+def first_fit(spec: TorqueSettings, plugins: Plugins) -> Fit:
+    """Return the fit that compensations take; without any, one that raises DataError."""
+    if not spec.fits:
+        return _no_fit
+    first = spec.fits[0]
+    return plugins.make("fit", first.name, first.settings)  # type: ignore[no-any-return]  # a fit
+
+
+def _fitted(name: str, fit: Fit, points: Points) -> FittedTorque:
+    try:
+        return FittedTorque(name, points, fit(points))
+    except DataError as error:
+        return FittedTorque(name, points, None, problem=str(error))
+
+
+def _no_fit(points: Points) -> Curve:  # noqa: ARG001  (a fit takes points)
+    raise DataError("the procedure names no fit", hint="add one under analysis: fits:")
+
+
+def with_known_load(run: RunData, torque: str, loads_n: Iterable[float]) -> RigDescription:
+    """Return the run's rig with the load's relative limit of error at the least of its loads.
+
+    That of the instrument for the load of the device that has the torque channel; as the station
+    states it where the register has none, or does not say how accurate it is.
+    """
+    least = min((load for load in loads_n if load > 0), default=0.0)
+    channel = Member(role_of(torque), "load")
+    cell = run.instruments.get(channel)
+    limit = None if cell is None or least == 0 else cell.limit_of_error(least)
+    if limit is None:
+        return rig_of(run)
+    return rig_of(run).model_copy(update={"load_tolerance": limit / least})

@@ -46,7 +46,14 @@ def bind(found: Compensation, checks: Iterable[Check]) -> tuple[Compensation, tu
     for check in checks:
         each = _judged(check, found.points)
         if each.consequence is Consequence.BUDGET:
-            found = replace(found, points=_widened(found.points, each))
+            cause = Input(each.name, 0.0, 1.0, unit="1", common=each.common)
+            found = replace(
+                found,
+                points=tuple(
+                    with_effects(point, [Effect(cause, _lacking(point, bias, each))])
+                    for point, bias in zip(found.points, each.biases[1:], strict=True)
+                ),
+            )
         judged.append(each)
     return found, tuple(judged)
 
@@ -94,11 +101,3 @@ def _lacking(point: CompensatedPoint, bias: Bias, check: Check) -> float:
     has = hypot(*(part.u for part in point.components if part.name in check.covered_by))
     lacking = sqrt(max(bias.contribution**2 - has**2, 0.0))
     return lacking if bias.value >= 0 else -lacking
-
-
-def _widened(points: Sequence[CompensatedPoint], check: Check) -> tuple[CompensatedPoint, ...]:
-    error = Input(check.name, 0.0, 1.0, unit="1", common=check.common)
-    return tuple(
-        with_effects(point, [Effect(error, _lacking(point, bias, check))])
-        for point, bias in zip(points, check.biases[1:], strict=True)
-    )

@@ -39,13 +39,21 @@ def certified_torque(
     """Return its parts; raise DataError where the primary method gave no result."""
     runs = ((run, found.loaded), (no_load_run, found.no_load))
     quantity = found.compensations[found.primary].measurand if found.primary else ""
+    channels = list(torque_instruments(run.instruments.values())) if found.loaded else []
+    if _is_loaded(found):
+        channels.append(_load_channel(run))
+    load = [
+        Deviation(kind="load", run_id=run.run_id, where=_load_channel(run), text=text)
+        for text in (_load_problem(found, run),)
+        if text
+    ]
     return CertifiedDetails(
         results=_results(found, run),
         method=found.primary,
         quantity=quantity,
         validity=tuple(_validity(found)),
-        channels=_channels(found, run),
-        deviations=(*_beyond_calibration(found, run, no_load_run), *_load_not_known(found, run)),
+        channels=frozenset(channels),
+        deviations=(*_beyond_calibration(found, run, no_load_run), *load),
         rejected=tuple(
             each
             for one, points in runs
@@ -75,20 +83,9 @@ def _validity(found: TorqueDetails) -> Iterator[ValidityCondition]:
     if found.kind is None:
         return
     for code in found.kind.validity:
-        allowed = _allowance(found) if code is Validity.SUPPORT_FRICTION else ""
-        yield ValidityCondition(code=code.value, allowance=allowed)
-
-
-def _allowance(found: TorqueDetails) -> str:
-    """Return by how much the supports' friction may grow with load."""
-    allowed = found.support_allowance
-    return "" if allowed is None else f"{printed(allowed[0], 1)} {allowed[1]}"
-
-
-def _channels(found: TorqueDetails, run: RunData) -> frozenset[str]:
-    """Return those of the torque, and of the load where there is any."""
-    torque = torque_instruments(run.instruments.values()) if found.loaded else ()
-    return frozenset(torque) | ({_load_channel(run)} if _is_loaded(found) else frozenset())
+        allowed = found.support_allowance if code is Validity.SUPPORT_FRICTION else None
+        text = "" if allowed is None else f"{printed(allowed[0], 1)} {allowed[1]}"
+        yield ValidityCondition(code=code.value, allowance=text)
 
 
 def _beyond_calibration(
@@ -109,13 +106,8 @@ def _beyond_calibration(
         for instrument, lowest, highest, unit in ranges:
             if text := instrument.beyond_range(lowest, highest, unit):
                 yield Deviation(
-                    kind="range", run_id=run.run_id, where=instrument.channel, text=text
+                    kind="range", run_id=one.run_id, where=instrument.channel, text=text
                 )
-
-
-def _load_not_known(found: TorqueDetails, run: RunData) -> Iterator[Deviation]:
-    if text := _load_problem(found, run):
-        yield Deviation(kind="load", run_id=run.run_id, where=_load_channel(run), text=text)
 
 
 def _load_problem(found: TorqueDetails, run: RunData) -> str:
@@ -137,15 +129,12 @@ def _load_problem(found: TorqueDetails, run: RunData) -> str:
 
 def _load_channel(run: RunData) -> str:
     """Return the channel of the load, 'role.load'."""
-    return Member(role_of(_torque_channel(run)), "load")
+    torque = next(iter(torque_instruments(run.instruments.values())), "tester.torque")
+    return Member(role_of(torque), "load")
 
 
 def _is_loaded(found: TorqueDetails) -> bool:
     return any(point.load_n > 0 for point in found.loaded)
-
-
-def _torque_channel(run: RunData) -> str:
-    return next(iter(torque_instruments(run.instruments.values())), "tester.torque")
 
 
 def _load_cell(run: RunData) -> Instrument | None:
@@ -157,7 +146,7 @@ def _extremes(points: Sequence[PeakPoint]) -> tuple[float, float]:
     """Return the least and the greatest torque of what was kept, in N·m; 0 is always within."""
     values = [0.0]
     for point in points:
-        values.extend((float(point.peak_nm[point.peak_kept].max(initial=0.0)),))
+        values.append(float(point.peak_nm[point.peak_kept].max(initial=0.0)))
         if isinstance(point, SwingPoint):
             kept = point.torque_nm[point.kept]
             values.extend((float(kept.min(initial=0.0)), float(kept.max(initial=0.0))))
@@ -165,7 +154,9 @@ def _extremes(points: Sequence[PeakPoint]) -> tuple[float, float]:
 
 
 def _point(found: CompensatedPoint, recorded: Sequence[PeakPoint]) -> PointResult:
-    point = _recorded(found, recorded)
+    # Its recording: the same set-point, the nearest in frequency.
+    same = [each for each in recorded if each.set_frequency_hz == found.set_frequency_hz]
+    point = min(same, key=lambda each: abs(each.frequency_hz.value - found.frequency_hz))
     torque = stated(found.torque, f"the result of {point.recording}")
     raw_nm = mean_peak(point).value
     peaks = int(point.peak_kept.sum())
@@ -181,12 +172,6 @@ def _point(found: CompensatedPoint, recorded: Sequence[PeakPoint]) -> PointResul
         printed_raw=printed(raw_nm, torque.decimals),
         torque=torque,
     )
-
-
-def _recorded(found: CompensatedPoint, recorded: Sequence[PeakPoint]) -> PeakPoint:
-    """Return the recording of a result: the same set-point, the nearest in frequency."""
-    same = [each for each in recorded if each.set_frequency_hz == found.set_frequency_hz]
-    return min(same, key=lambda each: abs(each.frequency_hz.value - found.frequency_hz))
 
 
 def _rejected(run_id: str, point: PeakPoint) -> Iterator[RejectedCycle]:

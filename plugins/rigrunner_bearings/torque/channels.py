@@ -31,8 +31,10 @@ def torque_channel(recording: Recording, registered: Collection[str] = ()) -> st
             f"recording {recording.name} has several torque channels: {', '.join(found)}",
             hint="enter the one to analyse in the station's instruments",
         )
+    others = sorted(f"{name} in {recording.units.get(name, '?')}" for name in recording.channels)
     raise DataError(
-        f"recording {recording.name} has no torque channel; it has {_listing(recording)}",
+        f"recording {recording.name} has no torque channel; it has "
+        f"{', '.join(others) or 'no channels'}",
         hint="record a channel in N·m, such as tester.torque",
     )
 
@@ -79,9 +81,20 @@ def set_point(recording: Recording, torque: str, quantity: str) -> float:
     return _value(recording, recording.setpoints, Member(role_of(torque), quantity), "set-point")
 
 
-def is_set(recording: Recording, torque: str, quantity: str) -> bool:
-    """Return whether that quantity was set, and not to zero."""
-    return recording.setpoints.get(Member(role_of(torque), quantity), 0.0) > 0
+def is_set(recording: Recording, quantity: str) -> bool:
+    """Return whether that quantity of a device that measured torque was set, and not to zero."""
+    return any(
+        recording.setpoints.get(Member(role_of(torque), quantity), 0.0) > 0
+        for torque in torque_channels(recording)
+    )
+
+
+def place_of_start(setpoints: Mapping[str, float], role: str) -> tuple[float, float]:
+    """Return the set speed of a start in Hz and the load in N; 0 where there is no drive."""
+    speed_hz = setpoints.get(
+        Member(role, "start_frequency"), setpoints.get(Member(role, "frequency"), 0.0)
+    )
+    return speed_hz, setpoints.get(Member(role, "load"), 0.0)
 
 
 def load_n(recording: Recording, torque: str) -> float:
@@ -107,8 +120,3 @@ def _value(recording: Recording, source: Mapping[str, float], name: str, what: s
             f"it has {', '.join(sorted(source)) or 'none'}"
         )
     return source[name]
-
-
-def _listing(recording: Recording) -> str:
-    channels = (f"{name} in {recording.units.get(name, '?')}" for name in recording.channels)
-    return ", ".join(sorted(channels)) or "no channels"

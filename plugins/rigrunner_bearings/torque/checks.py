@@ -23,7 +23,7 @@ from rigrunner_bearings.torque.sampling import ENOUGH, samples_per_cycle
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-    from rigrunner.api import Array, Recording, RunData
+    from rigrunner.api import Recording, RunData
     from rigrunner.api.data import Samples
     from rigrunner_bearings.api.points import PeakPoint
 
@@ -161,7 +161,8 @@ def run_checks(run: RunData, points: tuple[PeakPoint, ...], prefix: str = "") ->
     yield SPIKES.check(map(_spiky, points), prefix)
     yield CYCLES.check(map(_cycles, several), prefix)
     yield SAMPLES.check(map(_samples, swings), prefix)
-    yield ZERO.check(_not_zeroed(run), prefix)
+    torques = sorted({torque_channel(each, run.instruments) for each in run.recordings})
+    yield ZERO.check(((float(name not in run.zeros), name) for name in torques), prefix)
 
 
 def zero_drift_check(run: RunData, no_load: RunData) -> Check:
@@ -208,16 +209,13 @@ def _wrong_frequency(point: PeakPoint, run: RunData) -> tuple[float, str]:
 
 
 def _wrong_stroke(point: SwingPoint, ratio: float) -> tuple[float, str]:
-    measured = sin(_amplitude(point.angle_rad))
+    amplitude_rad = float(point.angle_rad.max() - point.angle_rad.min()) / 2
+    measured = sin(amplitude_rad)
     words = (
         f"{point.recording} swings ±{degrees(asin(measured)):.3f}°"
         f" in place of ±{degrees(asin(ratio)):.3f}°"
     )
     return 100 * abs(measured / ratio - 1), words
-
-
-def _amplitude(angle_rad: Array) -> float:
-    return float(angle_rad.max() - angle_rad.min()) / 2
 
 
 def _unsteady(point: SwingPoint) -> tuple[float, str]:
@@ -284,11 +282,6 @@ def _samples(point: SwingPoint) -> tuple[float, str]:
     return count, f"{point.recording} {count:.0f}"
 
 
-def _not_zeroed(run: RunData) -> Iterable[tuple[float, str]]:
-    channels = sorted({torque_channel(each, run.instruments) for each in run.recordings})
-    return ((float(channel not in run.zeros), channel) for channel in channels)
-
-
 SEEN = {
     MotionSource.ANGLE: "angle says",
     MotionSource.TACHO: "tacho says",
@@ -306,7 +299,9 @@ SINGLE = "single values at entered frequencies, whose scatter is unknown; only p
 
 def motion_check(points: Iterable[PeakPoint], prefix: str = "") -> Check:
     """Return whether an angle channel showed the motion, or what stood for it."""
-    found = dict.fromkeys(_stand_in(point) for point in points)
+    found = dict.fromkeys(
+        SINGLE if point.cycles == 1 else FALLBACKS.get(point.motion, "") for point in points
+    )
     stand_ins = "; ".join(text for text in found if text)
     return Check(
         f"{prefix}angle channel",
@@ -323,7 +318,3 @@ def seen_frequency_hz(point: PeakPoint, run: RunData) -> float:
     recording = next(each for each in run.recordings if each.name == point.recording)
     torque = recording.channels[torque_channel(recording, run.instruments)]
     return repetition_frequency(torque, recording.rate_hz, point.set_frequency_hz)
-
-
-def _stand_in(point: PeakPoint) -> str:
-    return SINGLE if point.cycles == 1 else FALLBACKS.get(point.motion, "")

@@ -1,10 +1,14 @@
-"""What the analysis of torque adds to `result.json`."""
+"""What the analysis of torque adds to `result.json`, and its record as documents take it."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from math import nan
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from rigrunner.api.details import PlotColumn, RunPlot
 from rigrunner.api.plugin_refs import LABEL
 from rigrunner.signal.as_json.budget import budget
 from rigrunner.signal.as_json.checks import checks_of
@@ -12,50 +16,26 @@ from rigrunner.signal.as_json.curves import curve_of
 from rigrunner.signal.as_json.values import Json, estimate, number, plain, quantity
 from rigrunner.signal.bands import bands
 from rigrunner_bearings.api.points import SwingPoint
+from rigrunner_bearings.api.torque import TorqueDetails
 from rigrunner_bearings.signal.swings import kept_cycles
-from rigrunner_bearings.torque.settings import StartsSpec
+from rigrunner_bearings.torque.settings import NO_LOAD, StartsSpec
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Mapping
 
-    from rigrunner.api import Array, Curve, Points, Rejection
+    from rigrunner.api import Rejection, RunData
     from rigrunner.api.analysis_context import Plugins
+    from rigrunner.api.certificate import CertifiedDetails
     from rigrunner.api.plugin_refs import PluginRef
     from rigrunner.signal.as_json.values import Json
-    from rigrunner_bearings.api.compensations import CompensatedPoint, Compensation
+    from rigrunner_bearings.api.compensations import Compensation
     from rigrunner_bearings.api.points import PeakPoint
-    from rigrunner_bearings.api.torque import FittedTorque, TorqueDetails
+    from rigrunner_bearings.api.torque import FittedTorque
     from rigrunner_bearings.api.validation import Agreement, Validation
     from rigrunner_bearings.torque.settings import TorqueSettings
 
+
 TORQUE = "N·m"
-
-
-def torque_document(found: TorqueDetails) -> Json:
-    """Return headline, points, compensations, fits and validation, by their keys."""
-    return {
-        "headline": _headline(found),
-        "points": [_point(point) for point in found.loaded],
-        "no_load_points": [_point(point) for point in found.no_load],
-        "compensations": {name: _compensation(each) for name, each in found.compensations.items()},
-        "fits": [fit(each) for each in found.fits],
-        "validation": None if found.validation is None else validation(found.validation),
-    }
-
-
-def settings_document(spec: TorqueSettings, plugins: Plugins) -> Json:
-    """Return the settings of the analysis, each plugin's with its defaults."""
-    starts, checked = spec.starts, spec.validate_
-    fields = set(StartsSpec.model_fields)
-    return {
-        **({} if starts is None else {"starts": starts.model_dump(include=fields)}),
-        "despike": None if spec.despike is None else spec.despike.model_dump(),
-        "outliers": None if spec.outliers is None else _resolved(spec.outliers, plugins),
-        "fits": [_resolved(each, plugins) for each in spec.fits],
-        "compensations": [_resolved(each, plugins) for each in spec.compensations],
-        "primary": spec.primary or None,
-        **({} if checked is None else {"validate": checked.model_dump()}),
-    }
 
 
 def _resolved(reference: PluginRef, plugins: Plugins) -> Json:
@@ -65,18 +45,9 @@ def _resolved(reference: PluginRef, plugins: Plugins) -> Json:
     return {"name": reference.name, **label, "settings": settings.model_dump(mode="json")}
 
 
-def _headline(found: TorqueDetails) -> Json:
-    return {
-        **({"name": found.name} if found.primary else {}),
-        "method": found.primary or None,
-        "compensated": estimate(found.headline),
-        "budget": budget(found.headline_components, TORQUE),
-        "raw_peak": estimate(found.raw_headline),
-    }
-
-
 def _point(point: PeakPoint) -> Json:
     kept = point.peak_nm[point.peak_kept]
+    deviation = float(kept.std(ddof=1)) if len(kept) > 1 else nan
     return {
         "recording": point.recording,
         "set_frequency": quantity(point.set_frequency_hz, "Hz"),
@@ -87,24 +58,18 @@ def _point(point: PeakPoint) -> Json:
         "spikes_replaced": point.spikes,
         "raw_peak": {
             "mean": quantity(float(kept.mean()), TORQUE),
-            "standard_deviation": quantity(_deviation(kept), TORQUE),
+            "standard_deviation": quantity(deviation, TORQUE),
             "per_cycle": {"values": plain(point.peak_nm), "unit": TORQUE},
             "cycles_kept": int(point.peak_kept.sum()),
             "rejected": _rejections(point.peak_rejections),
         },
-        "waveform": _waveform(point) if isinstance(point, SwingPoint) else None,
-    }
-
-
-def _deviation(values: Array) -> float:
-    return float(values.std(ddof=1)) if len(values) > 1 else nan
-
-
-def _waveform(point: SwingPoint) -> Json:
-    return {
-        "sample_rate": quantity(point.sample_rate_hz, "Hz"),
-        "cycles_kept": int(kept_cycles(point).sum()),
-        "rejected": _rejections(point.waveform_rejections),
+        "waveform": {
+            "sample_rate": quantity(point.sample_rate_hz, "Hz"),
+            "cycles_kept": int(kept_cycles(point).sum()),
+            "rejected": _rejections(point.waveform_rejections),
+        }
+        if isinstance(point, SwingPoint)
+        else None,
     }
 
 
@@ -125,7 +90,17 @@ def _compensation(compensation: Compensation) -> Json:
     return {
         "measurand": compensation.measurand,
         "not_applicable": compensation.not_applicable or None,
-        "points": [_compensated(point) for point in compensation.points],
+        "points": [
+            {
+                "set_frequency": quantity(point.set_frequency_hz, "Hz"),
+                "frequency": quantity(point.frequency_hz, "Hz"),
+                "raw": quantity(point.raw_nm, TORQUE),
+                "rig": quantity(point.rig_nm, TORQUE),
+                "torque": estimate(point.torque),
+                "budget": budget(point.components, TORQUE),
+            }
+            for point in compensation.points
+        ],
         "parameters": {name: estimate(each) for name, each in compensation.parameters.items()},
         "curve": None if compensation.curve is None else curve_of(compensation.curve),
         "checks": checks_of(compensation.checks),
@@ -133,19 +108,12 @@ def _compensation(compensation: Compensation) -> Json:
     }
 
 
-def _compensated(point: CompensatedPoint) -> Json:
-    return {
-        "set_frequency": quantity(point.set_frequency_hz, "Hz"),
-        "frequency": quantity(point.frequency_hz, "Hz"),
-        "raw": quantity(point.raw_nm, TORQUE),
-        "rig": quantity(point.rig_nm, TORQUE),
-        "torque": estimate(point.torque),
-        "budget": budget(point.components, TORQUE),
-    }
-
-
 def fit(fitted: FittedTorque) -> Json:
-    """Return a fit with its points; its curve is null where there is none."""
+    """Return a fit with its points; its curve is null where there is none.
+
+    At the points it has the curve and the half-widths of its bands, in the unit of y.
+    """
+    at = None if fitted.curve is None else bands(fitted.curve, fitted.points.x)
     return {
         "name": fitted.name,
         "problem": fitted.problem or None,
@@ -156,19 +124,13 @@ def fit(fitted: FittedTorque) -> Json:
         },
         "curve": None if fitted.curve is None else curve_of(fitted.curve),
         "at_the_points": None
-        if fitted.curve is None
-        else _at_the_points(fitted.curve, fitted.points),
-    }
-
-
-def _at_the_points(curve: Curve, points: Points) -> Json:
-    """Return the curve and the half-widths of its bands at each x, in the unit of y."""
-    found = bands(curve, points.x)
-    return {
-        "curve": plain(found.value),
-        "confidence_95": plain(found.confidence),
-        "prediction_95": plain(found.prediction),
-        "unit": points.y_unit,
+        if at is None
+        else {
+            "curve": plain(at.value),
+            "confidence_95": plain(at.confidence),
+            "prediction_95": plain(at.prediction),
+            "unit": fitted.points.y_unit,
+        },
     }
 
 
@@ -211,3 +173,79 @@ def _agreement(found: Agreement) -> Json:
         "resolution": quantity(found.resolution, TORQUE),
         "agrees": found.agrees,
     }
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class DocumentedTorque(TorqueDetails):
+    """What the analysis of torque keeps, with what documents state of it."""
+
+    spec: TorqueSettings
+    plugins: Plugins
+
+    def settings(self) -> Mapping[str, object]:
+        """Return the settings as every result records them, with the defaults of the plugins."""
+        spec, plugins = self.spec, self.plugins
+        starts, checked = spec.starts, spec.validate_
+        fields = set(StartsSpec.model_fields)
+        return {
+            **({} if starts is None else {"starts": starts.model_dump(include=fields)}),
+            "despike": None if spec.despike is None else spec.despike.model_dump(),
+            "outliers": None if spec.outliers is None else _resolved(spec.outliers, plugins),
+            "fits": [_resolved(each, plugins) for each in spec.fits],
+            "compensations": [_resolved(each, plugins) for each in spec.compensations],
+            "primary": spec.primary or None,
+            **({} if checked is None else {"validate": checked.model_dump()}),
+        }
+
+    def document(self) -> Mapping[str, object]:
+        """Return its parts of `result.json`."""
+        methods = self.compensations.items()
+        return {
+            "headline": {
+                **({"name": self.name} if self.primary else {}),
+                "method": self.primary or None,
+                "compensated": estimate(self.headline),
+                "budget": budget(self.headline_components, TORQUE),
+                "raw_peak": estimate(self.raw_headline),
+            },
+            "points": [_point(point) for point in self.loaded],
+            "no_load_points": [_point(point) for point in self.no_load],
+            "compensations": {name: _compensation(each) for name, each in methods},
+            "fits": [fit(each) for each in self.fits],
+            "validation": None if self.validation is None else validation(self.validation),
+        }
+
+    def plot(self) -> RunPlot | None:
+        """Return raw and compensated torque of the primary method; None where there is none."""
+        primary = self.compensations.get(self.primary)
+        if primary is None or not primary.points:
+            return None
+        found = primary.points
+        raw = [each.peak_nm[each.peak_kept].mean() for each in self.loaded]
+        columns = {
+            "frequency": ([each.frequency_hz for each in found], "Hz", "frequency"),
+            "compensated": ([each.torque.value for each in found], TORQUE, "compensated torque"),
+            "compensated_errors": (
+                [each.torque.u for each in found],
+                TORQUE,
+                "standard uncertainty",
+            ),
+            "raw": (raw, TORQUE, "raw peak torque"),
+        }
+        return RunPlot(
+            name="torque",
+            title="torque over frequency",
+            columns={
+                name: PlotColumn(np.array(values), unit, f"{long_name} / {unit}")
+                for name, (values, unit, long_name) in columns.items()
+            },
+            axis="frequency",
+            signal="compensated",
+            beside=("raw",),
+        )
+
+    def certified(self, run: RunData) -> CertifiedDetails:
+        """Return its parts of a certificate; raise DataError where it gave no result."""
+        from rigrunner_bearings.torque.certified import certified_torque  # noqa: PLC0415  (pydantic)
+
+        return certified_torque(self, run, run.partners.get(NO_LOAD))

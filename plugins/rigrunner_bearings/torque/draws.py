@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from numpy.random import Generator
 
-    from rigrunner.api import Array, Component
+    from rigrunner.api import Array
     from rigrunner_bearings.api.compensations import CompensatedPoint, CompensationMethod, Sweep
     from rigrunner_bearings.api.validation import Perturbation
 
@@ -100,16 +100,12 @@ class _Maker:
             for part in point.components:
                 if part.name in self.covers or part.u == 0:
                     continue
-                own = _standard(part, rng)
+                own = float(named(part.distribution, 0.0, 1.0, part.dof).draw(rng, 1)[0])
                 drawn = shared.setdefault(part.name, own) if part.common else own
                 # A common error moves two points against each other where their sensitivities
                 # have two signs.
                 effects[place] += drawn * copysign(part.u, part.sensitivity)
         return effects
-
-
-def _standard(part: Component, rng: Generator) -> float:
-    return float(named(part.distribution, 0.0, 1.0, part.dof).draw(rng, 1)[0])
 
 
 def _maker(

@@ -1,22 +1,33 @@
-"""The one number of a run: the mean over its set-points, with what they have in common."""
+"""The results of a run: its torque at each set-point, and the mean with what they share."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from rigrunner.api import MeasurementResult
+from rigrunner.api.coordinates import CoordinateValue
 from rigrunner.signal.inputs import model_of
 from rigrunner.signal.propagation import propagate
 from rigrunner.signal.transducer import transducer_effects
+from rigrunner_bearings.api.points import StartPoint
 from rigrunner_bearings.signal.mean_model import mean_model, mean_of_models
 from rigrunner_bearings.signal.peaks import mean_peak, scatter_effect
 from rigrunner_bearings.signal.sensor import gain, reading_effects
+from rigrunner_bearings.torque.settings import FREQUENCY
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
-    from rigrunner.api import Component, Estimate, Instrument, MeasurementModel
+    from rigrunner.api import (
+        Component,
+        Estimate,
+        Instrument,
+        ResultDefinition,
+        RunData,
+    )
     from rigrunner_bearings.api.compensations import CompensatedPoint, Compensation
     from rigrunner_bearings.api.points import PeakPoint
+
 
 LEAST_FOR_SCATTER = 2
 
@@ -54,15 +65,59 @@ def without_scatter(
 
 def raw_peak_mean(points: Sequence[PeakPoint], instrument: Instrument, *, zeroed: bool) -> Estimate:
     """Return the mean over the set-points of the raw peaks, with the sensor's uncertainty."""
-    models = [_raw_model(point, instrument, zeroed=zeroed) for point in points]
+    models = []
+    for point in points:
+        peak = mean_peak(point)
+        effects = (
+            scatter_effect("scatter between cycles", peak),
+            *reading_effects(instrument, zeroed=zeroed),
+            *transducer_effects(instrument, peak.value, (peak.value,), slow=1.0),
+        )
+        models.append(model_of(peak.value, effects, scales=(gain(instrument),)))
     return propagate(mean_of_models(models)).estimate
 
 
-def _raw_model(point: PeakPoint, instrument: Instrument, *, zeroed: bool) -> MeasurementModel:
-    peak = mean_peak(point)
-    effects = (
-        scatter_effect("scatter between cycles", peak),
-        *reading_effects(instrument, zeroed=zeroed),
-        *transducer_effects(instrument, peak.value, (peak.value,), slow=1.0),
+def torque_at(
+    definition: ResultDefinition,
+    run: RunData,
+    loaded: Sequence[PeakPoint],
+    compensated: Sequence[CompensatedPoint],
+    raw: Callable[[Sequence[PeakPoint]], Estimate | None],
+) -> Iterator[MeasurementResult]:
+    """Yield the torque of each set-point, in the order of the run; `raw` is without correction."""
+    recorded = {each.name: each for each in run.recordings}
+    for point, found in zip(loaded, compensated, strict=False):
+        coordinates = {FREQUENCY: CoordinateValue(point.set_frequency_hz, "Hz")}
+        source = None if isinstance(point, StartPoint) else recorded.get(point.recording)
+        if source is not None:
+            coordinates |= {
+                name: CoordinateValue.of_si(
+                    value, source.units.get(name, ""), source.written_in.get(name, "")
+                )
+                for name, value in source.coordinates.items()
+            }
+        yield MeasurementResult(
+            of=definition,
+            estimate=found.torque,
+            components=found.components,
+            coordinates=coordinates,
+            readings=int(point.peak_kept.sum()),
+            uncorrected=raw([point]),
+        )
+
+
+def mean_torque(
+    definition: ResultDefinition,
+    loaded: Sequence[PeakPoint],
+    mean: Estimate,
+    components: tuple[Component, ...],
+    raw: Estimate | None,
+) -> MeasurementResult:
+    """Return the mean over the set-points, in which what they share counts once."""
+    return MeasurementResult(
+        of=definition,
+        estimate=mean,
+        components=components,
+        readings=sum(int(point.peak_kept.sum()) for point in loaded),
+        uncorrected=raw,
     )
-    return model_of(peak.value, effects, scales=(gain(instrument),))

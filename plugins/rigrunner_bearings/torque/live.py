@@ -93,13 +93,16 @@ class LiveTorque:
         point = self._prepare_latest(now, window)
         self._points[window.name] = _Shown(point)
         spec = self._analysis.spec
-        is_missing = spec.no_load is not None and not (
-            now.run.partners or self._analysis.uses_earlier
-        )
+        is_missing = spec.no_load is not None and not (now.run.partners or spec.has_own_no_load)
         if is_missing or not spec.compensations:
             return
         if self._partners is None:
-            self._partners = {name: self._seen(each) for name, each in now.run.partners.items()}
+            self._partners = {}
+            for name, partner in now.run.partners.items():
+                # Their beginnings alone: the checks would read all of their recordings.
+                seen = tuple(map(_beginning, partner.recordings))
+                self._whole |= dict(zip(seen, partner.recordings, strict=True))
+                self._partners[name] = replace(partner, recordings=seen)
         recordings = (*self._earlier, window)
         found = self._analysis(replace(now.run, recordings=recordings, partners=self._partners))
         self._results = found.results
@@ -122,12 +125,6 @@ class LiveTorque:
             seen = _beginning(window)
             self._prepared[seen] = point
             self._earlier = (*self._earlier, seen)
-
-    def _seen(self, run: RunData) -> RunData:
-        """Return a run with the beginnings of its recordings: the checks would read all of it."""
-        seen = tuple(map(_beginning, run.recordings))
-        self._whole |= dict(zip(seen, run.recordings, strict=True))
-        return replace(run, recordings=seen)
 
     def _prepare(
         self, recording: Recording, run: RunData, spec: TorqueSettings, rule: OutlierRule
@@ -161,7 +158,8 @@ class _Latest:
         """Raise DataError where no frequency was set."""
         self.recording = recording
         self.run = run
-        self.plain_run = _uncorrected(run)
+        # Samples are read as they are: blocks have been corrected.
+        self.plain_run = replace(run, zeros={}, recording_zeros={}, instruments={})
         _, motion = motion_channel(recording)
         set_hz = set_point(recording, torque, "frequency")
         if not set_hz > 0:
@@ -229,11 +227,6 @@ class _Latest:
             end_s=swing.end_s,
             frequency_hz=swing.frequency_hz,
         )
-
-
-def _uncorrected(run: RunData) -> RunData:
-    """Return a run whose samples are read as they are: blocks have been corrected."""
-    return replace(run, zeros={}, recording_zeros={}, instruments={})
 
 
 def _beginning(recording: Recording) -> Recording:

@@ -78,7 +78,10 @@ def _motion(
     rate_hz = recording.rate_hz
     if source is MotionSource.ENTERED:
         torque = torque_channel(recording, run.instruments)
-        return _by_entry(torque_nm, rate_hz, set_point(recording, torque, "frequency"))
+        entered_hz = set_point(recording, torque, "frequency")
+        starts = starts_by_frequency(torque_nm, rate_hz, entered_hz)
+        _refuse_few(starts)
+        return Motion(MotionSource.ENTERED, starts, entered_frequency(entered_hz))
     values = finite(recording, name)
     if source is MotionSource.INDEX:
         return _by_index(values, rate_hz, rig_of(run))
@@ -130,12 +133,6 @@ def _edge_u(edges: Array) -> float:
     residual = edges - np.polyval(np.polyfit(turns, edges, 1), turns)
     seen = float(residual @ residual) / (len(edges) - 2)
     return sqrt(max(HALF_SAMPLE**2 - seen, 0.0) + seen / len(edges))
-
-
-def _by_entry(torque_nm: Samples, rate_hz: float, entered_hz: float) -> Motion:
-    starts = starts_by_frequency(torque_nm, rate_hz, entered_hz)
-    _refuse_few(starts)
-    return Motion(MotionSource.ENTERED, starts, entered_frequency(entered_hz))
 
 
 def entered_frequency(entered_hz: float) -> Estimate:

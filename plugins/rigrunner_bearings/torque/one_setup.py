@@ -52,16 +52,24 @@ def setup_differences(
     Transducers by channel; one that only one of the runs has is not compared.
     """
     for each in transducers:
-        if each.channel in needed:
-            yield from _of_transducer(each, needed[each.channel])
+        if each.channel not in needed:
+            continue
+        own = needed[each.channel]
+        for what, theirs, ours in (
+            ("torque transducer", each.serial, own.serial),
+            ("transducer's certificate", each.certificate, own.certificate),
+            ("full scale", f"{each.full_scale:g} N·m", f"{own.full_scale:g} N·m"),
+            ("low-pass filter", _filter(each), _filter(own)),
+        ):
+            if theirs != ours:
+                yield f"its {what} is '{theirs}', but '{ours}' is needed"
     for what in ("eccentric", "centre_distance"):
-        theirs, ours = (_millimetres(getattr(one, what)) for one in (rig, needed_rig))
+        lengths_m = (getattr(rig, what), getattr(needed_rig, what))
+        theirs, ours = (
+            "not stated" if each is None else f"{1000 * each:.6g} mm" for each in lengths_m
+        )
         if theirs != ours:
             yield f"its {what.replace('_', ' ')} is {theirs}, but {ours} is needed"
-
-
-def _millimetres(length_m: float | None) -> str:
-    return "not stated" if length_m is None else f"{1000 * length_m:.6g} mm"
 
 
 def setup_check(run: RunData, no_load: RunData) -> Check:
@@ -102,17 +110,6 @@ def unloaded_check(
             for each in compensated
         ),
     )
-
-
-def _of_transducer(theirs: Instrument, ours: Instrument) -> Iterator[str]:
-    for what, their, our in (
-        ("torque transducer", theirs.serial, ours.serial),
-        ("transducer's certificate", theirs.certificate, ours.certificate),
-        ("full scale", f"{theirs.full_scale:g} N·m", f"{ours.full_scale:g} N·m"),
-        ("low-pass filter", _filter(theirs), _filter(ours)),
-    ):
-        if their != our:
-            yield f"its {what} is '{their}', but '{our}' is needed"
 
 
 def _filter(instrument: Instrument) -> str:

@@ -28,9 +28,9 @@ from rigrunner_bearings.torque.clocks import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Sequence
 
-    from rigrunner.api import Array, Check
+    from rigrunner.api import Array
     from rigrunner_bearings.api.compensations import (
         CompensatedPoint,
         Compensation,
@@ -65,39 +65,32 @@ def compensated(method: CompensationMethod, sweep: Sweep) -> Compensation:
 
     Raises DataError where the method does.
     """
+    sources = (*sweep.loaded, *sweep.no_load)
     try:
         found = method(sweep)
     except DataError as error:
-        raise with_clocks(error, (*sweep.loaded, *sweep.no_load)) from error
-    if not any(_doubtful(point) for point in (*sweep.loaded, *sweep.no_load)):
+        raise with_clocks(error, sources) from error
+    doubts = (_own_u_rad, _common_u_rad, shift_rad)
+    if not any(_has(point, doubt) for point in sources for doubt in doubts):
         return found
     effects = _Trial(method, sweep, _torques(found)).effects()
     if not any(np.any(effect) for effect in effects.values()):
         return found
+    notes = [NOTE] if np.any(effects[COMMON]) or np.any(effects[OWN]) else []
     if np.any(effects[ALIGNMENT]):
-        sources = (*sweep.loaded, *sweep.no_load)
         aligned = alignments(found.points, sources, effects[ALIGNMENT])
         check = alignment_check(aligned)
         if not check.ok:
-            return _refused(found, check, refusal(aligned))
+            # Without a result, what was learned of the rig is of no use either.
+            nothing = replace(found, points=(), curve=None, parameters={}, checks=(check,))
+            return replace(nothing, not_applicable=refusal(aligned))
         found = replace(found, checks=(*found.checks, check))
+        notes.append(CLOCK_NOTE)
     points = tuple(
         _with(point, {name: float(effect[i]) for name, effect in effects.items()})
         for i, point in enumerate(found.points)
     )
-    return replace(found, points=points, notes=(*found.notes, *_notes(effects)))
-
-
-def _notes(effects: Mapping[str, Array]) -> Iterator[str]:
-    if np.any(effects[COMMON]) or np.any(effects[OWN]):
-        yield NOTE
-    if np.any(effects[ALIGNMENT]):
-        yield CLOCK_NOTE
-
-
-def _refused(found: Compensation, check: Check, why: str) -> Compensation:
-    """Return the compensation without a result; what was learned of the rig is of no use."""
-    return replace(found, points=(), curve=None, parameters={}, not_applicable=why, checks=(check,))
+    return replace(found, points=points, notes=(*found.notes, *notes))
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,10 +145,6 @@ def _all_shifted(
     return tuple(
         _shifted(point, pattern[i % len(pattern)], doubt) for i, point in enumerate(points)
     )
-
-
-def _doubtful(point: PeakPoint) -> bool:
-    return any(_has(point, doubt) for doubt in (_own_u_rad, _common_u_rad, shift_rad))
 
 
 def _has(point: PeakPoint, doubt: Doubt) -> bool:

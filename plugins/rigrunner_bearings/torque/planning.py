@@ -14,28 +14,35 @@ from rigrunner.api.coordinates import (
     mixed_labels,
 )
 from rigrunner.api.errors import did_you_mean
+from rigrunner.api.instruments import torque_instruments
 from rigrunner.api.places import matches as is_place
 from rigrunner.api.planned import ExpectedReading, PlanProblem, StationPart
 from rigrunner_bearings.api.measurand import LimitMeasurand
-from rigrunner_bearings.api.rig import planned_rig
-from rigrunner_bearings.torque.channels import INDEX
+from rigrunner_bearings.api.points import MotionSource
+from rigrunner_bearings.api.rig import planned_rig, rig_of
+from rigrunner_bearings.torque.channels import INDEX, motion_channel
 from rigrunner_bearings.torque.contradictions import contradictions
 from rigrunner_bearings.torque.definition import kind_of
+from rigrunner_bearings.torque.one_setup import setup_differences
 from rigrunner_bearings.torque.requirements_of_plan import unmet_requirements
 from rigrunner_bearings.torque.requirers import (
     TORQUE,
     analysed,
     channels_of,
+    points_of,
     requirers,
 )
+from rigrunner_bearings.torque.sources import sources
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
-    from rigrunner.api import AnalysisContext
+    from rigrunner.api import AnalysisContext, Recording, RunData
     from rigrunner.api.planned import PlannedLimit, PlannedRecording, PlannedRun, RecordingAction
     from rigrunner_bearings.api.rig import RigDescription
+    from rigrunner_bearings.torque.requirers import Requirer
     from rigrunner_bearings.torque.settings import TorqueSettings
+
 
 _ANALYSED_IN = {"torque": TORQUE, "angle": "rad", "angular velocity": "rad/s"}
 """The units in which the analysis takes recorded channels, by dimension."""
@@ -136,7 +143,12 @@ def _recorded(
         yield from _channels(each)
     yield from _selection(spec, planned, chosen)
     if spec.starts is None and chosen.recordings:
-        yield from _rig(planned_rig(planned))
+        # By the law of the crank swings are read.
+        rig = planned_rig(planned)
+        for key in ("eccentric", "centre_distance"):
+            if getattr(rig, key) is None:
+                message = f"the analysis needs the key '{key}' of the rig, which is missing"
+                yield PlanProblem(message=message, key=(key,), of=StationPart.RIG, at_key=True)
     for each in chosen.recordings:
         for name in channels_of(each.record, "torque"):
             yield from _instrument(planned, Member(each.record.role, name), each)
@@ -199,14 +211,6 @@ def _selection(
         yield PlanProblem(message=message, hint=hint)
 
 
-def _rig(rig: RigDescription) -> Iterator[PlanProblem]:
-    """Yield what the station leaves out of the crank, by whose law swings are read."""
-    for key in ("eccentric", "centre_distance"):
-        if getattr(rig, key) is None:
-            message = f"the analysis needs the key '{key}' of the rig, which is missing"
-            yield PlanProblem(message=message, key=(key,), of=StationPart.RIG, at_key=True)
-
-
 def _instrument(
     planned: PlannedRun, channel: Member, recorded: PlannedRecording
 ) -> Iterator[PlanProblem]:
@@ -267,7 +271,12 @@ def _missing_frequencies(limit: PlannedLimit, chosen: PlannedRun) -> Iterator[Pl
     """Yield the named frequencies of a limit at which nothing is recorded."""
     if chosen.rows:
         return
-    there = {hz for each in chosen.recordings for hz in _frequencies(each.record)}
+    there = {
+        value
+        for each in chosen.recordings
+        for name, value in each.record.setpoints.items()
+        if unit(each.record.units[name]).dimension == "frequency"
+    }
     known = [CoordinateValue(hz, "Hz") for hz in sorted(there)]
     wanted = limit.where.get(_FREQUENCY, ())
     missing = [each for each in wanted if not any(is_place(each, hz) for hz in known)]
@@ -282,11 +291,49 @@ def _loads(spec: TorqueSettings, chosen: PlannedRun) -> list[float]:
     records = [each.record for each in chosen.recordings]
     loads = [each.setpoints.get(Member(each.role, "load")) for each in records]
     known = [load for load in loads if load is not None]
-    own = spec.no_load is not None and spec.no_load.is_this_run
-    return [load for load in known if load > 0] if own else known
+    return [load for load in known if load > 0] if spec.has_own_no_load else known
 
 
-def _frequencies(record: RecordingAction) -> Iterator[float]:
-    for name, value in record.setpoints.items():
-        if unit(record.units[name]).dimension == "frequency":
-            yield value
+_FREQUENCY_TOLERANCE = 0.005
+"""How far, relatively, a set frequency of the two runs may differ and still be the same one."""
+
+
+def partner_problems(
+    spec: TorqueSettings, planned: PlannedRun, partner: RunData, context: AnalysisContext
+) -> Iterator[str]:
+    """Yield what speaks against a no-load run: another set-up, or what its recordings lack."""
+    transducers = torque_instruments(partner.instruments.values()).values()
+    ours = torque_instruments(planned.instruments)
+    rig = planned_rig(planned)
+    yield from setup_differences(rig_of(partner), transducers, rig, ours)
+    found = sources(partner)
+    there = [each.setpoints.get(planned.cycle_drive or "", 0.0) for each in found]
+    wanted_hz = {each.frequency_hz for each in points_of(analysed(planned, spec))}
+    missing = [
+        hz
+        for hz in sorted(wanted_hz - {0.0})
+        if not any(abs(has - hz) <= _FREQUENCY_TOLERANCE * hz for has in there)
+    ]
+    if missing:
+        yield f"it has no recording at {', '.join(f'{hz:g} Hz' for hz in missing)}"
+    needed = requirers(spec, context.plugins)
+    yield from _unmet(needed, there, found)
+    least = max(each.needs.cycles for each in needed)
+    for hz, each in zip(there, found, strict=True):
+        whole = int(each.samples / each.rate_hz * hz) - 1 if each.samples > 1 else least
+        if whole < least:
+            yield f"its recording {each.name} has {whole} cycles, but {least} are needed"
+
+
+def _unmet(
+    needed: Sequence[Requirer], there: Sequence[float], found: Sequence[Recording]
+) -> Iterator[str]:
+    """Yield which parts need more frequencies, or the crank phase, than the run has."""
+    frequencies = sorted(set(there))
+    shows_phase = all(motion_channel(each)[0] is not MotionSource.ENTERED for each in found)
+    for name, needs in ((each.name, each.needs) for each in needed):
+        if len(frequencies) < needs.points:
+            got = ", ".join(f"{hz:g} Hz" for hz in frequencies) or "none"
+            yield f"{name} needs {needs.points} different frequencies without load, got {got}"
+        if needs.phase and not shows_phase:
+            yield f"{name} needs the crank phase, and without load nothing shows it"

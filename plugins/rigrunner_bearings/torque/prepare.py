@@ -25,10 +25,7 @@ from rigrunner_bearings.torque.reading import torque_reading
 from rigrunner_bearings.torque.waveforms import row_of, waveforms
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
-
     from rigrunner.api import Array, Mask, OutlierRule, Recording, Rejection, RunData
-    from rigrunner.api.data import Samples
     from rigrunner_bearings.torque.settings import TorqueSettings
 
 
@@ -42,9 +39,12 @@ def prepare_point(
     if recording.samples == 1:
         return _single_value(recording, run)
     name = torque_channel(recording, run.instruments)
-    torque, spikes = _clean_torque(torque_reading(recording, name, run), spec)
+    torque, spikes = torque_reading(recording, name, run), 0
+    if spec.despike is not None:
+        torque, spikes = despiked(torque, spec.despike.window, spec.despike.threshold)
     motion = find_motion(recording, run, torque)
-    peaks = _peaks(torque, motion.starts)
+    # The greatest sample of each cycle.
+    peaks = extremes(torque, np.ceil(motion.starts).astype(np.intp))[1]
     kept, rejections = _judged(recording, name, peaks, rule)
     point = PeakPoint(
         recording=recording.name,
@@ -60,24 +60,24 @@ def prepare_point(
     if motion.mean_angle is None:
         return point
     torque_nm = waveforms(torque, motion.starts)
-    kept, rejections = _judged(recording, name, _disagreement(torque_nm), rule)
+    # By each row's rms distance in N·m from the robust mean of all.
+    mean, _ = robust_mean(torque_nm, np.ones(len(torque_nm), bool))
+    apart_nm = np.sqrt(np.mean((torque_nm - mean) ** 2, axis=1))
+    kept, rejections = _judged(recording, name, np.asarray(apart_nm), rule)
     return SwingPoint(
         **vars(point),
         sample_rate_hz=recording.rate_hz,
         angle_rad=motion.mean_angle(kept[row_of(point.cycles)]),
         torque_nm=torque_nm,
         kept=kept,
-        waveform_rejections=tuple(_in_cycles(rejections, len(kept), point.cycles)),
+        # By the first cycle of each row.
+        waveform_rejections=tuple(
+            replace(each, index=-(-each.index * point.cycles // len(kept))) for each in rejections
+        ),
         phase_u_rad=motion.phase_u_rad,
         phase_common_u_rad=motion.phase_common_u_rad,
         alignment_u_s=alignment_u_s(recording, name, motion.channel),
     )
-
-
-def _in_cycles(rejections: Iterable[Rejection], rows: int, cycles: int) -> Iterator[Rejection]:
-    """Yield rejections of rows by the first cycle of each."""
-    for each in rejections:
-        yield replace(each, index=-(-each.index * cycles // rows))
 
 
 def _single_value(recording: Recording, run: RunData) -> PeakPoint:
@@ -93,23 +93,6 @@ def _single_value(recording: Recording, run: RunData) -> PeakPoint:
         peak_kept=np.ones(1, bool),
         motion=MotionSource.ENTERED,
     )
-
-
-def _clean_torque(torque: Samples, spec: TorqueSettings) -> tuple[Samples, int]:
-    if spec.despike is None:
-        return torque, 0
-    return despiked(torque, spec.despike.window, spec.despike.threshold)
-
-
-def _peaks(torque: Samples, starts: Array) -> Array:
-    """Return the greatest sample of each cycle, shape (cycles,)."""
-    return extremes(torque, np.ceil(starts).astype(np.intp))[1]
-
-
-def _disagreement(torque_nm: Array) -> Array:
-    """Return each row's rms distance in N·m from the robust mean of all, shape (rows,)."""
-    mean, _ = robust_mean(torque_nm, np.ones(len(torque_nm), bool))
-    return np.asarray(np.sqrt(np.mean((torque_nm - mean) ** 2, axis=1)))
 
 
 def _judged(

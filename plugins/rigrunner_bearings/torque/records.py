@@ -106,7 +106,7 @@ def _requirements(settings: TorqueSettings, context: AnalysisContext) -> Require
 def _partner_problems(
     settings: TorqueSettings, planned: PlannedRun, partner: RunData, context: AnalysisContext
 ) -> Iterator[str]:
-    from rigrunner_bearings.torque.partner import partner_problems  # noqa: PLC0415  (numpy)
+    from rigrunner_bearings.torque.planning import partner_problems  # noqa: PLC0415  (numpy)
 
     return partner_problems(settings, planned, partner, context)
 

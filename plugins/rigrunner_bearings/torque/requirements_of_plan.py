@@ -9,6 +9,7 @@ from rigrunner.api import Member
 from rigrunner.api.analysis.requirements import SPARE_CYCLES
 from rigrunner.api.planned import PlanProblem
 from rigrunner_bearings.api.requirements import LEAST_REST_S, LEAST_SAMPLES_PER_CYCLE
+from rigrunner_bearings.torque.channels import place_of_start
 from rigrunner_bearings.torque.requirers import channels_of, motion_channels, points_of, rows_of
 
 if TYPE_CHECKING:
@@ -110,7 +111,7 @@ def _starts(
 ) -> Iterator[PlanProblem]:
     groups: dict[tuple[float, float], list[PlannedRecording]] = {}
     for recorded in chosen.recordings:
-        speed_hz, load_n = _place_of_start(recorded)
+        speed_hz, load_n = place_of_start(recorded.record.setpoints, recorded.record.role)
         groups.setdefault((speed_hz, load_n), []).append(recorded)
         yield from _travel(recorded, speed_hz, window_rad)
     most = max(needed, key=lambda each: each.needs.cycles)
@@ -122,14 +123,6 @@ def _starts(
             )
             hint = "repeat the recording"
             yield PlanProblem(message=message, hint=hint, of=group[0], at_key=True)
-
-
-def _place_of_start(recorded: PlannedRecording) -> tuple[float, float]:
-    role, setpoints = recorded.record.role, recorded.record.setpoints
-    speed_hz = setpoints.get(
-        Member(role, "start_frequency"), setpoints.get(Member(role, "frequency"), 0.0)
-    )
-    return speed_hz, setpoints.get(Member(role, "load"), 0.0)
 
 
 def _travel(
@@ -159,7 +152,7 @@ def _own_no_load(
     spec: TorqueSettings, points: Sequence[Point], needed: Sequence[Requirer]
 ) -> Iterator[PlanProblem]:
     """Ask of a run that is its own no-load run for both kinds of set-points, at fitting places."""
-    if spec.no_load is None or not spec.no_load.is_this_run:
+    if not spec.has_own_no_load:
         return
     loaded = [point for point in points if point.loaded]
     no_load = [point for point in points if not point.loaded]

@@ -102,7 +102,14 @@ def analysed(planned: PlannedRun, spec: TorqueSettings) -> PlannedRun:
 def points_of(planned: PlannedRun) -> list[Point]:
     """Return the points of a plan: its recordings, or else the rows of its tables with a torque."""
     if planned.recordings:
-        return [_point(each.record) for each in planned.recordings]
+        return [
+            Point(
+                frequency_hz=each.record.cycle_frequency_hz or 0.0,
+                loaded=each.record.setpoints.get(Member(each.record.role, "load"), 0.0) > 0,
+                shows_phase=bool(motion_channels(each.record)),
+            )
+            for each in planned.recordings
+        ]
     return list(rows_of(planned))
 
 
@@ -135,11 +142,3 @@ def motion_channels(record: RecordingAction) -> list[str]:
         *channels_of(record, "angular velocity"),
         *(name for name in record.channels if name == INDEX),
     ]
-
-
-def _point(record: RecordingAction) -> Point:
-    return Point(
-        frequency_hz=record.cycle_frequency_hz or 0.0,
-        loaded=record.setpoints.get(Member(record.role, "load"), 0.0) > 0,
-        shows_phase=bool(motion_channels(record)),
-    )

@@ -13,8 +13,6 @@ from rigrunner_bearings.api.points import SwingPoint
 from rigrunner_bearings.signal.sensor import stated
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     from numpy.random import Generator
 
     from rigrunner.api import Array, Instrument, Mask
@@ -80,15 +78,12 @@ def _error(instrument: Instrument, name: str, rng: Generator) -> float:
 def another_sensor(sweep: Sweep, rng: Generator, *, zeroed: bool) -> Sweep:
     """Return the sweep as another transducer of the same register would have shown it."""
     sensor = Sensor.drawn(sweep.instrument, rng, zeroed=zeroed)
+    drifts = Drift.drawn(sweep.instrument, rng), Drift.drawn(sweep.instrument, rng)
     loaded, no_load = (
-        _read_by(sensor, Drift.drawn(sweep.instrument, rng), points)
-        for points in (sweep.loaded, sweep.no_load)
+        tuple(_shown(point, sensor, drift) for point in points)
+        for points, drift in zip((sweep.loaded, sweep.no_load), drifts, strict=True)
     )
     return replace(sweep, loaded=loaded, no_load=no_load)
-
-
-def _read_by(sensor: Sensor, drift: Drift, points: Iterable[PeakPoint]) -> tuple[PeakPoint, ...]:
-    return tuple(_shown(point, sensor, drift) for point in points)
 
 
 def _shown(point: PeakPoint, sensor: Sensor, drift: Drift) -> PeakPoint:

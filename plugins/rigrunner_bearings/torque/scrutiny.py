@@ -12,10 +12,9 @@ from rigrunner.signal.propagation import propagate
 from rigrunner_bearings.api.compensations import CompensatedPoint, Compensation
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable
 
     from rigrunner_bearings.api.compensations import CompensationMethod, Sweep
-    from rigrunner_bearings.api.points import PeakPoint
 
 UNIT = "N·m"
 _ROUNDING = 1e-9
@@ -32,7 +31,7 @@ class ScrutinisedMethod:
     def __call__(self, sweep: Sweep) -> Compensation:
         """Return what the method gives; raise PluginError."""
         for prepared in (*sweep.loaded, *sweep.no_load):
-            protect(*_arrays(prepared))
+            protect(*(getattr(prepared, each.name) for each in fields(prepared)))
         with self.subject.named():
             found = self.method(sweep)
         need = self.subject.need
@@ -41,22 +40,17 @@ class ScrutinisedMethod:
         if found.not_applicable:
             need(not found.points, "points, and says that it is not applicable")
             return found
-        self._check_places(found.points, sweep.loaded)
         for point in found.points:
-            self._check(point)
-        return replace(found, points=tuple(found.points))
-
-    def _check_places(
-        self, points: Sequence[CompensatedPoint], loaded: Sequence[PeakPoint]
-    ) -> None:
-        for point in points:
             if not isinstance(point, CompensatedPoint):  # its arrays are told only where needed
                 self.subject.refuse(f"{shown(point)}, expected a CompensatedPoint")
-        given = [point.set_frequency_hz for point in points]
-        due = [point.set_frequency_hz for point in loaded]
+        given = [point.set_frequency_hz for point in found.points]
+        due = [point.set_frequency_hz for point in sweep.loaded]
         self.subject.need(
             given == due, f"points at {_hertz(given)}; expected one for each of {_hertz(due)}"
         )
+        for point in found.points:
+            self._check(point)
+        return replace(found, points=tuple(found.points))
 
     def _check(self, point: CompensatedPoint) -> None:
         need, at = self.subject.need, f"at {point.set_frequency_hz:g} Hz"
@@ -78,10 +72,6 @@ class ScrutinisedMethod:
                     agrees or unknown,
                     f"a torque {at} whose {name} is {given:g}, by its own model {due:g}",
                 )
-
-
-def _arrays(point: PeakPoint) -> Iterable[object]:
-    return (getattr(point, each.name) for each in fields(point))
 
 
 def _hertz(frequencies: Iterable[float]) -> str:

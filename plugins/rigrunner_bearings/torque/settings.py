@@ -197,6 +197,11 @@ class TorqueSettings(Settings):
         return None
 
     @property
+    def has_own_no_load(self) -> bool:
+        """Whether the run itself has the set-points without load."""
+        return self.no_load is not None and self.no_load.is_this_run
+
+    @property
     def primary(self) -> str:
         """The label of the compensation that the headline and the verdict use; '' for none."""
         only = self.compensations[0].label if len(self.compensations) == 1 else ""

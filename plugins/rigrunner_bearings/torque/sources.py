@@ -11,7 +11,7 @@ import numpy as np
 from rigrunner.api import DataError, Recording
 from rigrunner.api.coordinates import matches, mixed_labels
 from rigrunner.api.member import channel_of
-from rigrunner_bearings.torque.channels import is_set, torque_channels
+from rigrunner_bearings.torque.channels import is_set
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -49,12 +49,12 @@ def sources(run: RunData) -> tuple[Recording, ...]:
     """
     if run.recordings:
         return run.recordings
-    return tuple(one for one in _as_recordings(run.measurements) if _is_point(one))
+    return tuple(one for one in _as_recordings(run.measurements) if is_set(one, "frequency"))
 
 
 def of_this_run(run: RunData, *, loaded: bool) -> tuple[Recording, ...]:
     """Return the sources that were set to a load, or those that were set to none."""
-    return tuple(one for one in sources(run) if _is_loaded(one) == loaded)
+    return tuple(one for one in sources(run) if is_set(one, "load") == loaded)
 
 
 def _as_recordings(measurements: Iterable[Measurement]) -> Iterable[Recording]:
@@ -74,11 +74,3 @@ def _as_recordings(measurements: Iterable[Measurement]) -> Iterable[Recording]:
             conditions=one.values,
             coordinates=one.coordinates,
         )
-
-
-def _is_point(recording: Recording) -> bool:
-    return any(is_set(recording, name, "frequency") for name in torque_channels(recording))
-
-
-def _is_loaded(recording: Recording) -> bool:
-    return any(is_set(recording, name, "load") for name in torque_channels(recording))

@@ -7,12 +7,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api import DataError, Estimate, Member
+from rigrunner.api import DataError, Estimate
 from rigrunner.signal.spikes import hampel
 from rigrunner_bearings.api.points import MotionSource, StartPoint
 from rigrunner_bearings.api.requirements import LEAST_STARTS
 from rigrunner_bearings.signal.starts import find_start
-from rigrunner_bearings.torque.channels import finite, motion_channel, role_of, torque_channel
+from rigrunner_bearings.torque.channels import (
+    finite,
+    motion_channel,
+    place_of_start,
+    role_of,
+    torque_channel,
+)
 from rigrunner_bearings.torque.reading import torque_reading
 
 if TYPE_CHECKING:
@@ -37,21 +43,12 @@ def prepare_starts(
     """
     groups: dict[tuple[float, float], list[Recording]] = {}
     for recording in found:
-        groups.setdefault(_place(recording, run), []).append(recording)
+        role = role_of(torque_channel(recording, run.instruments))
+        groups.setdefault(place_of_start(recording.setpoints, role), []).append(recording)
     return tuple(
         _point(place, group, [_start(each, run, how, spec) for each in group], rule)
         for place, group in groups.items()
     )
-
-
-def _place(recording: Recording, run: RunData) -> tuple[float, float]:
-    """Return the set speed of the start in Hz and the load in N; 0 where there is no drive."""
-    role = role_of(torque_channel(recording, run.instruments))
-    setpoints = recording.setpoints
-    speed_hz = setpoints.get(
-        Member(role, "start_frequency"), setpoints.get(Member(role, "frequency"), 0.0)
-    )
-    return speed_hz, setpoints.get(Member(role, "load"), 0.0)
 
 
 def _start(
@@ -95,18 +92,15 @@ def _point(
     kept = np.ones(len(peaks), bool)
     kept[[rejection.index for rejection in rejections]] = False
     set_hz, load_n = place
+    frequencies_hz = [start.frequency_hz for start, _ in starts]
+    u = float(np.std(frequencies_hz, ddof=1)) / sqrt(len(frequencies_hz))
     return StartPoint(
         recording=name,
         set_frequency_hz=set_hz,
-        frequency_hz=_mean([start.frequency_hz for start, _ in starts]),
+        frequency_hz=Estimate(float(np.mean(frequencies_hz)), u, len(frequencies_hz) - 1, "Hz"),
         load_n=load_n,
         peak_nm=peaks,
         peak_kept=kept,
         peak_rejections=rejections,
         spikes=sum(spikes for _, spikes in starts),
     )
-
-
-def _mean(values: list[float]) -> Estimate:
-    u = float(np.std(values, ddof=1)) / sqrt(len(values))
-    return Estimate(float(np.mean(values)), u, len(values) - 1, "Hz")

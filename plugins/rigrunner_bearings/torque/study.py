@@ -10,31 +10,22 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from rigrunner.api import Distribution, Effect, Input
-from rigrunner.signal.inputs import extended
-from rigrunner.signal.propagation import propagate
-from rigrunner_bearings.signal.mean_model import model_of_point
+from rigrunner_bearings.signal.mean_model import with_effects
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from rigrunner_bearings.api.compensations import CompensatedPoint, Compensation
+    from rigrunner_bearings.api.compensations import Compensation
     from rigrunner_bearings.api.rig import NamedStudy
 
 
 def with_study(found: Compensation, study: NamedStudy | None) -> Compensation:
     """Return a compensation with the scatter of the study in each point; as it is without one."""
-    effects = () if study is None else _effects(study)
-    if not effects:
+    if study is None:
         return found
-    return replace(found, points=tuple(_extended(each, effects) for each in found.points))
-
-
-def _effects(study: NamedStudy) -> tuple[Effect, ...]:
     known = (
         ("scatter between mountings", study.between_mountings),
         ("reproducibility", study.reproducibility),
     )
-    return tuple(
+    effects = tuple(
         Effect(
             Input(
                 f"{name} ({study.source})",
@@ -49,9 +40,6 @@ def _effects(study: NamedStudy) -> tuple[Effect, ...]:
         for name, scatter in known
         if scatter is not None and scatter.u > 0
     )
-
-
-def _extended(point: CompensatedPoint, effects: Sequence[Effect]) -> CompensatedPoint:
-    model = extended(model_of_point(point), effects)
-    found = propagate(model)
-    return replace(point, torque=found.estimate, components=found.components, model=model)
+    if not effects:
+        return found
+    return replace(found, points=tuple(with_effects(each, effects) for each in found.points))

@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from rigrunner.api import Array, Estimate
     from rigrunner.signal.monte_carlo.adaptive import Propagated
     from rigrunner_bearings.api.compensations import CompensatedPoint, CompensationMethod, Sweep
-    from rigrunner_bearings.torque.draws import Drawn
     from rigrunner_bearings.torque.settings import MonteCarloSpec
 
 P = 0.95
@@ -65,7 +64,17 @@ def validate(
         digits=how.digits,
         seed=how.seed,
         equation=_equation(points, headline, how, progress),
-        pipeline=_pipeline(drawn, points, headline, how.digits),
+        pipeline=PipelineDraws(
+            mean=_by_draws(None, headline, drawn.torque_nm.mean(axis=1), how.digits),
+            points=tuple(
+                _by_draws(point.set_frequency_hz, point.torque, torques, how.digits)
+                for point, torques in zip(points, drawn.torque_nm.T, strict=True)
+            ),
+            draws=len(drawn.torque_nm),
+            refused=drawn.refused,
+            through_the_data=drawn.through_the_data,
+            as_effects=drawn.as_effects,
+        ),
     )
 
 
@@ -115,22 +124,6 @@ def _by_trials(
         tolerance=allowed,
         resolution=allowed / 5,
         agrees=difference(interval, found.symmetric).within(allowed),
-    )
-
-
-def _pipeline(
-    drawn: Drawn, points: Sequence[CompensatedPoint], headline: Estimate, digits: int
-) -> PipelineDraws:
-    return PipelineDraws(
-        mean=_by_draws(None, headline, drawn.torque_nm.mean(axis=1), digits),
-        points=tuple(
-            _by_draws(point.set_frequency_hz, point.torque, torques, digits)
-            for point, torques in zip(points, drawn.torque_nm.T, strict=True)
-        ),
-        draws=len(drawn.torque_nm),
-        refused=drawn.refused,
-        through_the_data=drawn.through_the_data,
-        as_effects=drawn.as_effects,
     )
 
 

@@ -30,7 +30,7 @@ from rigrunner_reports.render import css_string
 if TYPE_CHECKING:
     from rigrunner.api import CertificateInput
     from rigrunner.api.figures import Picture
-    from rigrunner.api.letterhead import Letterhead, Logo
+    from rigrunner.api.letterhead import Letterhead
     from rigrunner.plots import Plot
 
 PACKAGE = "rigrunner_reports"
@@ -48,7 +48,11 @@ def html(given: CertificateInput) -> bytes:
     certificate, letterhead = given.certificate, given.letterhead
     wording = Wording(texts(certificate.appearance.language, letterhead.texts))
     style = files(PACKAGE).joinpath(TEMPLATES, "certificate.css").read_text(encoding="utf-8")
-    picture = over_frequency(certificate, wording)
+    picture, logo = over_frequency(certificate, wording), None
+    if letterhead.logo is not None:
+        content = b64encode(letterhead.logo.content).decode("ascii")
+        uri = f"data:{letterhead.logo.media_type};base64,{content}"
+        logo = {"uri": uri, "text": letterhead.logo.text}
     try:
         text = (
             _environment(tuple(sorted(letterhead.templates.items())))
@@ -61,7 +65,7 @@ def html(given: CertificateInput) -> bytes:
                 named_plots={
                     name: _drawn(each) for name, each in named_figures(certificate, wording).items()
                 },
-                logo=_logo(letterhead.logo),
+                logo=logo,
                 style=Markup(style + letterhead.style.translate(_OF_STYLE)),  # noqa: S704  (escaped)
                 css_string=css_string,
                 page=page_counter(wording),
@@ -100,13 +104,6 @@ def _environment(own: tuple[tuple[str, str], ...]) -> SandboxedEnvironment:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
-
-
-def _logo(logo: Logo | None) -> dict[str, str] | None:
-    if logo is None:
-        return None
-    content = b64encode(logo.content).decode("ascii")
-    return {"uri": f"data:{logo.media_type};base64,{content}", "text": logo.text}
 
 
 def _problem(error: Exception, letterhead: Letterhead) -> Problem:

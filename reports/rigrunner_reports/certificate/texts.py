@@ -76,12 +76,6 @@ _KINDS = {"number": _NUMBER, "value": rf"{_NUMBER}(?: \S+?)?", "said": ".+"}
 _OTHERS = "(?:(?!; ).)+?"
 
 
-def _sentences(said: Mapping[str, str]) -> Said:
-    """Return the patterns, those with the most literal text first."""
-    fixed = sorted(said, key=lambda english: -len(re.sub(r"\{\w+\}", "", english)))
-    return Said(tuple((re.compile(_shape(english)), said[english]) for english in fixed))
-
-
 def _shape(english: str) -> str:
     parts = re.split(r"\{([a-z]+)(\d*)\}", english)
     shape = re.escape(parts[0])
@@ -103,7 +97,12 @@ def shipped(language: str) -> Mapping[str, str]:
 def said(language: str) -> Said:
     """Return the sentences of runs in a shipped language; none in others, or in English."""
     file = _FOLDER / f"{language}.yaml"
-    return _sentences(_content(file).get("said", {})) if file.is_file() else Said()
+    if not file.is_file():
+        return Said()
+    sentences = _content(file).get("said", {})
+    # Those with the most literal text come first.
+    fixed = sorted(sentences, key=lambda english: -len(re.sub(r"\{\w+\}", "", english)))
+    return Said(tuple((re.compile(_shape(english)), sentences[english]) for english in fixed))
 
 
 def _content(file: Traversable) -> dict[str, dict[str, str]]:

@@ -13,7 +13,7 @@ from rigrunner_reports.studies.numbers import as_scattered
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from rigrunner.api.studies import ChartPoint, Trend, TrendSeries
+    from rigrunner.api.studies import Trend, TrendSeries
 
 MOST = 400
 """The most points that are drawn."""
@@ -52,18 +52,23 @@ def _values(series: TrendSeries, shown: list[int], *, weighted: bool) -> Iterato
     has_bars = not weighted and len(shown) <= MOST_WITH_BARS
     known = has_bars and any(each.observed.expanded is not None for _, each in numbered)
     name = "weighted mean" if weighted else "value, with its U (95 %)" if known else "value"
-    yield Series(name, tuple(_point(*each, has_bars=has_bars) for each in numbered), "joined")
+    points = (
+        Point(
+            number,
+            each.plotted,
+            each.observed.expanded if has_bars else None,
+            each.lower,
+            each.upper,
+        )
+        for number, each in numbered
+    )
+    yield Series(name, tuple(points), "joined")
     if weighted:
         single = [each.observed.value for _, each in numbered]
         yield Series.over([number for number, _ in numbered], single, "single value")
     met = [Point(number, each.plotted) for number, each in numbered if each.rules]
     if met:
         yield Series("a rule is met", tuple(met), "marked")
-
-
-def _point(number: int, each: ChartPoint, *, has_bars: bool) -> Point:
-    half = each.observed.expanded if has_bars else None
-    return Point(number, each.plotted, half, each.lower, each.upper)
 
 
 def _ranges(series: TrendSeries, shown: list[int], run: Axis, unit: str) -> Figure:

@@ -31,21 +31,18 @@ def shifts(study: GoldenStudy) -> Picture:
     values = np.array(study.shifts_in_u)
     alt = f"{len(values)} results moved by {in_u(values.min())} to {in_u(values.max())}"
     caption = _CAPTION.format(*(("Left, h", _RIGHT) if study.set_points else ("H", "")))
-    panels = (_distribution(study), *([_set_points(study)] if study.set_points else []))
-    return Picture(caption, alt, panels, in_a_row=True)
-
-
-def _distribution(study: GoldenStudy) -> Figure:
     values = np.array(study.shifts_in_u)
     reach = max(float(np.abs(values).max()) * 1.1, 1.05)
     counts, edges = np.histogram(values, np.linspace(-reach, reach, _EDGES))
-    return Figure(
+    distribution = Figure(
         "Shift of each result",
         Axis("shift", "U", low=-reach, high=reach),
         Axis("results"),
         (Series.over((edges[1:] + edges[:-1]) / 2, counts, kind="bars"),),
         (Mark("x", -1, 1),),
     )
+    panels = (distribution, *([_set_points(study)] if study.set_points else []))
+    return Picture(caption, alt, panels, in_a_row=True)
 
 
 def _set_points(study: GoldenStudy) -> Figure:

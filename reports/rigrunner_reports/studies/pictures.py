@@ -15,8 +15,6 @@ from rigrunner_reports.numbers import fixed
 from rigrunner_reports.studies.numbers import as_scattered
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from rigrunner.api.studies import CapabilitySeries, CapabilityStudy, GaugeStudy
 
 
@@ -52,13 +50,19 @@ def distribution(study: CapabilityStudy, series: CapabilitySeries) -> Picture:
 
 def readings(study: GaugeStudy) -> Picture:
     """Return the figure of all readings, by part and operator."""
+    series = []
+    room = 0.6 / len(study.operators)
+    for place in range(len(study.operators)):
+        offset = (place - (len(study.operators) - 1) / 2) * room
+        cells = np.array([part[place] for part in study.readings])
+        x, name = np.arange(len(study.parts)) + offset, letter(place)
+        series.append(Series.over(np.repeat(x, study.trials), cells.ravel(), name))
+        series.append(Series.over(x, cells.mean(axis=1), name, "line"))
     figure = Figure(
         "",
         Axis("part", ticks=tuple((place, f"{place + 1}") for place in range(len(study.parts)))),
         Axis("value", study.unit),
-        tuple(
-            series for place in range(len(study.operators)) for series in _operator(study, place)
-        ),
+        tuple(series),
     )
     found = study.analysis.components
     return Picture(
@@ -99,15 +103,6 @@ def components(study: GaugeStudy) -> Picture:
         alt=f"Share of the total standard deviation: {told}.",
         panels=(figure,),
     )
-
-
-def _operator(study: GaugeStudy, place: int) -> Iterator[Series]:
-    room = 0.6 / len(study.operators)
-    offset = (place - (len(study.operators) - 1) / 2) * room
-    cells = np.array([part[place] for part in study.readings])
-    x, name = np.arange(len(study.parts)) + offset, letter(place)
-    yield Series.over(np.repeat(x, study.trials), cells.ravel(), name)
-    yield Series.over(x, cells.mean(axis=1), name, "line")
 
 
 def letter(place: int) -> str:

@@ -72,7 +72,8 @@ class LimitView:
     @property
     def probability(self) -> str:
         """The probability of conformity."""
-        return _percent(self.found.probability)
+        found = self.found.probability
+        return "not determined" if isnan(found) else probability_text(found)
 
     @property
     def guard_band(self) -> str:
@@ -186,7 +187,3 @@ class LaterView:
 def shown_verdict(found: Verdict) -> VerdictView:
     """Return a verdict as symbol and word."""
     return VerdictView(SYMBOLS[found], str(found))
-
-
-def _percent(value: float) -> str:
-    return "not determined" if isnan(value) else probability_text(value)

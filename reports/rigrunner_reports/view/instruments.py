@@ -51,7 +51,8 @@ def _facts(run: RunData, each: Instrument) -> Iterator[tuple[str, str]]:
         yield "Full scale", str(readable(each.full_scale, each.quantity))
     yield from _accuracy(each)
     if each.quantity == TORQUE or each.low_pass is not None:
-        yield "Low-pass filter", _low_pass(each)
+        words = "" if each.low_pass is None else each.low_pass.described
+        yield "Low-pass filter", words[:1].upper() + words[1:] or "not stated"
     zero = run.zeros.get(each.channel)
     if zero is not None:
         symbol = si_symbol(each.quantity)
@@ -70,14 +71,9 @@ def _calibration(run: RunData, each: Instrument) -> Iterator[tuple[str, str]]:
     certificate = ", ".join(part for part in (each.certificate, each.laboratory) if part)
     yield "Certificate", certificate or "not stated"
     yield "Calibrated", each.calibrated.isoformat() if each.calibrated else "not stated"
-    yield "Calibration due", _due(run, each)
-
-
-def _due(run: RunData, each: Instrument) -> str:
-    if each.due is None:
-        return "not stated"
-    overdue = each.due.isoformat() < run.started_utc[:10]
-    return f"{each.due.isoformat()}{', OVERDUE at this run' if overdue else ''}"
+    due = each.due.isoformat() if each.due else "not stated"
+    overdue = each.due is not None and due < run.started_utc[:10]
+    yield "Calibration due", f"{due}{', OVERDUE at this run' if overdue else ''}"
 
 
 def _range(each: Instrument) -> str:
@@ -128,8 +124,3 @@ def _words(name: str, limit: ErrorLimit) -> str:
 
 def _source(limit: ErrorLimit) -> str:
     return f" ({limit.source})" if limit.source else ""
-
-
-def _low_pass(each: Instrument) -> str:
-    known = each.low_pass
-    return "not stated" if known is None else known.described[0].upper() + known.described[1:]

@@ -9,8 +9,6 @@ from rigrunner_reports.section import Section
 from rigrunner_reports.view.limits import MeasuredTable, measured_table
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from rigrunner.api import Measurement, Recording, ReportInput
     from rigrunner.api.results import Result
 
@@ -48,7 +46,11 @@ def unlimited_tables(result: Result) -> dict[str, list[Measurement]]:
     tables: dict[str, list[Measurement]] = {}
     for row in result.run.measurements:
         tables.setdefault(row.name, []).append(row)
-    return {name: rows for name, rows in tables.items() if not _are_limited(rows)}
+    return {
+        name: rows
+        for name, rows in tables.items()
+        if not any(row.limits or row.expected for row in rows)
+    }
 
 
 def drawn_recordings(result: Result) -> tuple[Recording, ...]:
@@ -59,7 +61,3 @@ def drawn_recordings(result: Result) -> tuple[Recording, ...]:
 
 
 SECTIONS = (Section("recorded", "Recorded", 15, lambda report, _: recorded_view(report)),)
-
-
-def _are_limited(rows: Sequence[Measurement]) -> bool:
-    return any(row.limits or row.expected for row in rows)

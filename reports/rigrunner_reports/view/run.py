@@ -30,13 +30,19 @@ Facts = tuple[tuple[str, str], ...]
 
 def facts(result: Result) -> Facts:
     """Return the facts at the head of the report."""
-    run = result.run
+    run, approval = result.run, result.run.approval
+    state = "draft, not for certification"
+    if approval.get("state") == APPROVED:
+        state = f"approved by {approval['by']} on {approval['utc'][:10]}"
+    started, ended = moment(run.started_utc), moment(run.ended_utc)
+    day = len("2026-01-31 ")
+    performed = f"{started} to {ended[day:] if ended[:day] == started[:day] else ended} UTC"
     pairs = [
         ("Run", run.run_id),
         ("Procedure", f"{run.procedure_id}, revision {run.procedure_revision}"),
-        ("State", _state(run)),
+        ("State", state),
         ("Station", run.station_id + (f", mandrel {run.mandrel}" if run.mandrel else "")),
-        ("Performed", _period(run.started_utc, run.ended_utc)),
+        ("Performed", performed),
         *((name.capitalize(), value) for name, value in {**run.inputs, **run.people}.items()),
         ("Outcome", run.outcome),
     ]
@@ -79,11 +85,13 @@ def replayed(provenance: Mapping[str, str]) -> tuple[str, ...]:
 
 def restrictions(result: Result) -> tuple[str, ...]:
     """Return the restrictions on the use of the run, if its procedure was not approved."""
-    return tuple(
-        f"Not for certification: the procedure of {name} was a draft{_why(run)}."
-        for name, run in _runs(result)
-        if run.approval.get("state") != APPROVED
-    )
+    found = []
+    for name, run in _runs(result):
+        if run.approval.get("state") != APPROVED:
+            note = run.approval.get("note", "")
+            why = f" ({note})" if note else ""
+            found.append(f"Not for certification: the procedure of {name} was a draft{why}.")
+    return tuple(found)
 
 
 def imported(result: Result) -> tuple[str, ...]:
@@ -111,32 +119,14 @@ def _capital(words: str) -> str:
     return words[0].upper() + words[1:]
 
 
-def _why(run: RunData) -> str:
-    note = run.approval.get("note", "")
-    return f" ({note})" if note else ""
-
-
 def overrides(events: Iterable[Mapping[str, str]]) -> tuple[str, ...]:
     """Return the overrides before the run, with person and reason."""
     return tuple(event["text"] for event in events if event["kind"] == OVERRIDE)
 
 
-def _state(run: RunData) -> str:
-    approval = run.approval
-    if approval.get("state") == APPROVED:
-        return f"approved by {approval['by']} on {approval['utc'][:10]}"
-    return "draft, not for certification"
-
-
 def moment(utc: str) -> str:
     """Return '2026-03-02 09:15:00' for an ISO time."""
     return utc[:19].replace("T", " ")
-
-
-def _period(start_utc: str, end_utc: str) -> str:
-    start, end = moment(start_utc), moment(end_utc)
-    day = len("2026-01-31 ")
-    return f"{start} to {end[day:] if end[:day] == start[:day] else end} UTC"
 
 
 def settings(result: Result) -> Facts:

@@ -21,28 +21,27 @@ _HEADER = ["run", "specimen", "rig", "state", "verdict", "result / N·m"]
 
 def table_of_runs(found: Rows) -> str:
     """Return a table of runs, one line each."""
-    return table(_HEADER, [_line(row) for row in found], "lllllr")
+    rows = []
+    for row in found:
+        run = row["run_id"] or row["path"]
+        texts = (run, row["specimen"], row["rig"], _state(row), row["verdict"])
+        rows.append([*map(_cell, texts), _torque(row)])
+    return table(_HEADER, rows, "lllllr")
 
 
 def table_of_results(found: Rows) -> str:
     """Return a table of named results, one line each."""
     header = ["run", "specimen", "rig", "result", "where", "value", "verdict"]
-    return table(header, [_result(row) for row in found], "lllllrl")
+    names = ("run_id", "specimen", "rig", "name", "place")
+    rows = [
+        [*(_cell(row[each]) for each in names), _value(row), _cell(row["verdict"])] for row in found
+    ]
+    return table(header, rows, "lllllrl")
 
 
 def json_rows(found: Rows) -> list[dict[str, Any]]:
     """Return rows as JSON values: times as text, infinite as the text 'infinite'."""
     return [{name: _json(value) for name, value in row.items()} for row in found]
-
-
-def _line(row: Mapping[str, Any]) -> list[str]:
-    shown = [row["run_id"] or row["path"], row["specimen"], row["rig"], _state(row), row["verdict"]]
-    return [*(_cell(each) for each in shown), _torque(row)]
-
-
-def _result(row: Mapping[str, Any]) -> list[str]:
-    names = ("run_id", "specimen", "rig", "name", "place")
-    return [*(_cell(row[each]) for each in names), _value(row), _cell(row["verdict"])]
 
 
 def _value(row: Mapping[str, Any]) -> str:

@@ -16,7 +16,6 @@ if TYPE_CHECKING:
         CapabilitySeries,
         CapabilityStudy,
         GaugeStudy,
-        Index,
         Known,
         Study,
         Trend,
@@ -98,6 +97,8 @@ def _series(each: TrendSeries, trend: Trend) -> Iterator[str]:
     base = [point.observed for point in each.points if point.baseline]
     sigma = limits.sigma
     yield each.name
+    known = sorted(point.observed.expanded for point in each.points if point.observed.expanded)
+    stated = f"{known[len(known) // 2]:.2g}, the median" if known else "none"
     yield pairs(
         [
             ("  runs", f"{len(each.points)}, {first.observed.run_id} to {last.observed.run_id}"),
@@ -105,7 +106,7 @@ def _series(each: TrendSeries, trend: Trend) -> Iterator[str]:
             ("  centre", number(limits.centre, sigma)),
             ("  limits", f"{number(last.lower, sigma)} to {number(last.upper, sigma)}"),
             ("  moving range", f"up to {number(ranges.upper, ranges.sigma)}"),
-            ("  stated U", _stated(each)),
+            ("  stated U", stated),
             ("  correlation", f"{each.lag_one:.2f} between neighbours of the baseline"),
         ]
     )
@@ -130,11 +131,6 @@ def _alarms(each: TrendSeries, trend: Trend) -> Iterator[str]:
     yield from (f"    {name}: {text}" for name, text in trend.rules.items() if name in met)
 
 
-def _stated(each: TrendSeries) -> str:
-    known = sorted(point.observed.expanded for point in each.points if point.observed.expanded)
-    return f"{known[len(known) // 2]:.2g}, the median" if known else "none"
-
-
 def _limits(of: CapabilityStudy | CapabilitySeries, unit: str) -> list[str]:
     """Return the limits as text."""
     limits = ("lower limit", of.lower), ("upper limit", of.upper)
@@ -152,14 +148,13 @@ def _capable(each: CapabilitySeries, unit: str) -> Iterator[str]:
             ("  mean", number(found.mean, deviation)),
             ("  deviation", f"{deviation:.3g}"),
             ("  confidence", f"{100 * found.confidence:g} %"),
-            *((f"  {index.name}", _interval(index)) for index in found.indices),
+            *(
+                (f"  {index.name}", f"{index.value:.2f}, from {index.low:.2f} to {index.high:.2f}")
+                for index in found.indices
+            ),
         ]
     )
     yield from (f"  note: {text}" for text in each.warnings)
-
-
-def _interval(index: Index) -> str:
-    return f"{index.value:.2f}, from {index.low:.2f} to {index.high:.2f}"
 
 
 def _components(study: GaugeStudy) -> str:

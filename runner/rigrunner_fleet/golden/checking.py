@@ -53,7 +53,12 @@ class Checker:
     def check(self) -> Overall:
         """Analyse every golden run again and compare; raise as `Batch.run` does."""
         references = read_references(self.folder)
-        chosen = {each.name: self._chosen(each) for each in references}
+        folder = self.folder.resolve()
+        moved = None if self.runs is None else self.runs.resolve()
+        chosen = {
+            each.name: Chosen(each.name, each.path(folder) if moved is None else moved / each.name)
+            for each in references
+        }
         there = [run for run in chosen.values() if run.path.exists()]
         with results_folder(self.out) as results:
             batch = Batch(
@@ -70,11 +75,6 @@ class Checker:
             tolerance=self.tolerance,
             made_by=_changed_versions(references, how_made(self.station, self.changes)),
         )
-
-    def _chosen(self, reference: Reference) -> Chosen:
-        folder = self.folder.resolve()
-        path = reference.path(folder) if self.runs is None else self.runs.resolve() / reference.name
-        return Chosen(reference.name, path)
 
     def _compared(
         self, reference: Reference, run: Chosen, row: Row | None, results: Path
@@ -99,7 +99,10 @@ def _other_data(
     """Return why the run is not the golden one, or cannot be read; '' if it is."""
     if document is None:
         try:
-            digest = _digest_of(run.path)
+            sealed = sealed_file_of(run.path)
+            if sealed is not None:
+                refuse_crashing(sealed)
+            digest = read(run.path).digest
         except DataError as error:
             return str(error)
         return "" if digest == reference.digest_sha256 else "it is another run, by its digest"
@@ -109,14 +112,6 @@ def _other_data(
     if reference.no_load_sha256 and no_load_digest(document) != reference.no_load_sha256:
         return "the no-load run in its file is another one, by its digest"
     return ""
-
-
-def _digest_of(path: Path) -> str:
-    """Return the digest of a run without a result; raise DataError if it cannot be read."""
-    sealed = sealed_file_of(path)
-    if sealed is not None:
-        refuse_crashing(sealed)
-    return read(path).digest
 
 
 def _changed_versions(

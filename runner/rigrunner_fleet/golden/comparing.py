@@ -61,14 +61,13 @@ class Move:
     @property
     def in_u(self) -> float | None:
         """The change, in expanded uncertainties of the reference; None if that has none."""
-        u = self.before.expanded if self.before else None
+        u, _ = self._expanded
         return None if self.shift is None or not u else self.shift / u
 
     @property
     def of_u(self) -> float | None:
         """The change of the expanded uncertainty, as a fraction of the reference's."""
-        before = self.before.expanded if self.before else None
-        after = self.after.expanded if self.after else None
+        before, after = self._expanded
         return None if not before or after is None else after / before - 1
 
     @property
@@ -77,14 +76,16 @@ class Move:
         known = [each for each in (self.in_u, self.of_u) if each is not None]
         same_unit = self.before and self.after and self.before.unit == self.after.unit
         lacks_u = self.in_u is None and self.shift != 0
-        if not same_unit or lacks_u or (self.of_u is None and self._lost_u()):
+        before, after = self._expanded
+        if not same_unit or lacks_u or (self.of_u is None and before != after):
             return inf
         return max(map(abs, known), default=0.0)
 
-    def _lost_u(self) -> bool:
+    @property
+    def _expanded(self) -> tuple[float | None, float | None]:
+        """The expanded uncertainty before and after."""
         before = self.before.expanded if self.before else None
-        after = self.after.expanded if self.after else None
-        return before != after
+        return before, self.after.expanded if self.after else None
 
 
 @dataclass(frozen=True)

@@ -78,8 +78,9 @@ class Reference(Settings):
 
 def found_in(document: Mapping[str, Any]) -> Found:
     """Return the compared part of a result document."""
+    text = json.dumps(document, sort_keys=True, separators=(",", ":"))
     return Found(
-        sha256=_digest(document),
+        sha256=hashlib.sha256(text.encode()).hexdigest(),
         method=document["headline"]["method"] or "",
         verdicts=verdicts(document),
         checks=checks(document),
@@ -119,8 +120,3 @@ def _read(file: Path) -> Reference:
             f"{file} is not a reference of a golden run: {where}: {first['msg']}",
             hint="'rigrunner golden record' makes it again",
         ) from error
-
-
-def _digest(document: Mapping[str, Any]) -> str:
-    text = json.dumps(document, sort_keys=True, separators=(",", ":"))
-    return hashlib.sha256(text.encode()).hexdigest()

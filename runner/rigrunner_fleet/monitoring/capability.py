@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import DataError
 from rigrunner.api.studies import CapabilitySeries, CapabilityStudy
-from rigrunner_fleet.monitoring.each_group import each_group
+from rigrunner_fleet.monitoring.observing import each_group
 from rigrunner_fleet.trends.capability import capability
 from rigrunner_fleet.trends.charting import Baseline, Charting, charted
 

@@ -29,8 +29,4 @@ def _json(value: Any) -> Any:
         return utc_text(value)
     if isinstance(value, float) and not isfinite(value):
         return "infinite"
-    return {key: _json(each) for key, each in value.items()} if _is_mapping(value) else value
-
-
-def _is_mapping(value: Any) -> bool:
-    return hasattr(value, "items")
+    return {key: _json(each) for key, each in value.items()} if hasattr(value, "items") else value

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass, field
 from math import isfinite
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from rigrunner.api.errors import DataError, UsageError
 from rigrunner.api.studies import Excluded, Observed
@@ -16,11 +16,12 @@ from rigrunner_fleet.archive.rows import FOLDER
 from rigrunner_fleet.monitoring.quantities import TORQUE_UNIT, TORQUES, of_name, quantity_in
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from rigrunner_fleet.archive.database import Database
     from rigrunner_fleet.archive.filters import Filters
     from rigrunner_fleet.monitoring.quantities import Quantity
+
 
 Bounds = tuple[float | None, float | None]
 """A lower and an upper limit; None for a missing one."""
@@ -88,17 +89,22 @@ def observe(
     values = _values(archive, quantity, filters, limit)
     places = {each.place for several in values.values() for each in several}
     groups: dict[str, Group] = {}
-    excluded, simulated, doubtful = [], set(), 0
-    counted: dict[tuple[str, float], str] = {}
+    excluded, simulated, counted, doubtful = [], set(), 0, 0
+    figures: dict[tuple[str, float], str] = {}
     for run in rows(archive, "runs", filters, limit=limit):
         run_id = run["run_id"] or run["path"]
         found = values.get(run[FOLDER], [])
         reason = unfit(run) or _unclear(found, quantity)
         if not (reason or quantity.is_result):
-            reason = _twice(run, found, counted)
+            # The figure of a no-load run is there again in each run that uses it.
+            key = (run["no_load_run"] or run["run_id"], found[0].value)
+            first = figures.setdefault(key, run["run_id"])
+            if first != run["run_id"]:
+                reason = f"its value is that of {first}: the same no-load run"
         if reason:
             excluded.append(Excluded(run_id, reason))
             continue
+        counted += 1
         simulated.add(bool(run["simulated"]))
         doubtful += bool(run["failed_checks"])
         for each in found:
@@ -110,19 +116,13 @@ def observe(
     if not groups:
         raise DataError(_nothing(quantity, excluded), hint="'rigrunner archive search' shows runs")
     units = {each.unit for several in values.values() for each in several}
-    warnings = _warnings(groups, doubtful, mixed=len(simulated) > 1)
+    warnings = []
+    if len(simulated) > 1:
+        warnings.append("the runs include simulated ones: --real leaves them out")
+    if doubtful:
+        warnings.append(f"{doubtful} of {counted} runs did not pass all checks of the analysis")
     shown = " or ".join(sorted(units))
     return Observations(quantity, by, shown, groups, tuple(excluded), tuple(warnings))
-
-
-def _warnings(groups: Mapping[str, Group], doubtful: int, *, mixed: bool) -> list[str]:
-    found = []
-    if mixed:
-        found.append("the runs include simulated ones: --real leaves them out")
-    if doubtful:
-        counted = sum(len(each.observed) for each in groups.values())
-        found.append(f"{doubtful} of {counted} runs did not pass all checks of the analysis")
-    return found
 
 
 def of_one_kind(group: Group, quantity: Quantity) -> None:
@@ -244,15 +244,6 @@ def _unclear(found: Sequence[Found], quantity: Quantity) -> str:
     return "" if finite else "its value is not a finite number"
 
 
-def _twice(
-    run: Mapping[str, Any], found: Sequence[Found], counted: dict[tuple[str, float], str]
-) -> str:
-    """Return why a figure is excluded: a no-load run's value repeats in each run that uses it."""
-    key = (run["no_load_run"] or run["run_id"], found[0].value)
-    first = counted.setdefault(key, run["run_id"])
-    return "" if first == run["run_id"] else f"its value is that of {first}: the same no-load run"
-
-
 def _name(run: Mapping[str, Any], by: Sequence[str]) -> str:
     return ", ".join(f"{each} {run[each] or NOT_STATED}" for each in by) or "all runs"
 
@@ -270,3 +261,34 @@ def _nothing(quantity: Quantity, excluded: Sequence[Excluded]) -> str:
     reasons = Counter(each.reason for each in excluded).most_common(3)
     told = "; ".join(f"{count} x {reason}" for reason, count in reasons)
     return f"no matching run has a valid '{quantity.name}': {told}"
+
+
+_Series = TypeVar("_Series")
+
+
+class NoStudyError(DataError):
+    """No group has a study; `refused` has the reason of each, by its name."""
+
+    def __init__(self, nothing: str, refused: dict[str, str], hint: str) -> None:
+        told = "; ".join(f"{name}: {reason}" for name, reason in refused.items())
+        super().__init__(f"{nothing}. {told}", hint=hint)
+        self.refused = refused
+
+
+def each_group(
+    found: Observations, made: Callable[[str, Group], _Series], nothing: str
+) -> tuple[tuple[_Series, ...], dict[str, str]]:
+    """Return the study of each group, by its name, and the reasons of groups without one.
+
+    Raises NoStudyError that begins with `nothing` if no group has a study.
+    """
+    series, refused, hint = [], {}, ""
+    for name, group in sorted(found.groups.items()):
+        try:
+            of_one_kind(group, found.quantity)
+            series.append(made(name, group))
+        except DataError as error:
+            refused[name], hint = error.message, error.hint
+    if not series:
+        raise NoStudyError(nothing, refused, hint)
+    return tuple(series), refused

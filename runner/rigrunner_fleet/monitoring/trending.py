@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rigrunner.api.studies import Trend
-from rigrunner_fleet.monitoring.each_group import each_group
+from rigrunner_fleet.monitoring.observing import each_group
 from rigrunner_fleet.trends.charting import charted
 
 if TYPE_CHECKING:

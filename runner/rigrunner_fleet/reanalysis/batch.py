@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import AbortedError, UsageError
 from rigrunner.jobs import journal
@@ -13,14 +13,14 @@ from rigrunner.run.locate import find_station
 from rigrunner.run.provenance import code_digest, software
 from rigrunner.runfile.durable import writing
 from rigrunner_fleet.reanalysis.summary import Summary, by_run, write_summary, write_text
-from rigrunner_fleet.reanalysis.task import Reanalysed, Reanalysis, Row
+from rigrunner_fleet.reanalysis.task import Reanalysis, Row
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Sequence
     from pathlib import Path
 
     from rigrunner.api.devices import StopToken
-    from rigrunner.jobs import Done, Workers
+    from rigrunner.jobs import Workers
     from rigrunner_fleet.reanalysis.changes import Changes
     from rigrunner_fleet.reanalysis.selection import Chosen
 
@@ -51,12 +51,19 @@ class Batch:
         UsageError if the folder holds something else, or results of other settings or software, and
         AbortedError once the token is set: finished results are kept.
         """
-        _refuse_strange(self.out)
+        if self.out.is_dir() and not (self.out / DONE).exists() and any(self.out.iterdir()):
+            raise UsageError(
+                f"{self.out} is not empty, and no batch of analyses is in it",
+                hint="name a new folder",
+            )
         station = None if self.station is None else str(find_station(self.station).resolve())
         used = software(lab_registry(station))
         task = Reanalysis(self.changes, station, used)
         failed: list[Row] = []
-        with journal(self.out / DONE, self._identity(used)) as kept:
+        # What a result depends on besides its run.
+        code = code_digest(*plugin_folders(self.station))
+        identity = {**used, "code": code, "changes of the analysis": self.changes.describe()}
+        with journal(self.out / DONE, identity) as kept:
             keys = {each: json.dumps([each.name, each.stamp]) for each in runs}
             left = [each for each in runs if keys[each] not in kept]
             done = len(runs) - len(left)
@@ -64,9 +71,11 @@ class Batch:
             for each in self.workers.outcomes(task, [run.path for run in left], self.stop):
                 chosen = left[each.place]
                 if each.answer.value is None:
-                    failed.append(self._failure(chosen, each))
+                    self._tell(chosen, TRACE, each.answer.trace)
+                    failed.append(Row(run=chosen.name, problem=each.problem))
                 else:
-                    kept.add(keys[chosen], self._store(chosen, each.answer.value))
+                    self._tell(chosen, RESULT, each.answer.value.result)
+                    kept.add(keys[chosen], {**each.answer.value.row, "run": chosen.name})
                 done += 1
                 self.progress(done, len(runs))
             rows = [Row(**kept[keys[each]]) for each in runs if keys[each] in kept]
@@ -79,19 +88,6 @@ class Batch:
             )
         return found
 
-    def _identity(self, used: Mapping[str, str]) -> Mapping[str, str]:
-        """Return what a result depends on besides its run."""
-        code = code_digest(*plugin_folders(self.station))
-        return {**used, "code": code, "changes of the analysis": self.changes.describe()}
-
-    def _store(self, chosen: Chosen, found: Reanalysed) -> dict[str, Any]:
-        self._tell(chosen, RESULT, found.result)
-        return {**found.row, "run": chosen.name}
-
-    def _failure(self, chosen: Chosen, done: Done[Path, Reanalysed]) -> Row:
-        self._tell(chosen, TRACE, done.answer.trace)
-        return Row(run=chosen.name, problem=done.problem)
-
     def _tell(self, chosen: Chosen, name: str, text: str) -> None:
         """Write the result of a run in place of an earlier one, which is removed first."""
         folder = self.out / chosen.name
@@ -100,10 +96,3 @@ class Batch:
                 (folder / old).unlink(missing_ok=True)
         if text:
             write_text(folder / name, text)
-
-
-def _refuse_strange(out: Path) -> None:
-    if out.is_dir() and not (out / DONE).exists() and any(out.iterdir()):
-        raise UsageError(
-            f"{out} is not empty, and no batch of analyses is in it", hint="name a new folder"
-        )

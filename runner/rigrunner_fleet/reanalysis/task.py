@@ -79,7 +79,8 @@ class Reanalysis:
         refuse_other_software(self.software, registry)
         info = read_info(path)
         if not info.sealed or info.outcome != "completed":
-            return Reanalysed(asdict(_row(info, None, None, skipped=_unfinished(info))))
+            reason = f"it ended as {info.outcome}" if info.sealed else "it is not sealed"
+            return Reanalysed(asdict(_row(info, None, None, skipped=reason)))
         stored = read(path)
         header = stored.header
         asked = parse_procedure(header.procedure_text, header.procedure_id, stored=True).model
@@ -97,10 +98,6 @@ class Reanalysis:
 @lru_cache(maxsize=1)
 def _registry(station: str | None) -> Registry:
     return lab_registry(station)
-
-
-def _unfinished(info: RunInfo) -> str:
-    return f"it ended as {info.outcome}" if info.sealed else "it is not sealed"
 
 
 def _row(

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from datetime import datetime
 
-    from rigrunner.api.studies import Limits, Observed
+    from rigrunner.api.studies import Observed
     from rigrunner_fleet.trends.charts import Individuals
 
 MOVING_RANGE = "moving range"
@@ -44,16 +44,18 @@ class Baseline:
         """Return which values, oldest first, belong to it; raise DataError if there are too few."""
         if self.first is not None:
             if len(observed) < self.first:
+                count = len(observed)
+                told = "there is 1 value" if count == 1 else f"there are {count} values"
                 raise DataError(
-                    f"{_values(len(observed))}, and the baseline is the first {self.first}",
+                    f"{told}, and the baseline is the first {self.first}",
                     hint="wait for more, or name a shorter baseline",
                 )
             return [place < self.first for place in range(len(observed))]
-        return [self._within(each.started_utc) for each in observed]
-
-    def _within(self, moment: datetime) -> bool:
-        early = self.since is not None and moment < self.since
-        return not early and (self.until is None or moment < self.until)
+        return [
+            (self.since is None or each.started_utc >= self.since)
+            and (self.until is None or each.started_utc < self.until)
+            for each in observed
+        ]
 
 
 @dataclass(frozen=True)
@@ -82,7 +84,9 @@ def charted(name: str, observed: Sequence[Observed], how: Charting) -> TrendSeri
     values = [each.value for each in observed]
     base = [value for value, of_base in zip(values, taken, strict=True) if of_base]
     limits = individuals(base)
-    shown = _smoothed(values, limits.individuals, how)
+    # An EWMA of weight 1 is the values, between three sigma.
+    weight = how.weight if how.chart == "ewma" else 1.0
+    shown = ewma(values, limits.individuals.centre, limits.individuals.sigma, weight=weight)
     ranges = [None, *(float(each) for each in moving_ranges(values))]
     rules = _rules(values, limits, shown, how)
     points = tuple(
@@ -99,12 +103,6 @@ def charted(name: str, observed: Sequence[Observed], how: Charting) -> TrendSeri
     )
     series = TrendSeries(name, points, limits.individuals, limits.moving_range, lag_one(base))
     return replace(series, warnings=tuple(_warnings(series, len(base))))
-
-
-def _smoothed(values: Sequence[float], limits: Limits, how: Charting) -> Ewma:
-    """Return the plotted values: an EWMA of weight 1 is the values, between three sigma."""
-    weight = how.weight if how.chart == "ewma" else 1.0
-    return ewma(values, limits.centre, limits.sigma, weight=weight)
 
 
 def _rules(
@@ -145,7 +143,3 @@ def _warnings(series: TrendSeries, count: int) -> list[str]:
             " real and still smaller than the uncertainty of a single result"
         )
     return found
-
-
-def _values(count: int) -> str:
-    return "there is 1 value" if count == 1 else f"there are {count} values"

@@ -69,6 +69,7 @@ class RotationTesterSettings(Settings):
     def parameters(self) -> BenchParameters:
         """Return the bench in SI units."""
         bearing = self.bearing
+        sensors = self.sensors
         return BenchParameters(
             breakaway_torque_nm=bearing.breakaway_torque,
             ageing_nm=bearing.ageing,
@@ -81,21 +82,17 @@ class RotationTesterSettings(Settings):
             running_in_turns=bearing.running_in_turns,
             fixture_friction_nm=self.fixture_friction,
             inertia_kgm2=self.inertia,
-            sensors=self._sensor_parameters(),
-        )
-
-    def _sensor_parameters(self) -> SensorParameters:
-        sensors = self.sensors
-        return SensorParameters(
-            sample_rate_hz=sensors.rate,
-            full_scale_nm=sensors.full_scale,
-            range_nm=sensors.range,
-            adc_bits=sensors.bits,
-            noise_nm=sensors.noise,
-            spike_probability=0.0,
-            gain_limit=sensors.gain,
-            offset_limit_nm=sensors.offset,
-            drift_limit_nm=sensors.drift,
-            nonlinearity_limit=sensors.nonlinearity,
-            encoder_resolution_rad=sensors.encoder_resolution,
+            sensors=SensorParameters(
+                sample_rate_hz=sensors.rate,
+                full_scale_nm=sensors.full_scale,
+                range_nm=sensors.range,
+                adc_bits=sensors.bits,
+                noise_nm=sensors.noise,
+                spike_probability=0.0,
+                gain_limit=sensors.gain,
+                offset_limit_nm=sensors.offset,
+                drift_limit_nm=sensors.drift,
+                nonlinearity_limit=sensors.nonlinearity,
+                encoder_resolution_rad=sensors.encoder_resolution,
+            ),
         )

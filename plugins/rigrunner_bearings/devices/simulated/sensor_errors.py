@@ -46,7 +46,15 @@ def read_torque(
     signal = (1 + errors.gain) * torque_nm + errors.offset_nm + drift
     signal = signal + errors.nonlinearity * sensors.full_scale_nm * cubic
     signal = signal + sensors.noise_nm * rng.standard_normal(len(signal))
-    return _convert(_add_spikes(signal, sensors, rng), sensors)
+    # Single samples are disturbed, by either sign.
+    hit = np.flatnonzero(rng.random(len(signal)) < sensors.spike_probability)
+    size = sensors.spike_nm * rng.uniform(SMALLEST_SPIKE, 1, len(hit))
+    signal[hit] += size * rng.choice([-1.0, 1.0], len(hit))
+    # The converter rounds to its steps and clips to its range.
+    step = 2 * sensors.range_nm / 2**sensors.adc_bits
+    return np.asarray(
+        np.clip(np.rint(signal / step) * step, -sensors.range_nm, sensors.range_nm - step)
+    )
 
 
 def read_angle(angle_rad: Array, sensors: SensorParameters, rng: np.random.Generator) -> Array:
@@ -61,19 +69,3 @@ def read_index(phase_rad: Array, sensors: SensorParameters) -> Array:
     """Return 1 while the mark passes the index sensor, else 0, at crank phases of shape (n,)."""
     passed = (phase_rad - sensors.index_phase_rad) % (2 * np.pi)
     return (passed < sensors.index_width_rad).astype(float)
-
-
-def _add_spikes(signal: Array, sensors: SensorParameters, rng: np.random.Generator) -> Array:
-    """Disturb single samples by either sign."""
-    hit = np.flatnonzero(rng.random(len(signal)) < sensors.spike_probability)
-    size = sensors.spike_nm * rng.uniform(SMALLEST_SPIKE, 1, len(hit))
-    signal[hit] += size * rng.choice([-1.0, 1.0], len(hit))
-    return signal
-
-
-def _convert(signal: Array, sensors: SensorParameters) -> Array:
-    """Clip to the range and round to the converter's steps."""
-    step = 2 * sensors.range_nm / 2**sensors.adc_bits
-    return np.asarray(
-        np.clip(np.rint(signal / step) * step, -sensors.range_nm, sensors.range_nm - step)
-    )

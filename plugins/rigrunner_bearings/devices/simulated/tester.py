@@ -150,8 +150,16 @@ class SimulatedTester:
         """Yield blocks of at most 0.1 s at the pace of the clock."""
         state = self._state()
         check_channels(channels, CHANNELS)
-        values = self._sample(state, round(duration_s * self.sample_rate_hz), self._repeat(state))
-        self._truth = self._truth_of(state)
+        setpoints, samples = (
+            (state.frequency_hz, state.load_n),
+            round(duration_s * self.sample_rate_hz),
+        )
+        values = self._sample(state, samples, self._repetitions[setpoints])
+        self._repetitions[setpoints] += 1
+        swinging_hz = true_frequency_hz(self._rig, state)
+        self._truth = (
+            self._worn.steady_state(state.load_n, swinging_hz).truth if swinging_hz else {}
+        )
         wanted = {name: values[name] for name in channels}
         return paced_blocks(wanted, self.sample_rate_hz, self._clock, stop)
 
@@ -174,18 +182,6 @@ class SimulatedTester:
             "temperature": rng.normal(TEMPERATURE_K + rise_k, TEMPERATURE_NOISE_K, samples),
             "humidity": rng.normal(HUMIDITY, HUMIDITY_NOISE, samples),
         }
-
-    def _truth_of(self, state: RigState) -> Mapping[str, float]:
-        frequency_hz = true_frequency_hz(self._rig, state)
-        if frequency_hz == 0:
-            return {}
-        return self._worn.steady_state(state.load_n, frequency_hz).truth
-
-    def _repeat(self, state: RigState) -> int:
-        """Return how often these set-points have been streamed before."""
-        setpoints = (state.frequency_hz, state.load_n)
-        self._repetitions[setpoints] += 1
-        return self._repetitions[setpoints] - 1
 
     @property
     def _worn(self) -> SimulatedRig:

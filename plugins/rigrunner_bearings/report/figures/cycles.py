@@ -14,7 +14,6 @@ from rigrunner_bearings.signal.swings import kept_cycles
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.api import Array, Mask
     from rigrunner.api.figures import SeriesKind
     from rigrunner_bearings.api.points import PeakPoint
 
@@ -49,10 +48,23 @@ def cycle_values(runs: Sequence[tuple[str, Sequence[PeakPoint]]]) -> Picture:
 
 
 def _panel(title: str, points: Sequence[PeakPoint]) -> Figure:
-    series = [_series(place, point) for place, point in enumerate(points)]
-    x, y = (np.concatenate(each) for each in zip(*series, strict=True))
+    x = np.concatenate(
+        [
+            place + FILLED * ((np.arange(point.cycles) + 0.5) / point.cycles - 0.5)
+            for place, point in enumerate(points)
+        ]
+    )
+    y = np.concatenate(
+        [MILLI * (each.peak_nm - each.peak_nm[each.peak_kept].mean()) for each in points]
+    )
     kept = np.concatenate([point.peak_kept for point in points])
-    whole = np.concatenate([_kept_swings(point) for point in points])
+    # All swings take part where no shape was judged.
+    whole = np.concatenate(
+        [
+            kept_cycles(point) if isinstance(point, SwingPoint) else np.ones(point.cycles, bool)
+            for point in points
+        ]
+    )
     drawn = []
     for which, (name, (kind, most)) in zip((kept, ~kept, ~whole), KINDS.items(), strict=True):
         shown = np.flatnonzero(which)[places_of_extremes(y[which], most=most)]
@@ -65,17 +77,6 @@ def _panel(title: str, points: Sequence[PeakPoint]) -> Figure:
         tuple(each for each in drawn if each.points),
         (Mark("y", 0.0),),
     )
-
-
-def _series(place: int, point: PeakPoint) -> tuple[Array, Array]:
-    offset = (np.arange(point.cycles) + 0.5) / point.cycles - 0.5
-    mean = point.peak_nm[point.peak_kept].mean()
-    return place + FILLED * offset, MILLI * (point.peak_nm - mean)
-
-
-def _kept_swings(point: PeakPoint) -> Mask:
-    """Return which swings take part, shape (cycles,): all of them where no shape was judged."""
-    return kept_cycles(point) if isinstance(point, SwingPoint) else np.ones(point.cycles, bool)
 
 
 def _cycles(points: Sequence[PeakPoint]) -> int:

@@ -22,6 +22,11 @@ if TYPE_CHECKING:
 SAMPLES = 120
 MILLI = 1e3
 PEAKS = "mean peak of the kept swings"
+CAPTION = (
+    "Torque of the rig itself over frequency, with the fits of the procedure. The bands are U "
+    "(95 %) of each curve, from its whole covariance; they say how well the curve is known if "
+    "its form is right. Residuals that follow a pattern, not chance, show a form that is wrong."
+)
 
 
 def fitted_peaks(fits: Sequence[FittedTorque]) -> Picture:
@@ -37,44 +42,30 @@ def fitted_peaks(fits: Sequence[FittedTorque]) -> Picture:
         Series.over(points.x[shown], MILLI * curve.residuals[shown], name, "joined")
         for name, curve in curves
     )
+    drawn, about_zero = [], []
+    for name, curve in curves:
+        x = np.linspace(*curve.valid_x, SAMPLES)
+        value, u = curve.predict(x)
+        k = coverage_factor(curve.dof)
+        drawn.append(Series.over(x, value, name, "line", U=u * k))
+        about_zero.append(Series.over(x, 0 * x, name, "line", U=MILLI * u * k))
     panels = (
         Figure(
             "Peaks and fits",
             frequency,
             Axis("no-load peak", "N·m"),
-            (*(_curve(name, curve) for name, curve in curves), peaks),
+            (*drawn, peaks),
         ),
         Figure(
             "Peaks minus fit",
             frequency,
             Axis("residual", "mN·m"),
-            (*(_band(name, curve) for name, curve in curves), *left),
+            (*about_zero, *left),
             (Mark("y", 0.0),),
         ),
     )
-    caption = _caption() + (THINNED if len(shown) < len(points.x) else "")
+    caption = CAPTION + (THINNED if len(shown) < len(points.x) else "")
     return Picture(caption, _alt(points, curves, shown), panels)
-
-
-def _curve(name: str, curve: Curve) -> Series:
-    x = np.linspace(*curve.valid_x, SAMPLES)
-    value, u = curve.predict(x)
-    return Series.over(x, value, name, "line", U=u * coverage_factor(curve.dof))
-
-
-def _band(name: str, curve: Curve) -> Series:
-    """Return U of a curve about zero."""
-    x = np.linspace(*curve.valid_x, SAMPLES)
-    _, u = curve.predict(x)
-    return Series.over(x, 0 * x, name, "line", U=MILLI * u * coverage_factor(curve.dof))
-
-
-def _caption() -> str:
-    return (
-        "Torque of the rig itself over frequency, with the fits of the procedure. The bands are U "
-        "(95 %) of each curve, from its whole covariance; they say how well the curve is known if "
-        "its form is right. Residuals that follow a pattern, not chance, show a form that is wrong."
-    )
 
 
 def _alt(points: Points, curves: Sequence[tuple[str, Curve]], shown: Places) -> str:

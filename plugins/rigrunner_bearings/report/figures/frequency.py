@@ -34,7 +34,12 @@ def over_frequency(result: Result, points: Sequence[SetPoint]) -> Picture:
     names = [name for name, each in torque.compensations.items() if each.points]
     names.sort(key=lambda name: name != torque.primary)
     primary = names[:1] if torque.primary in names else []
-    raw = Series.over(_hertz(ordered), (p.raw_peak_nm for p in ordered), "raw peak", "joined")
+    raw = Series.over(
+        [each.frequency_hz for each in ordered],
+        (p.raw_peak_nm for p in ordered),
+        "raw peak",
+        "joined",
+    )
     compensated = [_method(ordered, name) for name in primary]
     lowest = min(p.y for each in (raw, *compensated) for p in each.points)
     methods = (
@@ -67,23 +72,20 @@ def over_frequency(result: Result, points: Sequence[SetPoint]) -> Picture:
     return Picture(caption, _alt(torque, ordered), panels, in_a_row=True)
 
 
-def _hertz(points: Sequence[SetPoint]) -> list[float]:
-    return [each.frequency_hz for each in points]
-
-
 def _shown(torque: TorqueDetails, points: Sequence[SetPoint]) -> list[SetPoint]:
     """Return the set-points to draw: all, or of very many those where a torque is an extreme."""
     raw = np.array([each.raw_peak_nm for each in points])
     methods = [
-        np.array([_torque_nm(each, name) for each in points])
+        np.array(
+            [
+                each.by_method[name].torque.value if name in each.by_method else nan
+                for each in points
+            ]
+        )
         for name, method in torque.compensations.items()
         if method.points
     ]
     return [points[place] for place in places_of_extremes(raw, *methods, most=MOST_POINTS)]
-
-
-def _torque_nm(each: SetPoint, name: str) -> float:
-    return each.by_method[name].torque.value if name in each.by_method else nan
 
 
 def _method(points: Sequence[SetPoint], name: str, dodge_hz: float = 0.0) -> Series:

@@ -12,7 +12,6 @@ from rigrunner_bearings.signal.kinematics import angular_acceleration, angular_v
 from rigrunner_reports.numbers import fixed
 
 if TYPE_CHECKING:
-    from rigrunner.api import Array
     from rigrunner_bearings.api.points import SwingPoint
 
 ALPHA = "\N{GREEK SMALL LETTER ALPHA}"
@@ -37,7 +36,10 @@ def motion(point: SwingPoint, eccentric_ratio: float) -> Picture:
     angle = curves[0][2]
     reversals = (np.degrees(phase[place]) for place in (np.argmax(angle), np.argmin(angle)))
     marks = (Mark("y", 0.0), *(Mark("x", float(each)) for each in reversals))
-    measured = (_measured(point), (), ())
+    step = max(1, len(point.angle_rad) // SHOWN)
+    at_deg = np.linspace(0, 360, len(point.angle_rad), endpoint=False)[::step]
+    shown = Series.over(at_deg, np.degrees(point.angle_rad)[::step], "measured")
+    measured = ((shown,), (), ())
     panels = tuple(
         Figure(
             title,
@@ -48,25 +50,13 @@ def motion(point: SwingPoint, eccentric_ratio: float) -> Picture:
         )
         for (title, axis, values), marked in zip(curves, measured, strict=True)
     )
-    return Picture(_caption(frequency), _alt(curves), panels, in_a_row=True)
-
-
-def _measured(point: SwingPoint) -> tuple[Series]:
-    step = max(1, len(point.angle_rad) // SHOWN)
-    phase = np.linspace(0, 360, len(point.angle_rad), endpoint=False)
-    return (Series.over(phase[::step], np.degrees(point.angle_rad)[::step], "measured"),)
-
-
-def _caption(frequency_hz: float) -> str:
-    return (
-        f"Motion of the swing at {frequency_hz:.4g} Hz, from the geometry of the oscillating guide "
+    caption = (
+        f"Motion of the swing at {frequency:.4g} Hz, from the geometry of the oscillating guide "
         "bar, with the measured angle. The dotted uprights are the reversals; the return stroke is "
         "the faster one, so torques of both directions differ by design."
     )
-
-
-def _alt(curves: tuple[tuple[str, Axis, Array], ...]) -> str:
-    return " ".join(
+    alt = " ".join(
         f"{axis}: from {fixed(values.min(), 3)} to {fixed(values.max(), 3)}."
         for _, axis, values in curves
     )
+    return Picture(caption, alt, panels, in_a_row=True)

@@ -82,7 +82,15 @@ def over_phase(swings: Sequence[Swing]) -> Picture:
     return Picture(
         caption="Torque over one swing, from the middle of the forward stroke. The dotted uprights "
         "are the reversals, where friction changes its sign; each panel has its own scale.",
-        alt=_extremes(swings),
+        alt=" ".join(
+            f"{swing.title}: "
+            + ", ".join(
+                f"{name} from {fixed(torque.min(), 3)} to {fixed(torque.max(), 3)} N·m"
+                for name, torque in swing.torques_nm
+            )
+            + "."
+            for swing in swings
+        ),
         panels=tuple(map(_phase_panel, swings)),
         in_a_row=True,
     )
@@ -143,18 +151,6 @@ def _loop_caption(first: str, last: str) -> str:
         "Friction loop: torque over the swing angle. Measured, the loops are tilted by the inertia "
         "and differ with frequency; compensated, they should lie on each other. The loop's area is "
         "the work of a swing. The two panels have different scales."
-    )
-
-
-def _extremes(swings: Sequence[Swing]) -> str:
-    return " ".join(
-        f"{swing.title}: "
-        + ", ".join(
-            f"{name} from {fixed(torque.min(), 3)} to {fixed(torque.max(), 3)} N·m"
-            for name, torque in swing.torques_nm
-        )
-        + "."
-        for swing in swings
     )
 
 

@@ -103,8 +103,13 @@ def budget(torque: TorqueDetails, points: Sequence[SetPoint]) -> Budget | None:
     shown = low_middle_high([each for each in points if torque.primary in each.by_method])
     if not shown:
         return None
-    columns = [_of(each, torque.primary) for each in shown]
+    columns = []
+    for each in shown:
+        point = each.by_method[torque.primary]
+        name = f"{plain(point.set_frequency_hz)} Hz"
+        columns.append(_Column(name, point.components, point.torque))
     whole = columns[-1]
+    shares = share_percent(whole.components)
     if torque.headline is not None and torque.headline_components:
         columns.append(_Column("Mean", torque.headline_components, torque.headline))
     names = dict.fromkeys(part.name for column in columns for part in column.components)
@@ -112,33 +117,32 @@ def budget(torque: TorqueDetails, points: Sequence[SetPoint]) -> Budget | None:
         method=torque.primary,
         columns=tuple(column.name for column in columns),
         rows=tuple(_row(name, columns) for name in names),
-        totals=tuple(_total(column.estimate) for column in columns),
+        totals=tuple(
+            Total(
+                u=significant(MILLI * column.estimate.u, 2),
+                dof=degrees_of_freedom(column.estimate.dof),
+                factor=fixed(factor(column.estimate), 2),
+                expanded=significant(MILLI * expanded(column.estimate), 2),
+            )
+            for column in columns
+        ),
         at=whole.name,
-        lines=_lines(whole.components),
-    )
-
-
-def _of(shown: SetPoint, method: str) -> _Column:
-    point = shown.by_method[method]
-    return _Column(f"{plain(point.set_frequency_hz)} Hz", point.components, point.torque)
-
-
-def _lines(components: Sequence[Component]) -> tuple[Line, ...]:
-    shares = share_percent(components)
-    return tuple(_line(part, share) for part, share in zip(components, shares, strict=True))
-
-
-def _line(part: Component, share: float) -> Line:
-    return Line(
-        name=part.name,
-        estimate=_estimate(part),
-        distribution=part.distribution,
-        u=significant(part.input_u, 2) if isfinite(part.input_u) else UNKNOWN,
-        unit=part.unit,
-        sensitivity=significant(part.sensitivity, 3) if isfinite(part.sensitivity) else MISSING,
-        contribution=_milli(part.u),
-        dof=degrees_of_freedom(part.dof),
-        share=_share(share),
+        lines=tuple(
+            Line(
+                name=part.name,
+                estimate=_estimate(part),
+                distribution=part.distribution,
+                u=significant(part.input_u, 2) if isfinite(part.input_u) else UNKNOWN,
+                unit=part.unit,
+                sensitivity=significant(part.sensitivity, 3)
+                if isfinite(part.sensitivity)
+                else MISSING,
+                contribution=_milli(part.u),
+                dof=degrees_of_freedom(part.dof),
+                share=_share(share),
+            )
+            for part, share in zip(whole.components, shares, strict=True)
+        ),
     )
 
 
@@ -154,21 +158,21 @@ def _estimate(part: Component) -> str:
 
 
 def _row(name: str, columns: Sequence[_Column]) -> BudgetRow:
-    same = [_component(name, column.components) for column in columns]
+    same = [
+        next((part for part in column.components if part.name == name), None) for column in columns
+    ]
     known = [part for part in same if part is not None]
+    dofs = [part.dof for part in known]
+    low_dof, high_dof = (degrees_of_freedom(each) for each in (min(dofs), max(dofs)))
     return BudgetRow(
         name=name,
         distribution=known[0].distribution,
-        dof=_range([part.dof for part in known]),
+        dof=low_dof if low_dof == high_dof else f"{low_dof} to {high_dof}",
         common="all points" if known[0].common else "each point",
         parts=tuple(
             _part(part, column.components) for part, column in zip(same, columns, strict=True)
         ),
     )
-
-
-def _component(name: str, components: Sequence[Component]) -> Component | None:
-    return next((part for part in components if part.name == name), None)
 
 
 def _part(component: Component | None, components: Sequence[Component]) -> Part:
@@ -193,22 +197,8 @@ def _milli(u_nm: float) -> str:
     return f"< {LEAST_MILLI}" if MILLI * u_nm < LEAST_MILLI else significant(MILLI * u_nm, 2)
 
 
-def _total(torque: Estimate) -> Total:
-    return Total(
-        u=significant(MILLI * torque.u, 2),
-        dof=degrees_of_freedom(torque.dof),
-        factor=fixed(factor(torque), 2),
-        expanded=significant(MILLI * expanded(torque), 2),
-    )
-
-
 def degrees_of_freedom(dof: float) -> str:
     """Return degrees of freedom as a whole number, as GUM G.4.1 rounds them: downwards."""
     if isnan(dof):
         return UNKNOWN
     return f"{int(dof)}" if dof < MANY_DOF else "∞"
-
-
-def _range(dofs: Sequence[float]) -> str:
-    low, high = (degrees_of_freedom(each) for each in (min(dofs), max(dofs)))
-    return low if low == high else f"{low} to {high}"

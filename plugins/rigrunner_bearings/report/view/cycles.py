@@ -56,9 +56,24 @@ def rejections(torque: TorqueDetails) -> RejectionTable:
     runs = named_runs(torque)
     points = [point for _, run in runs for point in run]
     found = [each for name, run in runs for point in run for each in _judged(name, point)]
-    shown = _clearest(found)
+    # Those that are farthest beyond their critical values, in their order.
+    excess = [each.statistic / each.critical if each.critical else inf for *_, each in found]
+    places = sorted(range(len(found)), key=excess.__getitem__, reverse=True)[:MOST_ROWS]
+    shown = [found[place] for place in sorted(places)]
     return RejectionTable(
-        rows=tuple(_row(*each) for each in shown),
+        rows=tuple(
+            RejectionRow(
+                run=run,
+                frequency=plain(point.set_frequency_hz),
+                cycle=str(each.index),
+                judged_by=judged_by,
+                value=fixed(each.value, 4),
+                rule=each.rule,
+                statistic=significant(each.statistic),
+                critical=significant(each.critical),
+            )
+            for run, point, judged_by, each in shown
+        ),
         left_out=len(found) - len(shown),
         cycles=sum(point.cycles for point in points),
         spikes=sum(point.spikes for point in points),
@@ -78,23 +93,3 @@ def _judged(run: str, point: PeakPoint) -> Iterator[_Judged]:
     if isinstance(point, SwingPoint):
         for each in point.waveform_rejections:
             yield run, point, "shape of the swing", each
-
-
-def _clearest(found: list[_Judged]) -> list[_Judged]:
-    """Return the rejections that are farthest beyond their critical values, in their order."""
-    excess = [each.statistic / each.critical if each.critical else inf for *_, each in found]
-    places = sorted(range(len(found)), key=excess.__getitem__, reverse=True)[:MOST_ROWS]
-    return [found[place] for place in sorted(places)]
-
-
-def _row(run: str, point: PeakPoint, judged_by: str, each: Rejection) -> RejectionRow:
-    return RejectionRow(
-        run=run,
-        frequency=plain(point.set_frequency_hz),
-        cycle=str(each.index),
-        judged_by=judged_by,
-        value=fixed(each.value, 4),
-        rule=each.rule,
-        statistic=significant(each.statistic),
-        critical=significant(each.critical),
-    )

@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from rigrunner.api import Curve
-    from rigrunner.api.analysis import Candidate
     from rigrunner_bearings.api.torque import FittedTorque
 
 MILLI = 1e3
@@ -74,20 +73,16 @@ def _view(name: str, curve: Curve) -> FitView:
         r_squared=fixed(curve.r_squared, 6),
         range=f"{low:.4g} Hz to {high:.4g} Hz",
         criterion=curve.criterion if isinstance(curve, Chosen) else "",
-        candidates=_candidates(curve.candidates) if isinstance(curve, Chosen) else (),
-    )
-
-
-def _candidates(candidates: Sequence[Candidate]) -> tuple[CandidateView, ...]:
-    return tuple(
-        CandidateView(
-            formula=each.formula,
-            residual_s=significant(MILLI * each.residual_s, 3),
-            score=fixed(each.score, 1),
-            chosen=each.chosen,
-            problem=each.problem,
-        )
-        for each in candidates
+        candidates=tuple(
+            CandidateView(
+                formula=each.formula,
+                residual_s=significant(MILLI * each.residual_s, 3),
+                score=fixed(each.score, 1),
+                chosen=each.chosen,
+                problem=each.problem,
+            )
+            for each in (curve.candidates if isinstance(curve, Chosen) else ())
+        ),
     )
 
 

@@ -16,7 +16,6 @@ from rigrunner_reports.numbers import fixed, plain, stated, with_sign
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner_bearings.api.points import PeakPoint
     from rigrunner_bearings.api.torque import TorqueDetails
     from rigrunner_bearings.report.view.points import SetPoint
 
@@ -67,7 +66,9 @@ class FrequencyTable:
 def frequency_table(torque: TorqueDetails, points: Sequence[SetPoint]) -> FrequencyTable:
     """Return the table of a run, in the order of the recordings."""
     methods = [name for name, each in torque.compensations.items() if each.points]
-    digits = _common_digits(torque, points)
+    # As many decimals as the primary method's uncertainty bears at every set-point.
+    bears = [each.by_method[torque.primary] for each in points if torque.primary in each.by_method]
+    digits = min((_digits(each.torque) for each in bears), default=DEFAULT_PLACES)
     return FrequencyTable(
         methods=tuple(methods),
         measurands=tuple((name, torque.compensations[name].measurand) for name in methods),
@@ -91,10 +92,13 @@ def are_starts(torque: TorqueDetails) -> bool:
 def _row(torque: TorqueDetails, methods: Sequence[str], each: SetPoint, digits: int) -> Row:
     primary = each.by_method.get(torque.primary)
     point = each.point
+    raw = Estimate(each.raw_peak_nm, each.raw_peak_u_nm, len(each.kept_peaks_nm) - 1.0)
     return Row(
         set_hz=plain(point.set_frequency_hz),
-        measured_hz=_measured(point),
-        raw=fixed(each.raw_peak_nm, digits) if methods else _raw_peak(each),
+        measured_hz=MISSING
+        if point.motion is MotionSource.ENTERED
+        else fixed(point.frequency_hz.value, _digits(point.frequency_hz)),
+        raw=fixed(each.raw_peak_nm, digits) if methods else stated(raw).interval,
         rig=fixed(primary.rig_nm, digits) if primary else MISSING,
         cells=tuple(_cell(torque, name, each) for name in methods),
         truth=MISSING if each.truth_nm is None else fixed(each.truth_nm, MOST_PLACES),
@@ -103,29 +107,12 @@ def _row(torque: TorqueDetails, methods: Sequence[str], each: SetPoint, digits: 
     )
 
 
-def _measured(point: PeakPoint) -> str:
-    if point.motion is MotionSource.ENTERED:
-        return MISSING
-    return fixed(point.frequency_hz.value, _digits(point.frequency_hz))
-
-
 def _cell(torque: TorqueDetails, name: str, each: SetPoint) -> Cell:
     found = each.by_method.get(name)
     if found is None:
         return Cell(MISSING)
     off = error(each, name, torque.compensations[name])
     return Cell(stated(found.torque).interval, "" if off is None else with_sign(MILLI * off, 1))
-
-
-def _raw_peak(each: SetPoint) -> str:
-    dof = len(each.kept_peaks_nm) - 1.0
-    return stated(Estimate(each.raw_peak_nm, each.raw_peak_u_nm, dof)).interval
-
-
-def _common_digits(torque: TorqueDetails, points: Sequence[SetPoint]) -> int:
-    """Return how many decimals the primary method's uncertainty bears at every set-point."""
-    found = [each.by_method[torque.primary] for each in points if torque.primary in each.by_method]
-    return min((_digits(each.torque) for each in found), default=DEFAULT_PLACES)
 
 
 def _digits(estimate: Estimate) -> int:

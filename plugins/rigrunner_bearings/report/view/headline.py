@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 MILLI = 1e3
 LOAD_KEPT = 0.01
+"""Of the load: where it was kept within that, its mean is told, and else its range."""
 
 
 @dataclass(frozen=True)
@@ -90,19 +91,14 @@ def truth(torque: TorqueDetails, points: Sequence[SetPoint]) -> Truth | None:
 
 def _span(points: Sequence[SetPoint]) -> str:
     ordered = by_frequency(points)
-    load = _load([each.point.load_n for each in ordered])
+    loads_n = [each.point.load_n for each in ordered]
+    least, most = min(loads_n), max(loads_n)
+    kept = most - least <= LOAD_KEPT * most
+    load = f"{float(np.mean(loads_n)):.0f} N" if kept else f"{least:.0f} N to {most:.0f} N"
     if len(ordered) == 1:
         return f"One set-point, {ordered[0].frequency_hz:.4g} Hz, under {load}"
     low, high = (plain(ordered[i].point.set_frequency_hz) for i in (0, -1))
     return f"Mean of {len(ordered)} set-points, {low} Hz to {high} Hz, under {load}"
-
-
-def _load(loads_n: Sequence[float]) -> str:
-    """Return the mean load, or its range where it was not kept within 1 %."""
-    low, high = min(loads_n), max(loads_n)
-    if high - low <= LOAD_KEPT * high:
-        return f"{float(np.mean(loads_n)):.0f} N"
-    return f"{low:.0f} N to {high:.0f} N"
 
 
 def _peaks(result: Result, points: Sequence[SetPoint]) -> Headline:

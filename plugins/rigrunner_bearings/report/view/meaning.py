@@ -47,10 +47,6 @@ def meaning(torque: TorqueDetails) -> tuple[str, ...]:
         return (RIG_ITSELF,)
     if torque.kind is None:
         return ()
-    allowance = _allowance(torque)
-    return tuple(SENTENCES[each].format(allowance=allowance) for each in torque.kind.validity)
-
-
-def _allowance(torque: TorqueDetails) -> str:
     allowed = torque.support_allowance
-    return "" if allowed is None else f" of {fixed(allowed[0], 1)} {allowed[1]}"
+    allowance = "" if allowed is None else f" of {fixed(allowed[0], 1)} {allowed[1]}"
+    return tuple(SENTENCES[each].format(allowance=allowance) for each in torque.kind.validity)

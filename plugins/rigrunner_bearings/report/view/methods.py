@@ -18,7 +18,7 @@ from rigrunner_reports.numbers import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Sequence
 
     from rigrunner.api import Estimate
     from rigrunner_bearings.api.compensations import Compensation
@@ -139,7 +139,9 @@ def _view(
         measurand=compensation.measurand,
         not_applicable="" if found else compensation.not_applicable or "it gave no points",
         notes=compensation.notes,
-        parameters=_parameters(compensation.parameters, points),
+        parameters=tuple(
+            _parameter(name, each, points) for name, each in compensation.parameters.items()
+        ),
         evenness=_evenness(found) if found else None,
         accuracy=_accuracy(off) if off else None,
     )
@@ -163,12 +165,6 @@ def _accuracy(found: Sequence[Error]) -> Accuracy:
         worst=At(with_sign(MILLI * worst.value, 1), plain(worst.set_frequency_hz)),
         covered=f"{sum(each.covered for each in found)} of {len(found)}",
     )
-
-
-def _parameters(
-    parameters: Mapping[str, Estimate], points: Sequence[SetPoint]
-) -> tuple[Parameter, ...]:
-    return tuple(_parameter(name, each, points) for name, each in parameters.items())
 
 
 def _parameter(name: str, estimate: Estimate, points: Sequence[SetPoint]) -> Parameter:

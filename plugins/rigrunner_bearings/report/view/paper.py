@@ -80,16 +80,12 @@ def _parts(each: SetPoint, no_load: PeakPoint) -> str:
 def _phases(each: SetPoint, no_load: PeakPoint) -> str:
     if each.swing is None or not isinstance(no_load, SwingPoint):
         return ""
-    loaded_deg, no_load_deg = (_peak_phase_deg(point) for point in (each.swing, no_load))
+    means = [robust_mean(point.torque_nm, point.kept)[0] for point in (each.swing, no_load)]
+    loaded_deg, no_load_deg = (TURN_DEG * float(np.argmax(mean)) / len(mean) for mean in means)
     return (
         f"; in the mean swings they stand at {loaded_deg:.0f}° (loaded) and {no_load_deg:.0f}° "
         "(no load) of the crank"
     )
-
-
-def _peak_phase_deg(point: SwingPoint) -> float:
-    mean, _ = robust_mean(point.torque_nm, point.kept)
-    return TURN_DEG * float(np.argmax(mean)) / len(mean)
 
 
 def _beside_primary(torque: TorqueDetails, points: Sequence[SetPoint]) -> Iterator[str]:

@@ -44,21 +44,15 @@ def validation(torque: TorqueDetails) -> ValidationView | None:
     found = torque.validation
     if found is None:
         return None
+    trials = (found.equation.mean, *found.equation.points)
+    draws = (found.pipeline.mean, *found.pipeline.points)
     return ValidationView(
         method=found.method,
         ways=WAYS,
         statements=found.statements,
-        rows=tuple(_rows(found)),
+        rows=tuple(_row(*each) for each in zip(trials, draws, strict=True)),
         notes=tuple(_notes(found)),
     )
-
-
-def _rows(found: Validation) -> Iterator[ValidationRow]:
-    """Yield the mean and each set-point."""
-    trials = (found.equation.mean, *found.equation.points)
-    draws = (found.pipeline.mean, *found.pipeline.points)
-    for by_trials, by_draws in zip(trials, draws, strict=True):
-        yield _row(by_trials, by_draws)
 
 
 def _row(by_trials: Agreement, by_draws: Agreement) -> ValidationRow:
@@ -66,17 +60,15 @@ def _row(by_trials: Agreement, by_draws: Agreement) -> ValidationRow:
     both = (by_trials, by_draws)
     return ValidationRow(
         of="mean" if frequency is None else f"{plain(frequency)} Hz",
-        u=tuple(_milli(u) for u in (by_trials.gum.u, by_trials.u, by_draws.u)),
+        u=tuple(
+            significant(MILLI * u_nm, 2) for u_nm in (by_trials.gum.u, by_trials.u, by_draws.u)
+        ),
         intervals=(
             _interval(by_trials.gum_low, by_trials.gum_high),
             *(_interval(each.low, each.high) for each in both),
         ),
         agree=tuple("yes" if each.agrees else "no" for each in both),
     )
-
-
-def _milli(u_nm: float) -> str:
-    return significant(MILLI * u_nm, 2)
 
 
 def _interval(low_nm: float, high_nm: float) -> str:

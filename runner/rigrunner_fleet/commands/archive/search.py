@@ -14,8 +14,6 @@ from rigrunner_fleet.cli.archiving import filter_options, filters_in
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from rigrunner_fleet.archive import Rows
-
 
 @click.command(name="search")
 @filter_options
@@ -56,8 +54,5 @@ def command(
         message("No matching runs.")
     else:
         result(table_of_results(found) if results else table_of_runs(found))
-        message(_count(found, "result" if results else "run"))
-
-
-def _count(found: Rows, word: str) -> str:
-    return f"1 {word}" if len(found) == 1 else f"{len(found)} {word}s"
+        word = "result" if results else "run"
+        message(f"1 {word}" if len(found) == 1 else f"{len(found)} {word}s")

@@ -73,6 +73,7 @@ def command(
     from rigrunner.api.errors import UsageError
     from rigrunner.cli.stopping import batch_stop_on_signals
     from rigrunner_fleet.golden.checking import Checker
+    from rigrunner_fleet.golden.words import conclusion
 
     if html is not None and html.suffix != ".html":  # said before hours of work, not after
         raise UsageError(f"no report is written as '{html.name}'", hint="end it with: .html")
@@ -93,7 +94,10 @@ def command(
     if as_json:
         result_json(found.document())
     else:
-        result(_text(found))
+        counts = [(str(standing), str(count)) for standing, count in found.counts().items()]
+        counts += [(name, f"{now}, was {then}") for name, then, now in found.made_by]
+        parts = [_listed(found), _frequencies(found), pairs(counts), conclusion(found)]
+        result("\n\n".join(part for part in parts if part))
     return found.exit_code
 
 
@@ -111,13 +115,6 @@ def _write(found: Overall, html: Path | None, junit: Path | None) -> None:
 
         write_text(junit, as_junit(found))
         message(f"Wrote {junit}.")
-
-
-def _text(found: Overall) -> str:
-    from rigrunner_fleet.golden.words import conclusion
-
-    parts = [_listed(found), _frequencies(found), _counts(found), conclusion(found)]
-    return "\n\n".join(part for part in parts if part)
 
 
 def _listed(found: Overall) -> str:
@@ -147,9 +144,3 @@ def _frequencies(found: Overall) -> str:
     if not rows or not found.moved:
         return ""
     return table(("set-point", "values", "mean shift", "mean", "largest"), rows, "rrrrr")
-
-
-def _counts(found: Overall) -> str:
-    rows = [(str(standing), str(count)) for standing, count in found.counts().items()]
-    rows += [(name, f"{now}, was {then}") for name, then, now in found.made_by]
-    return pairs(rows)

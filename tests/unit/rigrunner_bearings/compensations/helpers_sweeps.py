@@ -8,8 +8,8 @@ import numpy as np
 
 from helpers_rigs import FREQUENCIES, INSTRUMENT, RIG, run_data, true_starting_torque_nm
 from rigrunner_bearings.api.compensations import Sweep
+from rigrunner_bearings.compensations.inverse import TemplateInverse
 from rigrunner_bearings.compensations.settings import TemplateInverseSettings
-from rigrunner_bearings.compensations.template_inverse import TemplateInverse
 from rigrunner_bearings.torque.prepare import prepare_point
 from rigrunner_bearings.torque.settings import SwingTorque
 from rigrunner_plugins.outlier_rules.grubbs import Grubbs

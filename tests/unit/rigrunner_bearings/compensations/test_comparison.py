@@ -10,8 +10,8 @@ import pytest
 from rigrunner.signal.coverage import expanded
 from rigrunner_bearings.compensations import hum
 from rigrunner_bearings.compensations.comparison import LINE, compared
+from rigrunner_bearings.compensations.inverse import TemplateInverse
 from rigrunner_bearings.compensations.settings import TemplateInverseSettings
-from rigrunner_bearings.compensations.template_inverse import TemplateInverse
 from rigrunner_bearings.devices.swing_tester_sim.parameters import RigParameters
 from unit.rigrunner_bearings.compensations.helpers_sweeps import (
     compensate,

@@ -16,14 +16,14 @@ def made():
 def test_pairs_by_measured_frequency_whatever_was_entered(made):
     mislabelled = tuple(replace(point, set_frequency_hz=99.0) for point in made.no_load)
     shuffled = replace(made, no_load=mislabelled[::-1])
-    for loaded, no_load in pairs(shuffled, 0.001):
+    for loaded, no_load in pairs(shuffled.loaded, shuffled.no_load, 0.001):
         assert no_load.frequency_hz.value == pytest.approx(loaded.frequency_hz.value, rel=1e-4)
 
 
 def test_names_what_has_no_partner_and_what_there_is(made):
     short = replace(made, no_load=made.no_load[:2])
     with pytest.raises(DataError) as caught:
-        pairs(short, 0.02)
+        pairs(short.loaded, short.no_load, 0.02)
     message = str(caught.value)
     assert "within 2.0% of 10 Hz (10 Hz), 20 Hz (20 Hz), 30 Hz (30 Hz), 35 Hz (35 Hz)" in message
     assert "the no-load run has 1 Hz, 5 Hz" in message
@@ -32,4 +32,4 @@ def test_names_what_has_no_partner_and_what_there_is(made):
 
 def test_an_empty_no_load_run_is_said_to_be_empty(made):
     with pytest.raises(DataError, match="the no-load run has no points"):
-        pairs(replace(made, no_load=()), 0.02)
+        pairs(made.loaded, (), 0.02)

@@ -10,8 +10,8 @@ from rigrunner.api.data import Estimate
 from rigrunner.api.errors import DataError
 from rigrunner_bearings.api.compensations import Sweep
 from rigrunner_bearings.compensations.paper_peak import MEASURAND, OTHER_RIG, PaperPeak
-from rigrunner_bearings.compensations.paper_peak_settings import PaperPeakSettings
 from rigrunner_bearings.compensations.peak_budget import SAME_PHASE
+from rigrunner_bearings.compensations.settings import PaperPeakSettings
 from rigrunner_plugins.fits.polynomial import PolynomialFit
 from rigrunner_plugins.fits.settings import PolynomialSettings
 from unit.analysis.helpers_analysis import RIG, instrument, swing_point

@@ -11,7 +11,7 @@ from rigrunner_bearings.api.compensations import Sweep
 from rigrunner_bearings.api.points import MotionSource, PeakPoint
 from rigrunner_bearings.compensations.peak_budget import ENTERED, SAME_PHASE, SINGLE_VALUES
 from rigrunner_bearings.compensations.peak_same_frequency import PeakSameFrequency
-from rigrunner_bearings.compensations.peak_same_frequency_settings import PeakSameFrequencySettings
+from rigrunner_bearings.compensations.settings import PeakSameFrequencySettings
 from unit.analysis.helpers_analysis import RIG, instrument, swing_point
 
 WIGGLE = np.array([-0.02, 0.01, 0.0, 0.02, -0.01])

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from rigrunner_bearings.api.validation import Drawable
-from rigrunner_bearings.compensations.model_inverse import ModelInverse
+from rigrunner_bearings.compensations.inverse import ModelInverse, TemplateInverse
 from rigrunner_bearings.compensations.settings import InverseSettings, TemplateInverseSettings
-from rigrunner_bearings.compensations.template_inverse import TemplateInverse
 from rigrunner_bearings.devices.swing_tester_sim.parameters import RigParameters
 from unit.rigrunner_bearings.compensations.helpers_sweeps import FEW, compensate, sweep
 

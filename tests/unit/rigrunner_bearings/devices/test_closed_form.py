@@ -8,9 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.signal import lsim
 
-from rigrunner_bearings.devices.swing_tester_sim import friction
 from rigrunner_bearings.devices.swing_tester_sim.parameters import RigParameters
-from rigrunner_bearings.devices.swing_tester_sim.rig import resonate, steady_state
+from rigrunner_bearings.devices.swing_tester_sim.rig import (
+    peak_level_nm,
+    resonate,
+    steady_state,
+    swing,
+)
 from rigrunner_bearings.signal import kinematics
 
 RATIO = 2 / 45
@@ -33,7 +37,7 @@ def test_the_drive_line_solves_the_equation_of_motion():
 
 
 def test_travel_starts_anew_at_each_reversal():
-    motion = friction.swing(PHASE, 5.0, RATIO)
+    motion = swing(PHASE, 5.0, RATIO)
     assert motion.travel_rad.min() == pytest.approx(0, abs=1e-8)
     assert motion.travel_rad.max() == pytest.approx(2 * np.arcsin(RATIO), rel=1e-6)
     slope = np.diff(motion.travel_rad)
@@ -84,7 +88,7 @@ def test_the_work_per_cycle_is_that_of_the_friction_law():
     support, db, ds = rig.support_slip_rad, rig.bearing_slip_rad, rig.weakening_rad
     both = db * ds / (db + ds)
     rise = stroke - 2 * support * (1 - np.exp(-stroke / support))
-    excess = friction.peak_level_nm(rig) - 0.64
+    excess = peak_level_nm(rig) - 0.64
     bearing = 0.64 * (stroke - 2 * db) + excess * (ds * (1 - np.exp(-stroke / ds)) - both)
     assert work == pytest.approx(2 * (0.7597 * rise + bearing), rel=1e-5)
 

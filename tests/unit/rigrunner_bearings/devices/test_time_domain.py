@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from rigrunner.api.errors import DeviceError
-from rigrunner_bearings.devices.swing_tester_ode import integrate
+from rigrunner_bearings.devices.swing_tester_ode import rig as ode
 from rigrunner_bearings.devices.swing_tester_ode.elements import mechanism
 from rigrunner_bearings.devices.swing_tester_ode.parameters import OdeParameters
 from rigrunner_bearings.devices.swing_tester_ode.rig import (
@@ -47,7 +47,7 @@ def test_it_agrees_with_an_adaptive_solver():
     torque = steady_state(rig, 1000.0, frequency).torque_nm
     at = (5 + np.arange(0, len(torque), 64) / len(torque)) / frequency
     found = solve_ivp(
-        slope, (0, 6 / frequency), integrate.IN_MID_STROKE, t_eval=at, method="DOP853",
+        slope, (0, 6 / frequency), ode.IN_MID_STROKE, t_eval=at, method="DOP853",
         rtol=1e-6, atol=1e-9, max_step=1e-3,
     )  # fmt: skip
     assert np.abs(parts.shaft_torque(found.y[0], found.y[1]) - torque[::64]).max() < 1e-3
@@ -56,7 +56,7 @@ def test_it_agrees_with_an_adaptive_solver():
 def test_the_shaft_carries_inertia_and_all_frictions():
     """Newton: shaft torque = J d2(angle)/dt2 + supports + (stick - overshoot) of the bearing."""
     rig, hertz = OdeParameters(), 20.0
-    states = integrate.steady_cycle(mechanism(rig, 1000.0), rig.natural_hz, hertz, RATIO)
+    states = ode.steady_cycle(mechanism(rig, 1000.0), rig.natural_hz, hertz, RATIO)
     twist, rate, support, stick, overshoot = states.T
     phase = 2 * np.pi * np.arange(len(states)) / len(states)
     order = 2j * np.pi * hertz * np.arange(len(phase) // 2 + 1)
@@ -70,7 +70,7 @@ def test_the_shaft_carries_inertia_and_all_frictions():
 
 def test_its_steps_are_fine_enough(monkeypatch):
     coarse = steady_state(OdeParameters(), 1000.0, 35.0)
-    monkeypatch.setattr(integrate, "FEWEST_STEPS", 8192)
+    monkeypatch.setattr(ode, "FEWEST_STEPS", 8192)
     fine = _steady_state.__wrapped__(OdeParameters(), 1000.0, 35.0)
     assert np.abs(fine.torque_nm[::4] - coarse.torque_nm).max() < 1e-3
     assert fine.truth["starting_torque_nm"] == pytest.approx(
@@ -81,7 +81,7 @@ def test_its_steps_are_fine_enough(monkeypatch):
 def test_each_element_turns_exponentially_over_its_slip():
     """Dahl 1968: after a reversal z = 1 - 2 exp(-travel/slip)."""
     rig = OdeParameters(natural_hz=2000.0, damping_ratio=0.3)
-    states = integrate.steady_cycle(mechanism(rig, 1000.0), rig.natural_hz, 5.0, RATIO)
+    states = ode.steady_cycle(mechanism(rig, 1000.0), rig.natural_hz, 5.0, RATIO)
     phase = 2 * np.pi * np.arange(len(states)) / len(states)
     angle = kinematics.swing_angle(phase, RATIO) - states[:, 0]
     top, bottom = int(np.argmax(angle)), int(np.argmin(angle))
@@ -97,7 +97,7 @@ def test_a_bearing_that_weakens_with_speed_follows_stribeck():
         stribeck=True, stribeck_speed_rad_s=2.0, natural_hz=2000.0, damping_ratio=0.3
     )
     parts = mechanism(rig, 1000.0)
-    states = integrate.steady_cycle(parts, rig.natural_hz, 5.0, RATIO)
+    states = ode.steady_cycle(parts, rig.natural_hz, 5.0, RATIO)
     velocity = float(kinematics.angular_velocity(np.array(0.0), 5.0, RATIO))
     expected = 0.64 + 0.1568 * np.exp(-velocity / 2.0)
     assert parts.bearing_torque(states[0, 3], states[0, 4]) == pytest.approx(expected, rel=1e-3)
@@ -130,6 +130,6 @@ def test_a_load_of_zero_induces_nothing():
 
 
 def test_a_rig_that_never_settles_says_so(monkeypatch):
-    monkeypatch.setattr(integrate, "MOST_CYCLES", 2)
+    monkeypatch.setattr(ode, "MOST_CYCLES", 2)
     with pytest.raises(DeviceError, match="does not settle at 35 Hz"):
         _steady_state.__wrapped__(replace(OdeParameters(), damping_ratio=0.01), 0.0, 35.0)

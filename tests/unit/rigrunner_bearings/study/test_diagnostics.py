@@ -19,8 +19,10 @@ from rigrunner_bearings.study.diagnostics_table import printed, study_document
 from rigrunner_bearings.study.going import Going
 from rigrunner_bearings.study.share import Share
 from rigrunner_bearings.study.tables import markdown
+from rigrunner_bearings.study.tools import primary_alone
 from rigrunner_bearings.torque.checks import LIMITS
 from rigrunner_bearings.torque.one_setup import LIMITS as SETUP_LIMITS
+from rigrunner_bearings.torque.settings import SwingTorque
 
 SIM, ODE = "swing_tester_sim", "swing_tester_ode"
 NAMES = {limit.name for limit in (*LIMITS, *SETUP_LIMITS, *METHOD_LIMITS)}
@@ -156,3 +158,9 @@ def test_tables_and_document_hold_the_same_shares():
     _, row = study_document(study)["breaks"]
     assert row["missed"]["hits"] == 1
     assert row["missed"]["interval_95"] == pytest.approx([0.0126, 0.9874], abs=1e-4)
+
+
+def test_the_primary_method_of_a_study_is_chosen_by_its_label():
+    methods = [{"energy": {}, "as": "work"}, "template_inverse"]
+    spec = SwingTorque.model_validate({"compensations": methods, "primary": "work"})
+    assert [each.name for each in primary_alone(spec).compensations] == ["energy"]

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from rigrunner.api.instruments import Instrument
-from rigrunner_bearings.torque.load import with_known_load
+from rigrunner_bearings.torque.analysis import with_known_load
 from unit.analysis.helpers_analysis import RIG, run_of
 
 CELL = {

@@ -9,8 +9,13 @@ import pytest
 from e2e.helpers_trends import on_day
 from rigrunner.api.errors import DataError, UsageError
 from rigrunner_fleet.archive import index, open_archive, query
+from rigrunner_fleet.archive.filters import Filters
+from rigrunner_fleet.monitoring.observing import observe
 from unit.rigrunner_fleet.archive.helpers_archive import store_run
-from unit.rigrunner_fleet.archive.helpers_named_results import store_resistances
+from unit.rigrunner_fleet.archive.helpers_named_results import (
+    resistance_document,
+    store_resistances,
+)
 
 
 @pytest.fixture
@@ -94,3 +99,14 @@ def test_an_archive_of_version_1_is_brought_up_to_date_and_forgets_nothing(archi
     assert (looked.changed, looked.missing) == (2, ("good",))
     assert [run for run, *_ in found(archived)] == ["bad", "bad"]
     assert sorted(query(database=archived).column("run_id")) == ["bad", "good", "torque"]
+
+
+def test_a_study_counts_runs_not_values_that_did_not_pass_all_checks(database, runs):
+    ohms = {0.0: 100.02, 100.0: 138.53}
+    store_resistances(runs, "good", ohms)
+    failed = {"name": "zero", "ok": False}
+    store_run(runs, "doubtful", resistance_document(ohms) | {"checks": [failed]})
+    with closing(open_archive(database=database)) as archive:
+        index(archive, [runs])
+        found = observe(archive, "resistance", Filters())
+    assert "1 of 2 runs did not pass all checks of the analysis" in found.warnings
