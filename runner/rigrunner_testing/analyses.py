@@ -39,6 +39,7 @@ RATE_HZ, SAMPLES = 100.0, 40
 NOISE = 0.01
 """Standard deviation of a generated reading, in the SI unit."""
 TRIALS, MOST_MISSED = 40, 8
+"""The numbers of runs, and of those in which U may miss the truth: see `covers_the_truth`."""
 _OF_A_LIMIT = ("objection", "as_written", "document")
 """The methods of a LimitedMeasurand."""
 MOST_TRIED = 3
@@ -57,7 +58,7 @@ def says_what_it_yields(subject: Subject) -> None:
         except QuantityError as error:
             raise Nonconformity(f"the result '{each.name}': {error.message}") from error
     twice = [name for name, count in Counter(each.name for each in named).items() if count > 1]
-    demand(not twice, f"it yields '{twice[:1]}' twice")
+    demand(not twice, f"it yields {', '.join(twice)} twice")
 
 
 @check(
@@ -207,7 +208,7 @@ def live_shows_what_it_finds(subject: Subject) -> None:
     run = _run(subject, recorded=True)
     stored = {(e.name, e.place): e.estimate.value for e in _found(subject, run).results}
     for samples in (1, 7, SAMPLES):
-        fold = record.live(_told(subject))
+        fold = record.live(subject.registry.validated(subject.kind, subject.name, subject.settings))
         for recording in run.recordings:
             empty = dict.fromkeys(recording.channels, np.empty(0))
             fold.begin(replace(recording, channels=empty), replace(run, recordings=()))
@@ -241,10 +242,6 @@ def _same(one: Findings, other: Findings, when: str) -> None:
 
 def _record(subject: Subject) -> AnalysisRecord:
     return subject.record_as(AnalysisRecord)
-
-
-def _told(subject: Subject) -> Any:
-    return subject.registry.validated(subject.kind, subject.name, subject.settings)
 
 
 def _definitions(subject: Subject) -> tuple[ResultDefinition, ...]:
