@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from rigrunner_plugins.devices.daq.settings import Channel, DaqSettings
 
 BLOCK_S = 0.1
+"""A stop is looked at between blocks."""
 ANSWER_S = 5.0
 """How long a block may be late beyond its own duration."""
 RATE_AGREES = 1e-6
@@ -60,10 +61,23 @@ class Daq(Driver):
         """Find the device, try its channels once, and refuse another one or another rate."""
         self.shut()
         found = facts(self._settings.device)
-        self._check_expected(found.model, found.serial)
+        expected = self._settings.expect
+        told = {"model": (expected.model, found.model), "serial": (expected.serial, found.serial)}
+        for what, (wanted, has) in told.items():
+            if wanted is not None and wanted.strip().upper() != has.upper():
+                raise DeviceNotFoundError(
+                    f"{self._settings.device} has the {what} '{has}', expected '{wanted}'",
+                    hint="see device and expect in the station, and the names in NI MAX",
+                )
         tried = Acquisition(self._settings)
         try:
-            self._check_rate(tried.rate_hz)
+            found_hz, wanted_hz = tried.rate_hz, self.sample_rate_hz
+            if abs(found_hz / wanted_hz - 1) > RATE_AGREES:
+                raise DeviceRejectedError(
+                    f"{self._settings.device} cannot sample at {wanted_hz:g} Hz:"
+                    f" the nearest rate is {found_hz:.6f} Hz",
+                    hint=f"write 'rate: {found_hz!r} Hz' in the station",
+                )
             self._filters = tried.filters()
         finally:
             tried.close()
@@ -176,30 +190,6 @@ class Daq(Driver):
         if self._outputs is None:
             raise DeviceLostError("not connected")
         return self._outputs
-
-    def _check_expected(self, model: str, serial: str) -> None:
-        expected, device = self._settings.expect, self._settings.device
-        told = {"model": (expected.model, model), "serial": (expected.serial, serial)}
-        for what, (wanted, found) in told.items():
-            if wanted is not None and wanted.strip().upper() != found.upper():
-                raise DeviceNotFoundError(
-                    f"{device} has the {what} '{found}', expected '{wanted}'",
-                    hint="see device and expect in the station, and the names in NI MAX",
-                )
-
-    def _check_rate(self, found_hz: float) -> None:
-        wanted_hz = self.sample_rate_hz
-        if abs(found_hz / wanted_hz - 1) > RATE_AGREES:
-            raise DeviceRejectedError(
-                f"{self._settings.device} cannot sample at {wanted_hz:g} Hz:"
-                f" the nearest rate is {found_hz:.6f} Hz",
-                hint=f"write 'rate: {found_hz!r} Hz' in the station",
-            )
-
-
-def make(settings: DaqSettings, context: DeviceContext) -> Daq:
-    """Return the device; nothing is loaded or looked for yet."""
-    return Daq(settings, context)
 
 
 def _info(name: str, channel: Channel) -> ChannelInfo:

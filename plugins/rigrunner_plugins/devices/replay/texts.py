@@ -15,7 +15,9 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 MOST_BYTES = 1_000_000
+"""Some ten thousand recordings."""
 MOST_DEPTH = 20
+"""A manifest needs five; far more than that would end in a RecursionError."""
 Path_ = tuple[int | str, ...]
 
 

@@ -12,7 +12,6 @@ from rigrunner_plugins.devices.visa.sockets import is_gone, send_at_once
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from rigrunner_plugins.devices.text.serial_line import SerialLine
     from rigrunner_plugins.devices.visa.settings import VisaSettings
 
 
@@ -74,13 +73,11 @@ def _set_up(resource: Any, settings: VisaSettings) -> None:
     resource.timeout = settings.timeout * 1000
     if settings.termination:
         resource.read_termination = settings.termination
-    if settings.resource.startswith("ASRL"):
-        _set_up_serial_line(resource, settings.serial)
-
-
-def _set_up_serial_line(resource: Any, line: SerialLine) -> None:
+    if not settings.resource.startswith("ASRL"):
+        return
     from pyvisa import constants  # noqa: PLC0415  (slow, and optional)
 
+    line = settings.serial
     stop_bits = {1: constants.StopBits.one, 2: constants.StopBits.two}
     resource.baud_rate = line.baud
     resource.data_bits = line.data_bits

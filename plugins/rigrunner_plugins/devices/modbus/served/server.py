@@ -18,8 +18,10 @@ if TYPE_CHECKING:
     from pymodbus.pdu import ModbusPDU
 
 _TICK_S = 0.02
+"""How often the units look at the time."""
 _STARTS_WITHIN_S = 10.0
 _OF_BITS = {1, 2, 5, 15}
+"""The functions that read or write coils and discrete inputs."""
 _READ_INPUTS = 4
 
 
