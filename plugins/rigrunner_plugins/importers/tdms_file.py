@@ -50,12 +50,14 @@ def _opened(path: Path) -> Iterator[tuple[nptdms.TdmsFile, list[int]]]:
 
     Its index file is not looked at, which may be of another recording.
     """
-    place = Location(str(path))
+    place, log_level = Location(str(path)), log_manager.log_level
+    # npTDMS would write to the terminal: what it warns of is told as an error.
+    log_manager.set_level(logging.CRITICAL)
     try:
         with path.open("rb") as source:
             ends = segment_ends(source, path.stat().st_size, place)
             source.seek(0)
-            with _silent(), nptdms.TdmsFile.open(source) as file:
+            with nptdms.TdmsFile.open(source) as file:
                 yield file, ends
     except RigrunnerError:
         raise
@@ -64,17 +66,8 @@ def _opened(path: Path) -> Iterator[tuple[nptdms.TdmsFile, list[int]]]:
     except Exception as error:
         what = f"{type(error).__name__}: {error}"
         raise DataError(f"is damaged or cut short: {what[:120]}", location=place) from error
-
-
-@contextmanager
-def _silent() -> Iterator[None]:
-    """Keep npTDMS from writing to the terminal: what it warns of is told as an error."""
-    before = log_manager.log_level
-    log_manager.set_level(logging.CRITICAL)
-    try:
-        yield
     finally:
-        log_manager.set_level(before)
+        log_manager.set_level(log_level)
 
 
 def _group(file: nptdms.TdmsFile, name: str, path: Path) -> nptdms.TdmsGroup:

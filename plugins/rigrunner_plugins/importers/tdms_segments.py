@@ -21,7 +21,9 @@ if TYPE_CHECKING:
 
 BEGINS, _INDEX_BEGINS = b"TDSm", b"TDSh"
 _LEAD_IN = 28
+"""Bytes of it: see `segment_ends`."""
 _BIG_ENDIAN = 1 << 6
+"""The bit of the contents that says so."""
 _NEVER = datetime(1904, 1, 2, tzinfo=UTC)
 """Up to here a start is LabVIEW's zero: nobody entered one."""
 
