@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 AT_ONCE_S = 0.1
 RATE_HZ, SAMPLES = 10_000.0, 1000
 BLOCKS = 50
+"""Of 0.1 s each: a recording of five seconds."""
 
 
 @check(fix="accept every Event, also one that is not used")

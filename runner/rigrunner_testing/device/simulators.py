@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 STREAMED_S = 0.3
 TRIES = 3
+"""The shortest wait of all counts: others may have had the processor."""
 WAITS_S = 0.2
 """A call that spends more time than this without computing waits for something."""
 BUSY = 3.0

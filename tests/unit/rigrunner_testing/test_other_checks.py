@@ -36,7 +36,11 @@ from unit.rigrunner_testing.helpers_zoo_files import (
     sink_registry,
     zeroes_the_angle,
 )
-from unit.rigrunner_testing.helpers_zoo_results import ANALYSES, analysis_registry
+from unit.rigrunner_testing.helpers_zoo_results import (
+    ANALYSES,
+    analysis_registry,
+    of_unknown_uncertainty,
+)
 from unit.rigrunner_testing.helpers_zoo_units import UNITS, good_unit_registry, unit_registry
 
 
@@ -99,6 +103,12 @@ def test_each_event_and_each_channel_counts(sink):
 def test_a_format_that_goes_on_without_a_network_fails_too():
     finding = found("report_format", "nothing_is_fetched", format_registry(looks_up_a_font))
     assert finding.text == "making it did: socket.getaddrinfo"
+
+
+def test_a_result_of_unknown_uncertainty_covers_nothing():
+    registry = analysis_registry(of_unknown_uncertainty)
+    finding = found("analysis", "covers_the_truth", registry)
+    assert (finding.state, finding.text) == (State.NOT_APPLICABLE, "it states no uncertainty")
 
 
 def test_no_risk_is_counted_of_a_rule_that_fails_nothing():
