@@ -157,7 +157,7 @@ def _settings(file: Path | None) -> Mapping[str, Any] | None:
 
 def _checked(subject: Subject, *, read_only: bool, yes: bool, quiet: bool) -> list[Finding]:
     """Run the checks, report each result as it ends, and leave the device safe."""
-    from rigrunner_testing import State, checks, examine
+    from rigrunner_testing import State, checks, examine, examine_one
 
     known = checks(subject.kind, subject.registry)
     chosen = [each for each in known if not (read_only and each.moves)]
@@ -172,7 +172,9 @@ def _checked(subject: Subject, *, read_only: bool, yes: bool, quiet: bool) -> li
             if not quiet and found.state is not State.NOT_JUDGED:
                 result(_line(found))
     except BaseException:
-        _make_safe(subject, chosen)
+        for each in chosen:
+            if each.name == "left_safe":
+                message(f"interrupted; {_line(examine_one(subject, each)).strip()}")
         raise
     if not quiet:
         result(_summary(findings, left_out))
@@ -208,15 +210,6 @@ def _careful(
     if not yes:
         click.confirm("Is the rig clear, so that its drives may move?", abort=True, err=True)
     return subject
-
-
-def _make_safe(subject: Subject, chosen: Sequence[AnyCheck]) -> None:
-    """Report whether an interrupted device is safe."""
-    from rigrunner_testing import examine_one
-
-    for each in chosen:
-        if each.name == "left_safe":
-            message(f"interrupted; {_line(examine_one(subject, each)).strip()}")
 
 
 def _line(finding: Finding) -> str:

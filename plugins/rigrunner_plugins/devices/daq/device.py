@@ -8,7 +8,6 @@ import numpy as np
 
 from rigrunner.api import (
     Block,
-    ChannelInfo,
     DeviceLostError,
     DeviceNotFoundError,
     DeviceRejectedError,
@@ -19,8 +18,6 @@ from rigrunner_plugins.devices.channels import check_channels
 from rigrunner_plugins.devices.daq.daqmx import Acquisition, Outputs, facts
 from rigrunner_plugins.devices.daq.settings import (
     DigitalOutput,
-    EncoderChannel,
-    TorqueChannel,
 )
 from rigrunner_plugins.devices.declared import drive_infos
 
@@ -28,7 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
     from rigrunner.api import Array, DeviceContext, StopToken
-    from rigrunner_plugins.devices.daq.settings import Channel, DaqSettings
+    from rigrunner_plugins.devices.daq.settings import DaqSettings
 
 BLOCK_S = 0.1
 """A stop is looked at between blocks."""
@@ -44,7 +41,7 @@ class Daq(Driver):
     reads_back_while_streaming = True
 
     def __init__(self, settings: DaqSettings, context: DeviceContext) -> None:
-        infos = [_info(name, channel) for name, channel in settings.channels.items()]
+        infos = [channel.info(name) for name, channel in settings.channels.items()]
         super().__init__(context, infos, drive_infos(settings.drives))
         self._settings = settings
         self._outputs: Outputs | None = None
@@ -167,7 +164,7 @@ class Daq(Driver):
     def _next(self, acquisition: Acquisition, samples: int) -> Mapping[str, Array]:
         raw = acquisition.read(samples, BLOCK_S + ANSWER_S)
         settings = self._settings.channels
-        values = {name: _to_si(settings[name], numbers) for name, numbers in raw.items()}
+        values = {name: settings[name].to_si(numbers) for name, numbers in raw.items()}
         self._newest = {name: float(np.mean(each)) for name, each in values.items()}
         return values
 
@@ -190,19 +187,3 @@ class Daq(Driver):
         if self._outputs is None:
             raise DeviceLostError("not connected")
         return self._outputs
-
-
-def _info(name: str, channel: Channel) -> ChannelInfo:
-    if isinstance(channel, TorqueChannel):
-        return ChannelInfo(name, "N·m", channel.title or name)
-    if isinstance(channel, EncoderChannel):
-        return ChannelInfo(name, "rad", channel.title or name)
-    return channel.info(name)
-
-
-def _to_si(channel: Channel, numbers: Array) -> Array:
-    if isinstance(channel, TorqueChannel):
-        return numbers
-    if isinstance(channel, EncoderChannel):
-        return numbers * channel.scale
-    return channel.to_si(numbers)

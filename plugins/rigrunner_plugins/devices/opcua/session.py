@@ -223,7 +223,10 @@ class Session:
             )
         value = None if found.Value is None else found.Value.Value
         if not isinstance(value, (bool, int, float)):
-            raise DeviceRejectedError(f"{node} holds {_shown(value)}, expected a number")
+            shown = "nothing" if value is None else f"a {type(value).__name__}: {value!r:.40}"
+            if isinstance(value, list):
+                shown = "an array"
+            raise DeviceRejectedError(f"{node} holds {shown}, expected a number")
         if wanted.stale is None:
             return float(value)
         if found.SourceTimestamp is None:
@@ -249,12 +252,6 @@ async def _unit(node: Node) -> str:
     if not isinstance(found, ua.EUInformation):
         return ""
     return symbol_of(found.NamespaceUri, found.UnitId, found.DisplayName.Text)
-
-
-def _shown(value: object) -> str:
-    if value is None:
-        return "nothing"
-    return "an array" if isinstance(value, list) else f"a {type(value).__name__}: {value!r:.40}"
 
 
 UNECE = "http://www.opcfoundation.org/UA/units/un/cefact"
