@@ -275,9 +275,7 @@ class ModbusDevice(Driver):
 
             settings = self._settings
             if settings.simulator is not None:
-                from rigrunner_plugins.devices.modbus.served.serving import (  # noqa: PLC0415  (pymodbus)
-                    serve,
-                )
+                from rigrunner_plugins.devices.modbus.served.server import serve  # noqa: PLC0415  (pymodbus)
 
                 self._server = serve(settings.simulator, settings.unit_id, lambda: self._moment_s)
                 tcp = Tcp(host="127.0.0.1", port=self._server.port)

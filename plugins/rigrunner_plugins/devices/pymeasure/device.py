@@ -31,8 +31,12 @@ from rigrunner_plugins.devices.text.numbers import OVERLOAD, shown
 from rigrunner_plugins.devices.text.patterns import fits
 from rigrunner_plugins.devices.visa.device import identity_of
 from rigrunner_plugins.devices.visa.errors import visa_errors
-from rigrunner_plugins.devices.visa.opening import library, not_opened
-from rigrunner_plugins.devices.visa.sockets import is_gone, send_at_once
+from rigrunner_plugins.devices.visa.opening import (
+    is_gone,
+    library,
+    not_opened,
+    send_at_once,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable
