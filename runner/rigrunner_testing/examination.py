@@ -110,13 +110,8 @@ def _in_time(work: Callable[[], None], longest_s: float) -> Exception | None:
     thread = threading.Thread(target=run, name="rigrunner check", daemon=True)
     thread.start()
     thread.join(longest_s)
-    if thread.is_alive():
-        return _hangs(thread, longest_s)
-    return raised[0] if raised else None
-
-
-def _hangs(thread: threading.Thread, longest_s: float) -> Nonconformity:
-    """Return that a call does not return, and the line of the plugin in which it waits."""
+    if not thread.is_alive():
+        return raised[0] if raised else None
     frame = sys._current_frames().get(thread.ident or 0)  # noqa: SLF001  (Python's own way)
     place = whereabouts(frame) if frame else ""
     waits = f": it waits in {place}" if place else ""

@@ -20,10 +20,12 @@ if TYPE_CHECKING:
 X_HZ = np.array([1.0, 3.0, 5.0, 8.0, 10.0, 15.0, 18.0, 20.0, 25.0, 30.0, 33.0, 35.0])
 BETWEEN_HZ = np.array([2.0, 12.5, 19.0, 28.0, 34.0])
 U_NM = 0.01
+"""Standard uncertainty, and scatter, of each point."""
 REPETITIONS = 300
 SCATTER = 0.2
 """Five standard errors of a standard deviation of 300 normal values, 1/sqrt(2 * 299) each."""
 SAME, U_SAME = 1e-6, 1e-4
+"""Relative: by how much a curve, and its uncertainty, may differ by rounding and iteration."""
 _OF_A_CURVE = (
     "formula",
     "names",
@@ -216,7 +218,9 @@ def too_few_points_refused(subject: Subject) -> None:
     """Too few points are refused; any result is finite."""
     fit, given = _fit(subject), _noisy(6)
     assert given.u_y is not None  # noqa: S101  (`_noisy` gives it)
-    p = len(fit(given).coefficients) if not _interpolates(fit, given) else 1
+    p = len(fit(given).coefficients)
+    if p == len(X_HZ):  # it interpolates: of fewer points it has fewer coefficients
+        p = 1
     for n in range(len(X_HZ)):
         few = Points(given.x[:n], given.y[:n], given.u_y[:n])
         try:
@@ -267,10 +271,6 @@ def _points() -> Points:
 def _noisy(seed: int) -> Points:
     noise = np.random.default_rng(seed).normal(0, U_NM, len(X_HZ))
     return replace(_points(), y=no_load_torque_nm(X_HZ) + noise)
-
-
-def _interpolates(fit: Fit, given: Points) -> bool:
-    return bool(len(fit(given).coefficients) == len(given.x))
 
 
 def _same_curve(one: Curve, other: Curve, what: str) -> None:

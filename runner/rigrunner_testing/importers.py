@@ -50,7 +50,7 @@ def missing_file_refused(subject: Subject) -> None:
     """A missing file, or a folder, is refused by its name."""
     with TemporaryDirectory() as folder:
         for path in (Path(folder) / "missing.dat", Path(folder)):
-            told = _refusal(_importer(subject), path, WANTED, "")
+            told = _refusal(_importer(subject), path)
             demand(told, f"it reads {path.name}, which is not a file")
             demand(path.name in told, f"it refuses {path.name} without naming it: {told}")
 
@@ -80,10 +80,10 @@ def closes_its_files(subject: Subject) -> None:
             paths.append(Path(folder) / f"{number}.dat")
             paths[-1].write_bytes(content)
         for path in paths:  # what is loaded once is loaded now
-            _refusal(importer, path, WANTED, "")
+            _refusal(importer, path)
         before = census()
         for path in paths:
-            _refusal(importer, path, WANTED, "")
+            _refusal(importer, path)
         more = census().more_than(before)
         demand(not more, f"it left open: {more}")
 
@@ -154,10 +154,10 @@ def _importer(subject: Subject) -> Importer:
     return importer
 
 
-def _refusal(importer: Importer, path: Path, wanted: Wanted, group: str) -> str:
+def _refusal(importer: Importer, path: Path) -> str:
     """Return the message with which the file is refused; '' if it is read."""
     try:
-        importer.read(path, wanted, group)
+        importer.read(path, WANTED, "")
     except DataError as error:
         return str(error)
     except Exception as error:

@@ -84,18 +84,14 @@ def subject(
         known = with_drop_ins(known, drop_in)
     plugin = known.find(kind, name)
     told = dict(plugin.record.trial if given is None else given)
-    _need_valid(known, kind, name, told)
+    try:
+        known.validated(kind, name, told)
+    except PluginError as error:
+        hint = "give settings with which it can be tried: --settings FILE, or its record's `trial`"
+        raise PluginError(error.message, hint=hint) from error
     if kind == "device":
         return DeviceSubject(plugin, known, told, folder=folder or Path())
     if kind in {"report_format", "certificate_format", "study_format"}:
         return FormatSubject(plugin, known, told)
     found = None if kind in OF_KIND else brought.conformance(known, kind)
     return (found.SUBJECT if found else Subject)(plugin, known, told)
-
-
-def _need_valid(registry: Registry, kind: str, name: str, told: Mapping[str, Any]) -> None:
-    try:
-        registry.validated(kind, name, told)
-    except PluginError as error:
-        hint = "give settings with which it can be tried: --settings FILE, or its record's `trial`"
-        raise PluginError(error.message, hint=hint) from error

@@ -20,7 +20,9 @@ if TYPE_CHECKING:
 
 CYCLES = 30
 PLANTED, GROSS = 20, 7.0
+"""The place of the gross error, and its value: 100 standard deviations off."""
 SAMPLES = 200
+"""The number of random samples, each of fewer than CYCLES values."""
 
 
 @check(fix="return a list of Rejection of rigrunner.api.analysis, an empty one for no gross error")

@@ -30,23 +30,16 @@ MOVES = "\N{BLACK RIGHT-POINTING SMALL TRIANGLE} "
 
 def page() -> str:
     """Return the page."""
-    return "\n".join(_lines())
-
-
-def _lines() -> Iterator[str]:
-    yield HEAD
-    yield from _section("Every plugin", (*settings.CHECKS, *making.CHECKS))
-    for kind, checks in _of_kinds():
-        yield from _section(f"Plugins of the kind {kind.replace('_', ' ')}", checks)
-
-
-def _of_kinds() -> Iterator[tuple[str, Iterable[AnyCheck]]]:
-    yield from OF_KIND.items()
+    of_kind: dict[str, Iterable[AnyCheck]] = dict(OF_KIND)
     registry = load_registry()
     for each in registry.kinds:
         found = conformance(registry, each.name)
         if found is not None:
-            yield each.name, found.CHECKS
+            of_kind[each.name] = found.CHECKS
+    lines = [HEAD, *_section("Every plugin", (*settings.CHECKS, *making.CHECKS))]
+    for kind, checks in of_kind.items():
+        lines += _section(f"Plugins of the kind {kind.replace('_', ' ')}", checks)
+    return "\n".join(lines)
 
 
 def _section(title: str, checks: Iterable[AnyCheck]) -> Iterator[str]:

@@ -60,13 +60,6 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
 
 
 @pytest.fixture
-def conformance_check(request: pytest.FixtureRequest) -> AnyCheck:
-    """Return the check of this test."""
-    check: AnyCheck = request.param
-    return check
-
-
-@pytest.fixture
 def conformance_settings(request: pytest.FixtureRequest) -> Mapping[str, Any] | None:
     """Return the settings of the marker; redefine it if they are known only in the test."""
     return _of(request)[2]

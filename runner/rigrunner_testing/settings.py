@@ -14,7 +14,6 @@ from rigrunner.tools.schemas.settings import settings_schema
 from rigrunner_testing.check import AnyCheck, Nonconformity, applies, check, demand
 
 if TYPE_CHECKING:
-    from rigrunner.tools.schemas.fields import Field
     from rigrunner_testing.subjects import Subject
 
 LONGEST_HELP = 100
@@ -58,7 +57,11 @@ def unknown_setting_refused(subject: Subject) -> None:
 @check(needs=(), fix="annotate the field with its type, and let validators raise ValueError alone")
 def wrong_type_refused(subject: Subject) -> None:
     """A value of the wrong type is refused, naming the setting."""
-    fields = [field for field in fields_of(subject.any_record.settings_model) if _is_typed(field)]
+    fields = [
+        field
+        for field in fields_of(subject.any_record.settings_model)
+        if not any(word in field.kind for word in ("anything", "object"))
+    ]
     applies(fields, "it has no settings of a type")
     for field in fields:
         _refused(subject, field.key, WRONG, {**subject.settings, field.key: WRONG})
@@ -71,16 +74,8 @@ def wrong_unit_refused(subject: Subject) -> None:
     quantities = [field for field in fields if not field.entry and field.kind in kinds()]
     applies(quantities, "it has no settings with units")
     for field in quantities:
-        for wrong in (_other(field.kind), 12345.678):
+        for wrong in ("3 N" if field.kind == "mass" else "3 kg", 12345.678):
             _refused(subject, field.key, wrong, {**subject.settings, field.key: wrong})
-
-
-def _other(dimension: str) -> str:
-    return "3 N" if dimension == "mass" else "3 kg"
-
-
-def _is_typed(field: Field) -> bool:
-    return not any(word in field.kind for word in ("anything", "object"))
 
 
 def _refused(subject: Subject, key: str, value: object, settings: dict[str, Any]) -> None:

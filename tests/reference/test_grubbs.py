@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from rigrunner_plugins.outlier_rules.grubbs import Grubbs
+from rigrunner_plugins.outlier_rules.rules import Grubbs, critical_value
 from rigrunner_plugins.outlier_rules.settings import GrubbsSettings
-from rigrunner_plugins.outlier_rules.suspects import critical_value
 
 # Mass spectrometer readings of uranium isotopes, Tietjen and Moore (1972), after Grubbs (1969)
 URANIUM = np.array([199.31, 199.53, 200.19, 200.82, 201.92, 201.95, 202.18, 245.57])

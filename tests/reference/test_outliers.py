@@ -9,18 +9,21 @@ import numpy as np
 import pytest
 
 from rigrunner.api.errors import DataError
-from rigrunner_plugins.outlier_rules.chauvenet import chauvenet
-from rigrunner_plugins.outlier_rules.chauvenet import critical_value as chauvenet_critical_value
-from rigrunner_plugins.outlier_rules.generalized_esd import GeneralizedEsd
-from rigrunner_plugins.outlier_rules.grubbs import Grubbs
-from rigrunner_plugins.outlier_rules.mad import Mad, modified_z_score
-from rigrunner_plugins.outlier_rules.pauta import pauta
+from rigrunner_plugins.outlier_rules.rules import (
+    GeneralizedEsd,
+    Grubbs,
+    Mad,
+    chauvenet,
+    chauvenet_critical_value,
+    modified_z_score,
+    pauta,
+    suspects,
+)
 from rigrunner_plugins.outlier_rules.settings import (
     GeneralizedEsdSettings,
     GrubbsSettings,
     MadSettings,
 )
-from rigrunner_plugins.outlier_rules.suspects import suspects
 
 # Rosner, Technometrics 25(2), 1983, as in the NIST/SEMATECH e-Handbook, 1.3.5.17.3
 ROSNER = np.array([

@@ -11,9 +11,7 @@ import pytest
 from reference.helpers_exact import exact_least_squares
 from rigrunner.api.data import Points
 from rigrunner_bearings.compensations.paper_peak import published_curve
-from rigrunner_plugins.fits.aicc import AiccFit
-from rigrunner_plugins.fits.basis import BasisFit
-from rigrunner_plugins.fits.polynomial import PolynomialFit
+from rigrunner_plugins.fits.polynomial import AiccFit, BasisFit, PolynomialFit
 from rigrunner_plugins.fits.settings import AiccSettings, BasisSettings, PolynomialSettings
 
 TABLE_2_HZ = [1, 5, 10, 15, 20, 25, 30, 35]

@@ -11,8 +11,7 @@ import pytest
 
 from rigrunner.api.data import Points
 from rigrunner.api.errors import DataError
-from rigrunner_plugins.fits.basis import BasisFit
-from rigrunner_plugins.fits.polynomial import PolynomialFit
+from rigrunner_plugins.fits.polynomial import BasisFit, PolynomialFit
 from rigrunner_plugins.fits.settings import BasisSettings, PolynomialSettings
 
 ROOT = Path(__file__).parents[2]

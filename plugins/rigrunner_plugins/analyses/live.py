@@ -98,7 +98,15 @@ class LiveReadings:
                 values = values / block.channels[told.divided_by]
         self._now.take(values)
         end_s = (block.first_sample + block.samples) / block.rate_hz
-        self._draw(end_s, self._shown(self._now))
+        shown = self._shown(self._now)
+        self._blocks += 1
+        if self._blocks % self._every:
+            return ()
+        if np.isfinite(shown):
+            self._curve.append((end_s, shown))
+        if len(self._curve) > MOST_POINTS:
+            # The later one of each pair stays, so that the curve still ends at the present value.
+            self._curve, self._every = self._curve[1::2], 2 * self._every
         return ()
 
     def findings(self) -> Findings:
@@ -130,14 +138,3 @@ class LiveReadings:
         stated = unit(told.result.unit)
         value = running.statistic(told.statistic) if running.count else nan
         return (value - (0.0 if told.is_difference else stated.offset)) / stated.factor
-
-    def _draw(self, time_s: float, value: float) -> None:
-        """Add a point to the curve, whose length is bounded."""
-        self._blocks += 1
-        if self._blocks % self._every:
-            return
-        if np.isfinite(value):
-            self._curve.append((time_s, value))
-        if len(self._curve) > MOST_POINTS:
-            # The later one of each pair stays, so that the curve still ends at the present value.
-            self._curve, self._every = self._curve[1::2], 2 * self._every

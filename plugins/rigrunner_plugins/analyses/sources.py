@@ -83,7 +83,11 @@ def groups(
         )
     found: dict[tuple[object, ...], list[Part]] = {}
     for part in chosen:
-        here = _with_set_points(part, set_points)
+        # As values, a set-point counts once for each sample, or of a row once.
+        count = max((len(each) for each in part.values.values()), default=1)
+        set_ = {name: np.full(count, set_value(part, name)) for name in set_points}
+        units = {name: set_unit(part, name) for name in set_points}
+        here = replace(part, values={**part.values, **set_}, units={**part.units, **units})
         found.setdefault(tuple(each.usual for each in _place_by(part, per)), []).append(here)
     return [
         _group(dict(zip(per, _place_by(each[0], per), strict=True)), each, set_points)
@@ -123,14 +127,6 @@ def set_value(part: Part, name: str) -> float:
 def set_unit(part: Part, name: str) -> str:
     """Return the SI unit of a set-point or counter."""
     return si_symbol(unit(coordinate_of(part, name).unit or "1").dimension)
-
-
-def _with_set_points(part: Part, names: Sequence[str]) -> Part:
-    """Return a part with set-points as values: one for each sample, or one alone."""
-    count = max((len(each) for each in part.values.values()), default=1)
-    values = {name: np.full(count, set_value(part, name)) for name in names}
-    units = {name: set_unit(part, name) for name in names}
-    return replace(part, values={**part.values, **values}, units={**part.units, **units})
 
 
 def _place_by(part: Part, per: Iterable[str]) -> Iterator[CoordinateValue]:

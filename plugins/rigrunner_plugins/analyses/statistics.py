@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from rigrunner.api import Array
 
 LEAST_FOR_SLOPE = 3
+"""A line goes through two values: what they scatter about it is not known."""
 _BY_CHANCE = 0.05
 """That recordings of one value are taken to differ."""
 _TAIL = 0.025

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from rigrunner.api import Array, Clock, StopToken
 
 BLOCK_S = 0.1
+"""A stop is looked at between blocks."""
 
 
 def paced_blocks(

@@ -3,6 +3,9 @@
 The formula may depend on its parameters in any way; where it is linear in them, so is the fit, and
 any start values serve. Covariance and uncertainty of the curve come from the model linearised at
 the minimum, as those that NIST certifies for its nonlinear data sets do.
+
+The minimum is found by Levenberg and Marquardt's method: MINPACK's `lmder` (Moré, 1978) through
+scipy. Gauss-Newton steps in extended precision then add the digits that double precision lacks.
 """
 
 from __future__ import annotations
@@ -11,21 +14,39 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.optimize import least_squares
 
 from rigrunner.api import DataError
 from rigrunner.signal.expression.evaluation import evaluated
 from rigrunner_plugins.fits.curve import FittedCurve, r_squared, refuse_outside
-from rigrunner_plugins.fits.nonlinear import minimum
+from rigrunner_plugins.fits.least_squares import solve
 from rigrunner_plugins.fits.points import refuse_incoherent_units, refuse_not_finite, root_weights
 from rigrunner_plugins.fits.requirements import least_points
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
 
     from rigrunner.api import Array, Points
     from rigrunner.signal.expression.syntax import Expression
-    from rigrunner_plugins.fits.least_squares import Extended
+    from rigrunner_plugins.fits.least_squares import Extended, Solution
     from rigrunner_plugins.fits.settings import ExpressionSettings
+
+    Model = Callable[[Extended], tuple[Extended, Extended]]
+    """Of parameters (p,): the values (n,) and their derivatives (n, p); nan where not defined."""
+
+EVALUATIONS = 5000
+"""Those of NIST's data sets take up to 760: a search that takes so many finds nothing any more."""
+TOLERANCE = 1e-15
+"""Relative, for all criteria of MINPACK: less than the last digit, so it goes as far as it can."""
+STEPS = 50
+"""Gauss-Newton steps at most; near the minimum a few are enough."""
+SETTLED = 1e-12
+"""Of a parameter or, if larger, of its standard uncertainty: a step that changes nothing more."""
+CONVERGED = 1e-4
+"""Likewise: how small the last step must be, or the minimum was not found."""
+# Of many such residuals the sum of squares is still finite: MINPACK cannot go on from infinity.
+_UNDEFINED = 1e100
+_HINT = "give start values nearer to the curve, or a model with fewer parameters"
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +82,12 @@ class ExpressionFit:
         refuse_not_finite(points)
         model = _Model(self.settings.expression, tuple(self.settings.start), self._over(points))
         columns = points.x.reshape(len(points.y), len(model.over))
-        self._refuse_few(columns)
+        different, needed = len(np.unique(columns, axis=0)), least_points(len(model.parameters))
+        if different < needed:
+            raise DataError(
+                f"{len(model.parameters)} parameters with their uncertainty need {needed} "
+                f"different points, got {different}"
+            )
         roots = root_weights(points, weighted=self.settings.weighted)
 
         def weighted(parameters: Extended) -> tuple[Extended, Extended]:
@@ -69,7 +95,7 @@ class ExpressionFit:
             return value * roots, slopes * roots[:, None]
 
         start = np.array([each.value for each in self.settings.start.values()])
-        parameters, problem = minimum(weighted, points.y * roots, start)
+        parameters, problem = _minimum(weighted, points.y * roots, start)
         spread = problem.factor * problem.residual_s
         residuals = (points.y - model.at(columns, parameters)[0]).astype(np.float64)
 
@@ -107,14 +133,6 @@ class ExpressionFit:
             raise DataError(f"the model is over {', '.join(over)}; the points have {given}")
         return points.regressors
 
-    def _refuse_few(self, columns: Array) -> None:
-        different, needed = len(np.unique(columns, axis=0)), least_points(len(self.settings.start))
-        if different < needed:
-            raise DataError(
-                f"{len(self.settings.start)} parameters with their uncertainty need {needed} "
-                f"different points, got {different}"
-            )
-
 
 @dataclass(frozen=True)
 class _Model:
@@ -130,3 +148,58 @@ class _Model:
         shape = columns.shape[:1]
         by = [np.broadcast_to(slopes[name], shape) for name in self.parameters]
         return np.broadcast_to(np.asarray(value, np.longdouble), shape), np.column_stack(by)
+
+
+def _minimum(model: Model, y: Extended | Array, start: Array) -> tuple[Extended, Solution]:
+    """Return parameters (p,) that minimise |y - model|², and the linear problem at them.
+
+    Raises DataError where the model is not defined at its start, where no minimum is found, and as
+    `solve` does.
+    """
+    if not all(np.isfinite(each).all() for each in model(start.astype(np.longdouble))):
+        raise DataError("the model is not defined at its start values for every point", hint=_HINT)
+    parameters = _near(model, y, start)
+    problem = _linearised(model, y, parameters)
+    for _ in range(STEPS):
+        left = _length(problem, parameters)
+        if left <= SETTLED:
+            break
+        moved = parameters + problem.coefficients
+        next_problem = _linearised(model, y, moved)
+        if _length(next_problem, moved) >= left:
+            break
+        parameters, problem = moved, next_problem
+    if not _length(problem, parameters) <= CONVERGED:
+        raise DataError("the fit does not converge", hint=_HINT)
+    return parameters, problem
+
+
+def _linearised(model: Model, y: Extended | Array, parameters: Extended) -> Solution:
+    values, slopes = model(parameters)
+    return solve(slopes, y - values)
+
+
+def _near(model: Model, y: Extended | Array, start: Array) -> Extended:
+    """Return the parameters (p,) of the minimum as far as double precision shows it."""
+
+    def residuals(parameters: Array) -> Array:
+        values = model(parameters.astype(np.longdouble))[0] - y
+        limited = np.nan_to_num(values, nan=_UNDEFINED, posinf=_UNDEFINED, neginf=-_UNDEFINED)
+        return np.asarray(np.clip(limited, -_UNDEFINED, _UNDEFINED), np.float64)
+
+    def slopes(parameters: Array) -> Array:
+        found = np.nan_to_num(model(parameters.astype(np.longdouble))[1], posinf=0, neginf=0)
+        return np.asarray(np.clip(found, -_UNDEFINED, _UNDEFINED), np.float64)
+
+    found = least_squares(
+        residuals, start, slopes, method="lm", x_scale="jac", max_nfev=EVALUATIONS,
+        ftol=TOLERANCE, xtol=TOLERANCE, gtol=TOLERANCE,
+    )  # fmt: skip
+    return np.asarray(found.x, np.longdouble)
+
+
+def _length(step: Solution, parameters: Extended) -> float:
+    """Return how far the step of the linear problem would go: see SETTLED."""
+    u = np.sqrt(np.sum((step.factor * step.residual_s) ** 2, axis=1))
+    scale = np.maximum(np.maximum(np.abs(parameters), u), np.finfo(np.float64).tiny)
+    return float(np.max(np.abs(step.coefficients) / scale))

@@ -52,7 +52,11 @@ def solve(design: Extended | Array, y: Extended | Array) -> Solution:
     the scaled design, eps the extended precision. Raises DataError where n <= p, where a value is
     not finite, or where the columns are dependent.
     """
-    _check(design, y)
+    n, p = design.shape
+    if n <= p:
+        raise DataError(f"{n} points cannot give {p} coefficients with their uncertainty")
+    if not (np.isfinite(design).all() and np.isfinite(y).all()):
+        raise DataError("a point of the fit is not a finite number")
     columns, values = design.astype(np.longdouble), y.astype(np.longdouble)
     scale = np.sqrt(np.sum(columns**2, axis=0))
     scale[scale == 0] = 1
@@ -60,14 +64,6 @@ def solve(design: Extended | Array, y: Extended | Array) -> Solution:
     inverse = _back_substituted(r, np.eye(len(r), dtype=np.longdouble))
     coefficients = _back_substituted(r, projection[:, None])[:, 0] / scale
     return Solution(coefficients, values - columns @ coefficients, inverse / scale[:, None])
-
-
-def _check(design: Extended | Array, y: Extended | Array) -> None:
-    n, p = design.shape
-    if n <= p:
-        raise DataError(f"{n} points cannot give {p} coefficients with their uncertainty")
-    if not (np.isfinite(design).all() and np.isfinite(y).all()):
-        raise DataError("a point of the fit is not a finite number")
 
 
 def _orthogonalised(design: Extended, y: Extended) -> tuple[Extended, Extended]:

@@ -31,7 +31,13 @@ def interpolate(points: Points) -> FittedCurve:
     for two at one frequency, and where u(y) is not known.
     """
     points = _ascending(points)
-    u_y = _uncertainty(points)
+    u_y = points.u_y
+    if u_y is None or not (np.isfinite(u_y).all() and np.all(u_y >= 0)):
+        raise DataError(
+            "an interpolation needs the uncertainty of every point",
+            hint="record each point, whose samples show their scatter; of single readings choose a"
+            " fit that averages",
+        )
 
     def value_and_spread(x: Array) -> tuple[Array, Array]:
         y, step = points.y[:, None], np.diag(u_y)
@@ -71,13 +77,3 @@ def _ascending(points: Points) -> Points:
         )
     u_y = None if points.u_y is None else points.u_y[order]
     return replace(points, x=x, y=points.y[order], u_y=u_y)
-
-
-def _uncertainty(points: Points) -> Array:
-    if points.u_y is None or not (np.isfinite(points.u_y).all() and np.all(points.u_y >= 0)):
-        raise DataError(
-            "an interpolation needs the uncertainty of every point",
-            hint="record each point, whose samples show their scatter; of single readings choose a"
-            " fit that averages",
-        )
-    return points.u_y

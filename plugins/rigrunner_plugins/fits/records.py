@@ -74,13 +74,13 @@ def _polynomial(settings: PolynomialSettings) -> Fit:
 
 
 def _basis(settings: BasisSettings) -> Fit:
-    from rigrunner_plugins.fits.basis import BasisFit  # noqa: PLC0415  (numpy)
+    from rigrunner_plugins.fits.polynomial import BasisFit  # noqa: PLC0415  (numpy)
 
     return BasisFit(settings)
 
 
 def _aicc(settings: AiccSettings) -> Fit:
-    from rigrunner_plugins.fits.aicc import AiccFit  # noqa: PLC0415  (numpy)
+    from rigrunner_plugins.fits.polynomial import AiccFit  # noqa: PLC0415  (numpy)
 
     return AiccFit(settings)
 

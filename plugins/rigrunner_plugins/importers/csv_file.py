@@ -122,15 +122,14 @@ def _rows(
                 location=Location(str(path), line),
                 hint=f"the delimiter is set to '{table.delimiter}'",
             )
-        yield [_number(row[index], path, line, table) for index in indices]
-
-
-def _number(cell: str, path: Path, line: int, table: TableSettings) -> float:
-    found = number(cell, table.decimal)
-    if found is None:
-        raise DataError(
-            f"'{cell[:40]}' is not a number with '{table.decimal}' as decimal mark",
-            location=Location(str(path), line),
-            hint="see 'decimal' and 'delimiter' in the settings",
-        )
-    return found
+        numbers = []
+        for index in indices:
+            found = number(row[index], table.decimal)
+            if found is None:
+                raise DataError(
+                    f"'{row[index][:40]}' is not a number with '{table.decimal}' as decimal mark",
+                    location=Location(str(path), line),
+                    hint="see 'decimal' and 'delimiter' in the settings",
+                )
+            numbers.append(found)
+        yield numbers

@@ -21,13 +21,10 @@ _MOST_NAMES = 20
 _LONGEST_NAME = 60
 
 
-def position(
-    wanted: str, column: int | str, names: Sequence[str], place: Location, *, first: int = 0
-) -> int:
+def position(wanted: str, column: int | str, names: Sequence[str], place: Location) -> int:
     """Return the index in `names` of a column by its name, or by its number from 1.
 
-    Numbers count from `names[0]`; names before `first` cannot be asked for by name. Raises
-    NotInFileError with the names that come nearest.
+    Raises NotInFileError with the names that come nearest.
     """
     if isinstance(column, int):
         if 1 <= column <= len(names):
@@ -36,7 +33,7 @@ def position(
         raise NotInFileError(
             message, wanted=wanted, location=place, hint=f"there are {len(names)} columns"
         )
-    found = [index for index, name in enumerate(names) if name == column and index >= first]
+    found = [index for index, name in enumerate(names) if name == column]
     if len(found) == 1:
         return found[0]
     problem = "is given twice" if found else "is not there"
@@ -44,7 +41,7 @@ def position(
         f"the column '{column}' of '{wanted}' {problem}",
         wanted=wanted,
         location=place,
-        hint="give its number instead" if found else near(column, names[first:], "columns"),
+        hint="give its number instead" if found else near(column, names, "columns"),
     )
 
 

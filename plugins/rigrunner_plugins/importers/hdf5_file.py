@@ -43,11 +43,16 @@ def _column(file: h5py.File, wanted: str, name: str, path: Path) -> Column:
     try:
         found = file[name]
     except KeyError:
+        parent, _, last = name.rpartition("/")
+        beside = file.get(parent or "/")
+        hint = f"there is no group '{parent}'"
+        if isinstance(beside, h5py.Group):
+            hint = near(last, names_in(beside), f"in '{parent or '/'}'")
         raise NotInFileError(
             f"the dataset '{name}' of '{wanted}' is not there",
             wanted=wanted,
             location=Location(str(path)),
-            hint=_beside(file, name),
+            hint=hint,
         ) from None
     if not isinstance(found, h5py.Dataset) or found.ndim != 1 or found.dtype.kind not in "iuf":
         raise _bad(path, name, "is not a list of numbers")
@@ -69,15 +74,6 @@ def has_damaged_chunk(dataset: h5py.Dataset) -> bool:
         return None if 0 < chunk.size <= file_size - chunk.byte_offset else True
 
     return dataset.id.chunk_iter(is_outside) is not None
-
-
-def _beside(file: h5py.File, name: str) -> str:
-    """Return what is in the group in which the dataset was looked for."""
-    group, _, last = name.rpartition("/")
-    found = file.get(group or "/")
-    if not isinstance(found, h5py.Group):
-        return f"there is no group '{group}'"
-    return near(last, names_in(found), f"in '{group or '/'}'")
 
 
 def names_in(group: h5py.Group) -> list[str]:

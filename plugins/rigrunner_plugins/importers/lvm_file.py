@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import timedelta
 from typing import TYPE_CHECKING
 
@@ -51,26 +51,21 @@ def joined(segments: Sequence[dict[str, Column]], place: Location) -> dict[str, 
     """Return the columns of a recording that LabVIEW wrote as segments, and when each begins."""
     if len(segments) == 1:
         return segments[0]
-    return {name: _joined(name, [each[name] for each in segments], place) for name in segments[0]}
-
-
-def _joined(name: str, columns: Sequence[Column], place: Location) -> Column:
-    first = columns[0]
-    for segment, each in enumerate(columns[1:], 2):
-        if (each.unit, each.interval_s) != (first.unit, first.interval_s):
-            what = f"segment {segment} of '{name}' has another unit or interval than the first"
-            raise DataError(what, location=place)
-    ends = np.cumsum([len(each.values) for each in columns])
-    begun = [_begun(name, each, place) for each in columns]
-    return Column(
-        np.concatenate([each.values for each in columns]),
-        unit=first.unit,
-        interval_s=first.interval_s,
-        interval_within_s=first.interval_within_s,
-        started=first.started,
-        offset_s=first.offset_s,
-        goes=tuple(zip(ends[:-1].tolist(), begun[1:], strict=True)),
-    )
+    whole = {}
+    for name, first in segments[0].items():
+        columns = [each[name] for each in segments]
+        for segment, each in enumerate(columns[1:], 2):
+            if (each.unit, each.interval_s) != (first.unit, first.interval_s):
+                what = f"segment {segment} of '{name}' has another unit or interval than the first"
+                raise DataError(what, location=place)
+        ends = np.cumsum([len(each.values) for each in columns])
+        begun = [_begun(name, each, place) for each in columns]
+        whole[name] = replace(
+            first,
+            values=np.concatenate([each.values for each in columns]),
+            goes=tuple(zip(ends[:-1].tolist(), begun[1:], strict=True)),
+        )
+    return whole
 
 
 def _begun(name: str, column: Column, place: Location) -> datetime:
@@ -149,7 +144,8 @@ class _Segments:
 
     def __iter__(self) -> Iterator[SegmentHeader]:
         """Yield each header; the rows that nobody asked for are passed over."""
-        while (first := self._begin()) is not None:
+        while first := self._next or next(self._lines, None):
+            self._next = None
             yield read_segment_header(first, self._lines, self._file, self._header)
             if self._next is None:
                 deque(self.rows(), maxlen=0)
@@ -161,10 +157,6 @@ class _Segments:
                 self._next = line
                 return
             yield line
-
-    def _begin(self) -> Line | None:
-        found, self._next = self._next, None
-        return found or next(self._lines, None)
 
 
 def _columns(
@@ -180,42 +172,30 @@ def _columns(
     }
     cells = _cells(rows, file, header, segment, list(where.values()))
     timed = any(segment.names[index] == _X for index in where.values())
-    return {
-        wanted: _column(segment, index, cells[at], header, place, timed=timed)
-        for at, (wanted, index) in enumerate(where.items())
-    }
-
-
-def _column(
-    segment: SegmentHeader,
-    index: int,
-    values: Sequence[float],
-    header: FileHeader,
-    place: Location,
-    *,
-    timed: bool,
-) -> Column:
-    name, stated = segment.names[index], segment.samples(index)
-    if stated is not None and (len(values) < stated or (len(values) > stated and not timed)):
-        raise DataError(
-            f"the column '{name}' has {len(values)} samples, its header says {stated}",
-            location=place,
-            hint="is the file cut short?"
-            if len(values) < stated
-            else "it was written in several parts; gaps can be detected only in X values: use"
-            " their column as the time",
+    found = {}
+    for (wanted, index), values in zip(where.items(), cells, strict=True):
+        name, stated = segment.names[index], segment.samples(index)
+        if stated is not None and (len(values) < stated or (len(values) > stated and not timed)):
+            raise DataError(
+                f"the column '{name}' has {len(values)} samples, its header says {stated}",
+                location=place,
+                hint="is the file cut short?"
+                if len(values) < stated
+                else "it was written in several parts; gaps can be detected only in X values: use"
+                " their column as the time",
+            )
+        if not values:
+            raise DataError(f"the column '{name}' is empty", location=place)
+        interval_s, within_s = segment.interval(index, header.decimal)
+        found[wanted] = Column(
+            np.array(values),
+            unit=segment.of("Y_Unit_Label", index),
+            interval_s=interval_s,
+            interval_within_s=within_s,
+            started=segment.started(index),
+            offset_s=number(segment.of("X0", index), header.decimal) or 0.0,
         )
-    if not values:
-        raise DataError(f"the column '{name}' is empty", location=place)
-    interval_s, within_s = segment.interval(index, header.decimal)
-    return Column(
-        np.array(values),
-        unit=segment.of("Y_Unit_Label", index),
-        interval_s=interval_s,
-        interval_within_s=within_s,
-        started=segment.started(index),
-        offset_s=number(segment.of("X0", index), header.decimal) or 0.0,
-    )
+    return found
 
 
 def _cells(

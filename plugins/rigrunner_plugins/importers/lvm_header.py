@@ -68,7 +68,11 @@ class SegmentHeader:
         seconds = number(text, decimal)
         if self.of("X_Dimension", column) not in {"Time", ""} or not seconds or seconds < 0:
             return None, 0.0
-        return seconds, _half_of_last_digit(text)
+        # What was rounded is off by half of its last digit at most.
+        found = re.fullmatch(r"\s*[0-9]*(?:[.,]([0-9]*))?(?:[eE]([+-]?[0-9]{1,3}))?\s*", text)
+        if found is None:
+            return seconds, 0.0
+        return seconds, 0.5 * 10.0 ** (int(found[2] or 0) - len(found[1] or ""))
 
     def samples(self, column: int) -> int | None:
         """Return how many samples the column has, as the header says."""
@@ -99,26 +103,19 @@ def read_file_header(lines: Iterator[Line], file: str, settings: LvmSettings) ->
     separator, tags = "\t", {}
     for _, text in _until_end(lines, file, "of the file"):
         if text.startswith("Separator") and text[9:10]:
-            separator = _separator(text)
+            # As the tag says, or else what follows the tag itself.
+            separator = _SEPARATORS.get(text[10:].strip(" \t,;"), text[9])
         tag, *values = [cell.strip() for cell in text.split(separator)]
         tags[tag] = values[0] if values else ""
-    decimal = tags.get("Decimal_Separator") or _decimal_after(separator, tags, settings)
+    decimal = tags.get("Decimal_Separator")
+    if not decimal:  # it is not stated, or is a comma that separates and so ended its own cell
+        decimal = "." if separator == "," and decimal is None else settings.decimal
     if decimal not in {".", ","} or decimal == separator:
         raise DataError(
             f"the decimal mark '{decimal}' is the separator, or not a decimal mark",
             location=Location(file),
         )
     return FileHeader(separator, decimal)
-
-
-def _separator(text: str) -> str:
-    """Return what stands between the columns: as the tag says, or what follows the tag itself."""
-    return _SEPARATORS.get(text[10:].strip(" \t,;"), text[9])
-
-
-def _decimal_after(separator: str, tags: Mapping[str, str], settings: LvmSettings) -> str:
-    """Return the decimal mark; with a comma for a separator, the tag's own comma ends its cell."""
-    return "." if separator == "," and "Decimal_Separator" not in tags else settings.decimal
 
 
 def read_segment_header(
@@ -156,10 +153,3 @@ def _until_end(lines: Iterator[Line], file: str, what: str) -> Iterator[Line]:
         location=Location(file, line or None),
         hint="is the file cut short?",
     )
-
-
-def _half_of_last_digit(text: str) -> float:
-    found = re.fullmatch(r"\s*[0-9]*(?:[.,]([0-9]*))?(?:[eE]([+-]?[0-9]{1,3}))?\s*", text)
-    if found is None:
-        return 0.0
-    return 0.5 * 10.0 ** (int(found[2] or 0) - len(found[1] or ""))

@@ -88,14 +88,8 @@ def _values(root: Node, wanted: str, place: _Place, path: Path) -> NDArray[np.fl
         node = node.member(name)
     if node.kind != "numbers":
         raise DataError(f"{what} is {node.kind}, not numbers", location=Location(str(path)))
-    return numbers(_one_column(node.array(), place, what, path), what, path)
-
-
-def _one_column(
-    found: NDArray[np.generic], place: _Place, what: str, path: Path
-) -> NDArray[np.generic]:
-    rows_columns = 2
-    if found.ndim != rows_columns:
+    found = node.array()
+    if found.ndim != 2:  # noqa: PLR2004  (rows and columns)
         raise DataError(f"{what} has {found.ndim} dimensions", location=Location(str(path)))
     if place.number is not None:
         if not 1 <= place.number <= found.shape[1]:
@@ -103,11 +97,11 @@ def _one_column(
                 f"{what} is not there: the matrix has {found.shape[1]} columns",
                 location=Location(str(path)),
             )
-        return found[:, place.number - 1]
+        return numbers(found[:, place.number - 1], what, path)
     if 1 not in found.shape and found.size:
         raise DataError(
             f"{what} is a matrix of {found.shape[0]} x {found.shape[1]}",
             location=Location(str(path)),
             hint=f"say which of its columns: {place.text}(:,1)",
         )
-    return found.reshape(-1)
+    return numbers(found.reshape(-1), what, path)

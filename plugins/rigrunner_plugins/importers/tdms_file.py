@@ -13,7 +13,6 @@ from nptdms.log import log_manager
 from rigrunner.api import Column, DataError, Location, NotInFileError, RigrunnerError
 from rigrunner_plugins.importers.finding import near, numbers
 from rigrunner_plugins.importers.tdms_segments import (
-    BEGINS,
     goes_of,
     is_number,
     segment_ends,
@@ -24,8 +23,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
     from datetime import datetime
     from pathlib import Path
-
-_INDEX_BEGINS = b"TDSh"
 
 
 class TdmsImporter:
@@ -53,13 +50,14 @@ def _opened(path: Path) -> Iterator[tuple[nptdms.TdmsFile, list[int]]]:
 
     Its index file is not looked at, which may be of another recording.
     """
-    place = Location(str(path))
+    place, log_level = Location(str(path)), log_manager.log_level
+    # npTDMS would write to the terminal: what it warns of is told as an error.
+    log_manager.set_level(logging.CRITICAL)
     try:
         with path.open("rb") as source:
-            _refuse_other_kinds(source.read(len(BEGINS)), place)
             ends = segment_ends(source, path.stat().st_size, place)
             source.seek(0)
-            with _silent(), nptdms.TdmsFile.open(source) as file:
+            with nptdms.TdmsFile.open(source) as file:
                 yield file, ends
     except RigrunnerError:
         raise
@@ -68,23 +66,8 @@ def _opened(path: Path) -> Iterator[tuple[nptdms.TdmsFile, list[int]]]:
     except Exception as error:
         what = f"{type(error).__name__}: {error}"
         raise DataError(f"is damaged or cut short: {what[:120]}", location=place) from error
-
-
-@contextmanager
-def _silent() -> Iterator[None]:
-    """Keep npTDMS from writing to the terminal: what it warns of is told as an error."""
-    before = log_manager.log_level
-    log_manager.set_level(logging.CRITICAL)
-    try:
-        yield
     finally:
-        log_manager.set_level(before)
-
-
-def _refuse_other_kinds(begins: bytes, place: Location) -> None:
-    if begins != BEGINS:
-        hint = "this is the index of one" if begins == _INDEX_BEGINS else ""
-        raise DataError("is not a TDMS file", location=place, hint=hint)
+        log_manager.set_level(log_level)
 
 
 def _group(file: nptdms.TdmsFile, name: str, path: Path) -> nptdms.TdmsGroup:
@@ -112,8 +95,9 @@ def _channel(
             location=place,
             hint=near(name, list(channels), f"channels of '{group.name}'"),
         )
-    channel = channels[name]
-    if _is_cut(file, channel.path):
+    channel, status = channels[name], file.file_status
+    lengths = status.channel_statuses  # of the last segment, which has only these
+    if status.incomplete_final_segment and (lengths is None or channel.path in lengths):
         raise DataError(
             f"{what} is cut short: the file ends within its samples",
             location=place,
@@ -136,12 +120,3 @@ def _column(
         offset_s=float(offset_s) if is_number(offset_s) and not goes else 0.0,
         goes=goes[1:],
     )
-
-
-def _is_cut(file: nptdms.TdmsFile, channel: str) -> bool:
-    """Say whether the last segment of the file is cut, and has samples of the channel."""
-    status = file.file_status
-    if not status.incomplete_final_segment:
-        return False
-    lengths = status.channel_statuses
-    return lengths is None or channel in lengths

@@ -19,9 +19,11 @@ if TYPE_CHECKING:
 
     from rigrunner.api import Location
 
-BEGINS = b"TDSm"
+BEGINS, _INDEX_BEGINS = b"TDSm", b"TDSh"
 _LEAD_IN = 28
+"""Bytes of it: see `segment_ends`."""
 _BIG_ENDIAN = 1 << 6
+"""The bit of the contents that says so."""
 _NEVER = datetime(1904, 1, 2, tzinfo=UTC)
 """Up to here a start is LabVIEW's zero: nobody entered one."""
 
@@ -29,12 +31,17 @@ _NEVER = datetime(1904, 1, 2, tzinfo=UTC)
 def segment_ends(source: BinaryIO, size: int, place: Location) -> list[int]:
     """Return where each segment ends, in bytes.
 
-    Raises DataError where the file ends within what says which samples follow.
+    Raises DataError for another kind of file, and where the file ends within what says which
+    samples follow.
 
     npTDMS leaves such a segment out without a word, and nobody would miss its samples. A segment
     begins with a lead-in: tag, contents, version, and the distances from its end to the next
     segment and to its own samples (NI, TDMS File Format Internal Structure).
     """
+    begins = source.read(len(BEGINS))
+    if begins != BEGINS:
+        hint = "this is the index of one" if begins == _INDEX_BEGINS else ""
+        raise DataError("is not a TDMS file", location=place, hint=hint)
     at, ends = 0, []
     while at < size:
         source.seek(at)

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from typing_extensions import Buffer
 
 MOST_BYTES = 64 * 1024
+"""Of one answer: a receiver needs some hundred to take a message or to refuse it."""
 
 
 class Answer(io.RawIOBase):

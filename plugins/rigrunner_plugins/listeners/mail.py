@@ -43,11 +43,19 @@ def mail(settings: MailSettings) -> Notifier:
     password = settings.password.read() if settings.password else ""
 
     def deliver(message: Message) -> None:
+        letter = EmailMessage()
+        letter["From"], letter["To"] = settings.sender, ", ".join(settings.to)
+        letter["Subject"] = message.title
+        letter["Date"] = formatdate(localtime=True)
+        letter["Message-ID"] = make_msgid(domain=settings.sender.rpartition("@")[2])
+        # So that no automatic answer, such as an absence note, is sent back (RFC 3834).
+        letter["Auto-Submitted"] = "auto-generated"
+        letter.set_content(message.body)
         try:
             with _connected(settings) as server:
                 if settings.user:
                     server.login(settings.user, password)
-                server.send_message(_letter(message, settings))
+                server.send_message(letter)
         except smtplib.SMTPRecipientsRefused as error:
             raise DeliveryError("the mail server refused every address", again=False) from error
         except smtplib.SMTPResponseException as error:  # its text may say the account
@@ -72,15 +80,3 @@ def _connected(settings: MailSettings) -> smtplib.SMTP:
             server.close()
             raise
     return server
-
-
-def _letter(message: Message, settings: MailSettings) -> EmailMessage:
-    letter = EmailMessage()
-    letter["From"], letter["To"] = settings.sender, ", ".join(settings.to)
-    letter["Subject"] = message.title
-    letter["Date"] = formatdate(localtime=True)
-    letter["Message-ID"] = make_msgid(domain=settings.sender.rpartition("@")[2])
-    # So that no automatic answer, such as an absence note, is sent back (RFC 3834).
-    letter["Auto-Submitted"] = "auto-generated"
-    letter.set_content(message.body)
-    return letter

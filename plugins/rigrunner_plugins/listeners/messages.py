@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 
 VERSION = 1
 DISK_EVERY_S = 30.0
+"""Time between two looks at the disk: a recording fills no 5 GB, the usual limit, so soon."""
 OF_LISTENERS = "event sink"
 """The source of an alarm that a listener failed: it is not reported by listeners."""
 _TITLES: dict[When, str] = {

@@ -46,7 +46,9 @@ def mqtt(settings: MqttSettings) -> Notifier:
                 raise DeliveryError("the broker did not answer")
             if refused:
                 raise DeliveryError(f"the broker refused the connection: {refused[0]}")
-            _confirmed(client, _filled(settings.topic, message), message, settings.timeout)
+            topic = settings.topic.replace("{station}", message.station)
+            topic = topic.replace("{kind}", message.kind)
+            _confirmed(client, topic, message, settings.timeout)
             client.disconnect()
         finally:
             client.loop_stop()
@@ -63,7 +65,3 @@ def _confirmed(client: Any, topic: str, message: Message, timeout_s: float) -> N
         raise DeliveryError("the broker closed the connection") from error
     if not told.is_published():
         raise DeliveryError("the broker did not confirm it")
-
-
-def _filled(topic: str, message: Message) -> str:
-    return topic.replace("{station}", message.station).replace("{kind}", message.kind)

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 MOST_WAITING = 100
 """Messages that wait for a receiver; with more the oldest are dropped."""
 FIRST_PAUSE_S = 1.0
+"""Between the first two tries of a message; each pause is twice the one before."""
 LONGEST_PAUSE_S = 30.0
 LAST_WORDS_S = 4.0
 """How long is tried to send what is left when the run is over."""

@@ -33,33 +33,17 @@ def main(station: Path, which: str, seed: int) -> None:
         signal.signal(number, lambda *_: over.set())
     try:
         if which == "chamber":
-            _run_chamber(station, seed, over)
+            from rigrunner_plugins.loopback.chamber import running_chamber as running  # noqa: PLC0415  (numpy)
         else:
-            _run_lever(station, seed, over)
+            from rigrunner_plugins.loopback.lever import running_lever as running  # noqa: PLC0415  (numpy)
+        with running(seed) as bench:
+            station.write_text(bench.station(), encoding="utf-8")
+            for name, port in bench.ports.items():
+                click.echo(f"{name:<15}SCPI over TCP, 127.0.0.1:{port}")
+            click.echo(f"{'station':<15}{station}")
+            over.wait()
     except OSError as error:
         raise click.ClickException(str(error)) from error
-
-
-def _run_chamber(station: Path, seed: int, over: threading.Event) -> None:
-    from rigrunner_plugins.loopback.chamber import running_chamber  # noqa: PLC0415  (numpy)
-
-    with running_chamber(seed) as bench:
-        station.write_text(bench.station(), encoding="utf-8")
-        click.echo(f"chamber        SCPI over TCP, 127.0.0.1:{bench.chamber_port}")
-        click.echo(f"ohmmeter       SCPI over TCP, 127.0.0.1:{bench.ohmmeter_port}")
-        click.echo(f"station        {station}")
-        over.wait()
-
-
-def _run_lever(station: Path, seed: int, over: threading.Event) -> None:
-    from rigrunner_plugins.loopback.lever import running_lever  # noqa: PLC0415  (numpy)
-
-    with running_lever(seed) as bench:
-        station.write_text(bench.station(), encoding="utf-8")
-        click.echo(f"lever          SCPI over TCP, 127.0.0.1:{bench.lever_port}")
-        click.echo(f"amplifier      SCPI over TCP, 127.0.0.1:{bench.amplifier_port}")
-        click.echo(f"station        {station}")
-        over.wait()
 
 
 if __name__ == "__main__":

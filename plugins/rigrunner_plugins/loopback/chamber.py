@@ -7,15 +7,12 @@ from __future__ import annotations
 
 import time
 from contextlib import contextmanager
-from dataclasses import dataclass
-from importlib.resources import files
 from math import exp
-from string import Template
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner_plugins.loopback.scpi import ScpiServer
+from rigrunner_plugins.loopback.scpi import Bench, ScpiServer
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -57,24 +54,8 @@ class Chamber:
         self._from_c, self._to_c, self._since_s = self.temperature_c, celsius, time.monotonic()
 
 
-@dataclass(frozen=True)
-class ChamberBench:
-    """Where the instruments listen."""
-
-    chamber_port: int
-    ohmmeter_port: int
-
-    def station(self) -> str:
-        """Return the text of the station that binds these instruments."""
-        folder = files("rigrunner_plugins.loopback")
-        text = folder.joinpath("chamber_station.yaml").read_text("utf-8")
-        return Template(text).substitute(
-            chamber_port=self.chamber_port, ohmmeter_port=self.ohmmeter_port
-        )
-
-
 @contextmanager
-def running_chamber(seed: int = 1) -> Iterator[ChamberBench]:
+def running_chamber(seed: int = 1) -> Iterator[Bench]:
     """Run chamber and ohmmeter on 127.0.0.1 until the block ends; raise OSError without a port."""
     chamber, noise = Chamber(), np.random.default_rng([seed, 3])
 
@@ -92,4 +73,4 @@ def running_chamber(seed: int = 1) -> Iterator[ChamberBench]:
         "MEAS:RES?": resistance,
     }
     with ScpiServer(of_chamber, {"SOUR:TEMP": chamber.go_to}) as one, ScpiServer(of_meter) as other:
-        yield ChamberBench(one.port, other.port)
+        yield Bench("chamber", {"chamber": one.port, "ohmmeter": other.port})

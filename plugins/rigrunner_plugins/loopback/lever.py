@@ -7,15 +7,12 @@ from, a zero that creeps with each loading, and a deviation that follows its mou
 from __future__ import annotations
 
 from contextlib import contextmanager
-from dataclasses import dataclass
-from importlib.resources import files
 from math import cos, radians
-from string import Template
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner_plugins.loopback.scpi import ScpiServer
+from rigrunner_plugins.loopback.scpi import Bench, ScpiServer
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -70,24 +67,8 @@ class Lever:
         return value + ZERO_NM * (1 - 0.5**self._loadings)
 
 
-@dataclass(frozen=True)
-class LeverBench:
-    """Where the instruments listen."""
-
-    lever_port: int
-    amplifier_port: int
-
-    def station(self) -> str:
-        """Return the text of the station that binds these instruments."""
-        folder = files("rigrunner_plugins.loopback")
-        text = folder.joinpath("lever_station.yaml").read_text("utf-8")
-        return Template(text).substitute(
-            lever_port=self.lever_port, amplifier_port=self.amplifier_port
-        )
-
-
 @contextmanager
-def running_lever(seed: int = 1) -> Iterator[LeverBench]:
+def running_lever(seed: int = 1) -> Iterator[Bench]:
     """Run lever and amplifier on 127.0.0.1 until the block ends; raise OSError without a port."""
     lever, noise = Lever(), np.random.default_rng([seed, 4])
     of_lever = {
@@ -101,4 +82,4 @@ def running_lever(seed: int = 1) -> Iterator[LeverBench]:
     }
     commands = {"SOUR:TORQ": lever.load, "SOUR:POS": lever.turn}
     with ScpiServer(of_lever, commands) as one, ScpiServer(of_amplifier) as other:
-        yield LeverBench(one.port, other.port)
+        yield Bench("lever", {"lever": one.port, "amplifier": other.port})

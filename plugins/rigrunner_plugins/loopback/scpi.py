@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import socketserver
 import threading
+from dataclasses import dataclass
+from importlib.resources import files
+from string import Template
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -12,6 +15,23 @@ if TYPE_CHECKING:
 NO_ERROR = '0,"No error"'
 UNDEFINED_HEADER = '-113,"Undefined header"'
 ILLEGAL_PARAMETER = '-224,"Illegal parameter value"'
+
+
+@dataclass(frozen=True)
+class Bench:
+    """Instruments that listen on this machine."""
+
+    name: str
+    """That of its station in this folder."""
+    ports: Mapping[str, int]
+    """Where they listen, by instrument."""
+
+    def station(self) -> str:
+        """Return the text of the station that binds these instruments."""
+        folder = files("rigrunner_plugins.loopback")
+        text = folder.joinpath(f"{self.name}_station.yaml").read_text("utf-8")
+        ports = {f"{name}_port": port for name, port in self.ports.items()}
+        return Template(text).substitute(ports)
 
 
 class _Conversation(socketserver.StreamRequestHandler):
@@ -38,9 +58,9 @@ class _Conversation(socketserver.StreamRequestHandler):
 
 
 class ScpiServer(socketserver.ThreadingTCPServer):
-    """An instrument's network socket on 127.0.0.1; a context manager with a thread of its own.
+    """An instrument's network socket on a free port of 127.0.0.1, as a context manager.
 
-    Raises OSError where the port is taken; port 0 is any that is free.
+    It has a thread of its own. Raises OSError where there is no free port.
     """
 
     allow_reuse_address = True
@@ -50,11 +70,10 @@ class ScpiServer(socketserver.ThreadingTCPServer):
         self,
         queries: Mapping[str, Callable[[], str]],
         commands: Mapping[str, Callable[[float], None]] | None = None,
-        port: int = 0,
     ) -> None:
         self.queries = dict(queries)
         self.commands = dict(commands or {})
-        super().__init__(("127.0.0.1", port), _Conversation)
+        super().__init__(("127.0.0.1", 0), _Conversation)
         threading.Thread(target=self.serve_forever, daemon=True).start()
 
     @property

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rigrunner.api import OutlierRuleRecord, hookimpl
-from rigrunner_plugins.outlier_rules import requirements
-from rigrunner_plugins.outlier_rules.examples import PENDULUM, ROSNER, URANIUM
+from rigrunner.api.hooks import OutlierExample
+from rigrunner_plugins.outlier_rules.settings import of_pauta
 
 if TYPE_CHECKING:
     from rigrunner.api import NoSettings, OutlierRule
@@ -15,6 +15,31 @@ if TYPE_CHECKING:
         GrubbsSettings,
         MadSettings,
     )
+
+URANIUM = OutlierExample(
+    source="Tietjen and Moore, Technometrics 14(3), 1972, by NIST/SEMATECH 1.3.5.17.1",
+    values=(199.31, 199.53, 200.19, 200.82, 201.92, 201.95, 202.18, 245.57),
+    rejected=(7,),
+    settings={"side": "high"},
+)
+_ROSNER = (
+    -0.25, 0.68, 0.94, 1.15, 1.20, 1.26, 1.26, 1.34, 1.38, 1.43, 1.49, 1.49, 1.55,
+    1.56, 1.58, 1.65, 1.69, 1.70, 1.76, 1.77, 1.81, 1.91, 1.94, 1.96, 1.99, 2.06,
+    2.09, 2.10, 2.14, 2.15, 2.23, 2.24, 2.26, 2.35, 2.37, 2.40, 2.47, 2.54, 2.62,
+    2.64, 2.90, 2.92, 2.92, 2.93, 3.21, 3.26, 3.30, 3.59, 3.68, 4.30, 4.64, 5.34,
+    5.42, 6.01,
+)  # fmt: skip
+ROSNER = OutlierExample(
+    source="Rosner, Technometrics 25(2), 1983, by NIST/SEMATECH 1.3.5.17.3",
+    values=_ROSNER,
+    rejected=(51, 52, 53),
+    settings={"at_most": 10},
+)
+PENDULUM = OutlierExample(
+    source="Taylor, An Introduction to Error Analysis, 6.1",
+    values=(3.8, 3.5, 3.9, 3.9, 3.4, 1.8),
+    rejected=(5,),
+)
 
 
 @hookimpl
@@ -39,7 +64,7 @@ def rigrunner_outlier_rules() -> list[OutlierRuleRecord]:
             name="pauta",
             help="The 3-sigma rule, repeated; can reject nothing of 10 cycles or fewer",
             factory=_pauta,
-            requires=requirements.of_pauta,
+            requires=of_pauta,
         ),
         OutlierRuleRecord(
             name="chauvenet",
@@ -58,13 +83,13 @@ def rigrunner_outlier_rules() -> list[OutlierRuleRecord]:
 
 
 def _grubbs(settings: GrubbsSettings) -> OutlierRule:
-    from rigrunner_plugins.outlier_rules.grubbs import Grubbs  # noqa: PLC0415  (scipy)
+    from rigrunner_plugins.outlier_rules.rules import Grubbs  # noqa: PLC0415  (scipy)
 
     return Grubbs(settings)
 
 
 def _generalized_esd(settings: GeneralizedEsdSettings) -> OutlierRule:
-    from rigrunner_plugins.outlier_rules.generalized_esd import (  # noqa: PLC0415  (scipy)
+    from rigrunner_plugins.outlier_rules.rules import (  # noqa: PLC0415  (scipy)
         GeneralizedEsd,
     )
 
@@ -72,24 +97,24 @@ def _generalized_esd(settings: GeneralizedEsdSettings) -> OutlierRule:
 
 
 def _pauta(_: NoSettings) -> OutlierRule:
-    from rigrunner_plugins.outlier_rules.pauta import pauta  # noqa: PLC0415  (scipy)
+    from rigrunner_plugins.outlier_rules.rules import pauta  # noqa: PLC0415  (scipy)
 
     return pauta
 
 
 def _chauvenet(_: NoSettings) -> OutlierRule:
-    from rigrunner_plugins.outlier_rules.chauvenet import chauvenet  # noqa: PLC0415  (scipy)
+    from rigrunner_plugins.outlier_rules.rules import chauvenet  # noqa: PLC0415  (scipy)
 
     return chauvenet
 
 
 def _mad(settings: MadSettings) -> OutlierRule:
-    from rigrunner_plugins.outlier_rules.mad import Mad  # noqa: PLC0415  (scipy)
+    from rigrunner_plugins.outlier_rules.rules import Mad  # noqa: PLC0415  (scipy)
 
     return Mad(settings)
 
 
 def _keep_all(_: NoSettings) -> OutlierRule:
-    from rigrunner_plugins.outlier_rules.keep_all import keep_all  # noqa: PLC0415  (numpy)
+    from rigrunner_plugins.outlier_rules.rules import keep_all  # noqa: PLC0415  (numpy)
 
     return keep_all

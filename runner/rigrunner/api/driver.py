@@ -37,6 +37,7 @@ if TYPE_CHECKING:
 _T = TypeVar("_T")
 _Info = TypeVar("_Info")
 _SHORT_S = 5.0
+"""Time limit of a reconnection where no other is known."""
 
 
 def check_patience(timeout_s: float, context: DeviceContext) -> None:

@@ -55,6 +55,7 @@ class UnitDefinition:
 
 
 _LBF = 4.4482216152605
+"""In N: 0.45359237 kg times 9.80665 m/s², both exact."""
 _INCH = 0.0254
 _DEG = math.pi / 180
 

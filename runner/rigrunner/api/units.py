@@ -66,6 +66,7 @@ _ADDED_KIND = re.compile(r"[a-z]+(?: [a-z]+)*")
 _BASE = re.compile(rf"1|{COMPOSED}|{_NAME}")
 _HIGHEST_POWER = 9  # a single superscript
 _LARGEST_FACTOR = 1e30
+"""That of quetta, the largest prefix of the SI."""
 _LONGEST = 40
 _NEAR = 0.51
 """Minimum similarity of a suggested unit: °F must not suggest °C."""

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 _NAP_S = 0.1
 """Interval at which waiting checks the stop token."""
 _MOST_RAMP_STEPS = 1000
+"""A longer ramp has longer steps, not more of them."""
 
 
 @dataclass(frozen=True)

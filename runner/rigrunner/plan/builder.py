@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
 
 MAX_ACTIONS = 100_000
+"""A plan is kept whole: loops that were mistyped are refused before they fill the memory."""
 
 
 def build(procedure: LoadedProcedure, bench: Bench, problems: Problems) -> Draft:

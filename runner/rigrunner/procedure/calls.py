@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 
 MAX_CALLS = 200
+"""At all depths together: two calls in each file double the number with each level."""
 MAX_CHARACTERS = MAX_BYTES
 """Of all files together, each counted as often as it is called: a single one may be as long."""
 

@@ -30,6 +30,7 @@ FILES = "queue-*.json"
 COMMON_FILE = "queue.json"
 """File of earlier versions with the entries of all stations."""
 MOST_ENTRIES = 5000
+"""The file of a queue is read and written whole."""
 PATIENCE_S = 5.0
 _MOVABLE = ("proposed", "waiting", "held")
 

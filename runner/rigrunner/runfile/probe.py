@@ -18,6 +18,7 @@ from rigrunner.api.errors import DataError, RigrunnerError
 from rigrunner.runfile.hdf5 import UNREADABLE, is_checksummed, objects, open_file
 
 _LEAST_S = 60.0
+"""The child first has to start Python and load HDF5, on a busy machine too."""
 _BYTES_PER_S = 1e6
 """Far slower than any machine on which a run file was verified."""
 _CHILD = "import sys; from rigrunner.runfile.probe import walk; walk(sys.argv[1])"

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from rigrunner.runfile.scratch import Scratch
 
 _CHUNK = 16_384
+"""Samples: 128 KiB of doubles."""
 _FILTERS = {"compression": "gzip", "compression_opts": 1, "shuffle": True, "fletcher32": True}
 """Filters that every HDF5 has; others are faster, but readers need a plugin for them."""
 _AXIS = "time"

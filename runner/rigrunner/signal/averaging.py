@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from rigrunner.api.data import Array, Mask
 
 DEFAULT_THRESHOLD = 5.0
+"""In robust sigmas: of normal samples one in 1.7 million lies further out."""
 AT_ONCE = 1 << 16
 """Parts whose places are held in memory at once."""
 

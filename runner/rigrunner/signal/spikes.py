@@ -25,6 +25,7 @@ MAD_TO_SIGMA = 1.482602218505602
 """1 / Phi^-1(3/4): the median absolute deviation of a normal distribution, as its sigma."""
 
 DEFAULT_THRESHOLD = 6.0
+"""In robust sigmas: of normal samples two in 10⁹ lie further out."""
 
 LESS = 0.8
 """Of the first stretch's median: that of all is as a rule not below."""

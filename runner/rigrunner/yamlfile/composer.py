@@ -29,6 +29,7 @@ _FLOAT = re.compile(r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
 _NOT_FINITE = re.compile(r"[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN)")
 _LEADING_ZERO = re.compile(r"[-+]?0+[0-9]")
 _MAX_DIGITS = 40
+"""Characters of a number: a double has 17 digits, and of thousands Python takes long."""
 
 
 class ScalarError(ValueError):
@@ -72,6 +73,7 @@ def _stripped(text: str) -> str:
 
 
 MAX_DEPTH = 40
+"""No file of ours is half as deep, and recursion over it stays far from the limit of Python."""
 TOO_DEEP = f"nested more than {MAX_DEPTH} deep"
 MAX_VALUES = 20_000  # what is read within a second
 MAX_PROBLEMS = 50

@@ -19,7 +19,6 @@ from rigrunner.cli.output import message, result, result_json
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
-    from contextlib import AbstractContextManager
 
     from rigrunner.registry import DisabledPlugin, Registry
     from rigrunner_testing import AnyCheck, Finding, Subject
@@ -77,9 +76,17 @@ def command(
 
     with ExitStack() as held:
         if station is not None and role is not None:
-            subjects: Sequence[Subject] = [held.enter_context(_bound(station, role, name))]
+            from rigrunner.run.locate import find_station
+            from rigrunner_testing.station import bound_subject
+
+            bound = bound_subject(find_station(station), role, name)
+            subjects: Sequence[Subject] = [held.enter_context(bound)]
         else:
-            registry = _registry(drop_in)
+            from rigrunner.registry import load_registry, with_drop_ins
+
+            registry = load_registry()
+            if drop_in is not None:
+                registry = with_drop_ins(registry, drop_in)
             unloaded = registry.disabled_with(name)
             if unloaded is not None and not _kinds(registry, name):
                 return _not_loaded(name, unloaded, as_json=as_json)
@@ -93,20 +100,6 @@ def command(
         result_json([_document(*each) for each in zip(subjects, findings, strict=True)])
     failed = any(found.state == "fail" for each in findings for found in each)
     return ExitCode.FAIL if failed else ExitCode.PASS
-
-
-def _bound(station: str, role: str, name: str) -> AbstractContextManager[Subject]:
-    from rigrunner.run.locate import find_station
-    from rigrunner_testing.station import bound_subject
-
-    return bound_subject(find_station(station), role, name)
-
-
-def _registry(drop_in: Path | None) -> Registry:
-    from rigrunner.registry import load_registry, with_drop_ins
-
-    registry = load_registry()
-    return registry if drop_in is None else with_drop_ins(registry, drop_in)
 
 
 def _kinds(registry: Registry, name: str) -> list[str]:
@@ -164,7 +157,7 @@ def _settings(file: Path | None) -> Mapping[str, Any] | None:
 
 def _checked(subject: Subject, *, read_only: bool, yes: bool, quiet: bool) -> list[Finding]:
     """Run the checks, report each result as it ends, and leave the device safe."""
-    from rigrunner_testing import State, checks, examine
+    from rigrunner_testing import State, checks, examine, examine_one
 
     known = checks(subject.kind, subject.registry)
     chosen = [each for each in known if not (read_only and each.moves)]
@@ -179,7 +172,9 @@ def _checked(subject: Subject, *, read_only: bool, yes: bool, quiet: bool) -> li
             if not quiet and found.state is not State.NOT_JUDGED:
                 result(_line(found))
     except BaseException:
-        _make_safe(subject, chosen)
+        for each in chosen:
+            if each.name == "left_safe":
+                message(f"interrupted; {_line(examine_one(subject, each)).strip()}")
         raise
     if not quiet:
         result(_summary(findings, left_out))
@@ -191,6 +186,8 @@ def _careful(
 ) -> Subject:
     """Return the subject with its restrictions; ask before drives of a real device are set."""
     from rigrunner_testing.device import DeviceSubject
+    from rigrunner_testing.device.doing import place
+    from rigrunner_testing.device.quantities import PARTS
 
     if not isinstance(subject, DeviceSubject):
         return subject
@@ -200,7 +197,9 @@ def _careful(
     if not drives:
         return subject
     moving = ", ".join(each.name for each in chosen if each.moves)
-    ranges = "; ".join(f"{each.name} up to {_farthest(each)}" for each in drives)
+    ranges = "; ".join(
+        f"{each.name} up to {place(each, max(PARTS)):g} {each.unit}" for each in drives
+    )
     message(fill(f"This is not a simulator. These checks set its drives: {moving}.", WIDTH))
     message(fill(f"They move {ranges}; set-points beyond the limits are tried too.", WIDTH))
     message("No interlock is watched meanwhile. --read-only leaves these checks out.")
@@ -211,22 +210,6 @@ def _careful(
     if not yes:
         click.confirm("Is the rig clear, so that its drives may move?", abort=True, err=True)
     return subject
-
-
-def _farthest(info: Any) -> str:
-    from rigrunner_testing.device.doing import place
-    from rigrunner_testing.device.quantities import PARTS
-
-    return f"{place(info, max(PARTS)):g} {info.unit}"
-
-
-def _make_safe(subject: Subject, chosen: Sequence[AnyCheck]) -> None:
-    """Report whether an interrupted device is safe."""
-    from rigrunner_testing import examine_one
-
-    for each in chosen:
-        if each.name == "left_safe":
-            message(f"interrupted; {_line(examine_one(subject, each)).strip()}")
 
 
 def _line(finding: Finding) -> str:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from rigrunner_testing.device.subject import DeviceSubject
 
 GIVEN_S = 1.0
+"""The time-out within which a device without its instrument gives up."""
 GRACE_S = 1.0
 """Time allowed beyond the time-out of connecting: a process that starts, a delayed packet."""
 ROUNDS = 3

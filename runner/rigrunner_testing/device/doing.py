@@ -16,12 +16,13 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
     from rigrunner.api.data import Block
-    from rigrunner.api.devices import ChannelInfo, Device, DriveInfo, StopToken
+    from rigrunner.api.devices import ChannelInfo, Device, DriveInfo
     from rigrunner_testing.device.subject import DeviceSubject
 
 CHANNELS_STREAMED = 8
 """Of a device with more channels, the first ones are streamed."""
 PROBE_S = 0.02
+"""How long is streamed to see which channels can be streamed together."""
 LEAD_S = 0.2
 """Time between two steps of a drive that is moved slowly."""
 SMALL_STEP = 0.1
@@ -161,10 +162,9 @@ def _lead(subject: DeviceSubject, device: Settable, info: DriveInfo, value: floa
         device.set(info.name, start + (value - start) * step / steps)
 
 
-def blocks(device: Device, duration_s: float, stop: StopToken | None = None) -> list[Block]:
+def blocks(device: Device, duration_s: float) -> list[Block]:
     """Return the blocks of a stream of that duration."""
-    token = stop or threading.Event()
-    return list(streamer(device).stream(streamed_names(device), duration_s, token))
+    return list(streamer(device).stream(streamed_names(device), duration_s, threading.Event()))
 
 
 def off(device: Settable, info: DriveInfo, value: float) -> float | None:

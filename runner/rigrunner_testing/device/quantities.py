@@ -33,8 +33,10 @@ if TYPE_CHECKING:
     from rigrunner_testing.device.subject import DeviceSubject
 
 PARTS = (0.1, 0.25)
+"""How far from its safe value a drive is set, as fractions of its range: not far, and twice."""
 NO_SUCH = "no_such_name"
 GRACE_S = 1.0
+"""Time allowed beyond what the drives state: the exchanges take time as well."""
 
 
 @check(
@@ -58,7 +60,12 @@ def quantities_declared(subject: DeviceSubject) -> None:
     demand(
         not device.drives or isinstance(device, Settable), "it has drives, but no set and read_back"
     )
-    _stays_declared(subject, device)
+    with subject.connected() as connected:
+        stays = (list(connected.channels), list(connected.drives)) == (
+            list(device.channels),
+            list(device.drives),
+        )
+    demand(stays, "once connected it has other channels or drives than before")
 
 
 def _objection(symbol: str) -> str:
@@ -89,13 +96,6 @@ def _declared(info: DriveInfo) -> None:
     demand(hertz, f"{info.name} sets the cycle frequency, in {info.unit}")
 
 
-def _stays_declared(subject: DeviceSubject, device: Device) -> None:
-    before = (list(device.channels), list(device.drives))
-    with subject.connected() as connected:
-        after = (list(connected.channels), list(connected.drives))
-    demand(before == after, "once connected it has other channels or drives than before")
-
-
 @check(
     fix="return one finite float for each channel that is asked, in that order, in its SI unit",
     needs=("quantities_declared",),
@@ -118,8 +118,14 @@ def readings_are_true(subject: DeviceSubject) -> None:
             )
         units = {info.name: info.unit for info in device.channels}
         for info in device.drives:
-            if units.get(info.name) == info.unit:
-                _within(info, values[info.name])
+            if units.get(info.name) != info.unit:
+                continue
+            value, tolerance = values[info.name], info.allowed_deviation
+            demand(
+                info.minimum - tolerance <= value <= info.maximum + tolerance,
+                f"{info.name} reads {value:g} {info.unit}, and its drive reaches from"
+                f" {info.minimum:g} to {info.maximum:g} {info.unit}",
+            )
 
 
 @check(
@@ -157,15 +163,6 @@ def _made_a_float(value: object) -> str:
     if isinstance(value, (str, bytes, int)):
         return f"convert the {type(value).__name__}: `return float(...)`"
     return ""
-
-
-def _within(info: DriveInfo, value: float) -> None:
-    low, high = info.minimum - info.allowed_deviation, info.maximum + info.allowed_deviation
-    demand(
-        low <= value <= high,
-        f"{info.name} reads {value:g} {info.unit}, and its drive reaches from {info.minimum:g} to"
-        f" {info.maximum:g} {info.unit}",
-    )
 
 
 @check(
@@ -252,21 +249,15 @@ def limits_hold(subject: DeviceSubject) -> None:
             span = info.maximum - info.minimum
             beyond = (info.minimum - 0.01 * span, info.maximum + 0.01 * span)
             for wrong in (*beyond, math.nan, math.inf, -math.inf):
-                _refused_in_place(device, drives, info, (wrong, stands[info.name]))
-
-
-def _refused_in_place(
-    device: Device, drives: Settable, info: DriveInfo, values: tuple[float, float]
-) -> None:
-    wrong, stands = values
-    what = f"setting {info.name} to {wrong:g} {info.unit}"
-    told = str(refusal(what, lambda: drives.set(info.name, wrong)))
-    limits = (f"{info.minimum:g}", f"{info.maximum:g}")
-    demand(all(each in told for each in limits), f"{what} is refused without its limits: {told}")
-    if isinstance(device, Approaching):
-        refusal(f"beginning to do so: {what}", lambda: device.begin(info.name, wrong))
-    found = off(drives, info, stands)
-    demand(found is None, f"{what} is refused, yet it moved from {stands:g} to {found}")
+                what = f"setting {info.name} to {wrong:g} {info.unit}"
+                told = str(refusal(what, partial(drives.set, info.name, wrong)))
+                named = f"{info.minimum:g}" in told and f"{info.maximum:g}" in told
+                demand(named, f"{what} is refused without its limits: {told}")
+                if isinstance(device, Approaching):
+                    begin = partial(device.begin, info.name, wrong)
+                    refusal(f"beginning to do so: {what}", begin)
+                stood, found = stands[info.name], off(drives, info, stands[info.name])
+                demand(found is None, f"{what} is refused, yet it moved from {stood:g} to {found}")
 
 
 @check(

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 TIMEOUT_S = 0.2
 LATE_S = 3 * TIMEOUT_S
+"""When an answer comes whose question was given up."""
 TRIES = 3
 """Readings after a failure: the second and third would show an answer that is one behind."""
 

@@ -111,7 +111,13 @@ def safe_though_one_drive_fails(subject: DeviceSubject) -> None:
     """If a call of one drive, or all of `make_safe`, raises, the other drives are made safe."""
     with subject.connected() as device:
         setter(device)
-        for method, error in _broken_calls(device):
+        # Of a Driver it is known which calls its own `make_safe` makes.
+        broken_calls: tuple[tuple[str, BaseException], ...] = (
+            (("actual", IndexError("made by the check")), ("put", SystemExit(1)))
+            if isinstance(device, Driver)
+            else ()
+        )
+        for method, error in broken_calls:
             for broken in device.drives:
                 move(subject, device)
                 with _raising(device, method, broken.name, error), suppress(Exception, SystemExit):
@@ -121,13 +127,6 @@ def safe_though_one_drive_fails(subject: DeviceSubject) -> None:
         with _raising(device, "make_safe", "", IndexError("made by the check")):
             make_safe(subject.role, "", device, InlineCaller(), 0.0, connected=True)
         _others_are_safe(device, "", "`make_safe` raised, each drive was set by itself")
-
-
-def _broken_calls(device: Device) -> list[tuple[str, BaseException]]:
-    """Return the methods on which its own `make_safe` depends, and their exceptions."""
-    if not isinstance(device, Driver):
-        return []
-    return [("actual", IndexError("made by the check")), ("put", SystemExit(1))]
 
 
 def _others_are_safe(device: Device, broken: str, why: str) -> None:

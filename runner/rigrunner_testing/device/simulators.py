@@ -11,7 +11,7 @@ import numpy as np
 from rigrunner.api.devices import CountsStreams, KnowsTruth, Readable, Settable, Streaming
 from rigrunner.api.settings import MadeOfOthers
 from rigrunner_testing.check import applies, check, demand
-from rigrunner_testing.device.doing import blocks, move, names, setter, streamer
+from rigrunner_testing.device.doing import blocks, move, names, streamer
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 STREAMED_S = 0.3
 TRIES = 3
+"""The shortest wait of all counts: others may have had the processor."""
 WAITS_S = 0.2
 """A call that spends more time than this without computing waits for something."""
 BUSY = 3.0
@@ -146,9 +147,7 @@ def _samples(subject: DeviceSubject, **changes: Any) -> dict[str, Array]:
     """Return a reading and a stream of a device that was just connected and set."""
     found: dict[str, Array] = {}
     with subject.connected(**changes) as device:
-        if isinstance(device, Settable) and device.drives:
-            setter(device)
-            move(subject, device)
+        move(subject, device)
         if isinstance(device, Readable):
             values = device.read(names(device.channels))
             found |= {f"reading of {name}": np.array([value]) for name, value in values.items()}

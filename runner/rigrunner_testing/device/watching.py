@@ -21,8 +21,15 @@ if TYPE_CHECKING:
 PATIENCE_S = 2.0
 """How long a thread that is ending may take."""
 HANDLES = (Path("/proc/self/fd"), Path("/dev/fd"))
-TOUCHING = ("socket.connect", "socket.bind", "subprocess.Popen", "os.system")
-"""Audit events of access to files, sockets and processes (docs.python.org, audit_events)."""
+TOUCHING = (
+    "socket.connect",
+    "socket.bind",
+    "socket.sendto",
+    "socket.getaddrinfo",  # without a network, all that is seen of a connection
+    "subprocess.Popen",
+    "os.system",
+)
+"""Audit events of access to sockets and processes (docs.python.org, audit_events)."""
 
 
 @dataclass(frozen=True)
@@ -43,15 +50,11 @@ def census() -> Census:
     """Return what the program holds, after garbage collection and the end of threads."""
     gc.collect()
     until_s = time.monotonic() + PATIENCE_S
-    now = _count()
-    while now != (later := _settled()) and time.monotonic() < until_s:
-        now = later
+    before, now = None, _count()
+    while now != before and time.monotonic() < until_s:
+        time.sleep(0.05)
+        before, now = now, _count()
     return now
-
-
-def _settled() -> Census:
-    time.sleep(0.05)
-    return _count()
 
 
 def _count() -> Census:

@@ -52,7 +52,8 @@ def same_run_same_bytes(subject: FormatSubject) -> None:
 def names_are_escaped(subject: FormatSubject) -> None:
     """In a format with markup, a name that is a script is shown as text, not run."""
     for each in subject.written:
-        text = _markup(each.made)
+        applies(_is_markup(each.made), "what it makes is not markup")
+        text = each.made.decode("utf-8")
         at = text.find(TAG)
         demand(at < 0, f"a specimen named {TAG} is in it unescaped: ...{text[at - 40 : at]}...")
         demand("<img src=x" not in text, "a specimen's name opens a tag of its own")
@@ -80,11 +81,6 @@ def leaves_nothing_open(subject: FormatSubject) -> None:
 
 def _is_markup(made: bytes) -> bool:
     return made.lstrip()[:1] == b"<"
-
-
-def _markup(made: bytes) -> str:
-    applies(_is_markup(made), "what it makes is not markup")
-    return made.decode("utf-8")
 
 
 CHECKS: tuple[AnyCheck, ...] = (

@@ -29,7 +29,6 @@ from rigrunner.run.record import execute
 from rigrunner.tools.labfolder import TEMPLATE
 
 if TYPE_CHECKING:
-    from rigrunner.api.data import RunData
     from rigrunner.certificate.content import Source
 
 PROCEDURE, STATION = "no_load_breakaway", "simulated_bench"
@@ -42,7 +41,13 @@ MISCHIEF = f'{TAG}"><img src=x onerror=alert(7)>\'"&amp; 20 % ünit 轴承'
 def report_inputs() -> tuple[ReportInput, ...]:
     """Return a run with its verdict, and the same run without limits and verdict."""
     source = _source()
-    run, lookup = _named(source.result.run), load_registry()
+    run = replace(
+        source.result.run,
+        inputs={"specimen": MISCHIEF, "operator": MISCHIEF},
+        procedure_title=MISCHIEF,
+        people={"operator": MISCHIEF},
+    )
+    lookup = load_registry()
     procedure = load_procedure(find_procedure(PROCEDURE)).model
     results = (
         analyse(
@@ -57,15 +62,6 @@ def report_inputs() -> tuple[ReportInput, ...]:
     events = ({"utc": run.started_utc, "kind": "note", "text": MISCHIEF},)
     return tuple(
         ReportInput(found, document(found), {}, {"station": MISCHIEF}, events) for found in results
-    )
-
-
-def _named(run: RunData) -> RunData:
-    return replace(
-        run,
-        inputs={"specimen": MISCHIEF, "operator": MISCHIEF},
-        procedure_title=MISCHIEF,
-        people={"operator": MISCHIEF},
     )
 
 

@@ -56,9 +56,9 @@ class FormatSubject(Subject):
     def written(self) -> tuple[Written, ...]:
         """Its output for each input."""
         self.writer(self.inputs[0])  # what is loaded once is loaded now, and not watched
-        return tuple(self._write(given) for given in self.inputs)
-
-    def _write(self, given: Any) -> Written:
-        with watched() as touched:
-            made = self.writer(given)
-        return Written(made, tuple(touched))
+        written = []
+        for given in self.inputs:
+            with watched() as touched:
+                made = self.writer(given)
+            written.append(Written(made, tuple(touched)))
+        return tuple(written)

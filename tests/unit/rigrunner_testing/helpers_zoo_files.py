@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import html
 import itertools
+import socket
 import struct
 import tempfile
 import threading
@@ -36,6 +38,12 @@ def unescaped(report):
 
 def with_picture(report):
     return page(report) + b'<img alt="logo" src="https://example.org/logo.png">'
+
+
+def looks_up_a_font(report):
+    with contextlib.suppress(OSError):  # without a network it goes on without
+        socket.getaddrinfo("fonts.invalid", 443)
+    return page(report)
 
 
 def keeps_a_file(report):
@@ -76,9 +84,19 @@ def dawdles(event):
         time.sleep(0.15)
 
 
+def dawdles_later(event):
+    if isinstance(event, Samples) and event.block.first_sample:
+        time.sleep(0.15 if event.block.first_sample == 10_000 else 0)
+
+
 def zeroes(event):
     if isinstance(event, Samples):
         event.block.channels["tester.torque"][:] = 0.0
+
+
+def zeroes_the_angle(event):
+    if isinstance(event, Samples):
+        event.block.channels["tester.angle"][:] = 0.0
 
 
 def starts_a_thread(event):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from math import nan
 
 from helpers_measurand import Hardness
 from rigrunner.api.analysis import NeededChannel, NeededRun, Requirements
@@ -94,6 +95,15 @@ def moved(found, by):
         results=tuple(
             replace(each, estimate=replace(each.estimate, value=each.estimate.value + by))
             for each in found.results
+        )
+    )
+
+
+def of_unknown_uncertainty(run):
+    return Findings(
+        results=tuple(
+            replace(each, estimate=replace(each.estimate, u=nan), components=())
+            for each in READINGS(run).results
         )
     )
 

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import pytest
 
-from rigrunner_testing import State, checks, examine_one, subject
+from rigrunner.api.verdict import Verdict, Zone
+from rigrunner_testing import State, checks, examine, examine_one, subject
 from rigrunner_testing.settings import CHECKS as OF_EVERY_PLUGIN
 from unit.rigrunner_testing.helpers_zoo_analysis import (
     DECISION_RULES,
@@ -26,13 +27,20 @@ from unit.rigrunner_testing.helpers_zoo_files import (
     IMPORTERS,
     SINKS,
     Table,
+    dawdles_later,
     format_registry,
     importer_registry,
     listener,
+    looks_up_a_font,
     page,
     sink_registry,
+    zeroes_the_angle,
 )
-from unit.rigrunner_testing.helpers_zoo_results import ANALYSES, analysis_registry
+from unit.rigrunner_testing.helpers_zoo_results import (
+    ANALYSES,
+    analysis_registry,
+    of_unknown_uncertainty,
+)
 from unit.rigrunner_testing.helpers_zoo_units import UNITS, good_unit_registry, unit_registry
 
 
@@ -84,6 +92,32 @@ def test_what_is_broken_fails(kind, name):
     finding = found(kind, name, registry(zoo[name]))
     assert finding.state is State.FAIL
     assert finding.text
+
+
+@pytest.mark.parametrize("sink", [dawdles_later, zeroes_the_angle])
+def test_each_event_and_each_channel_counts(sink):
+    name = "comes_back_at_once" if sink is dawdles_later else "leaves_samples_alone"
+    assert found("event_sink", name, sink_registry(sink)).state is State.FAIL
+
+
+def test_a_format_that_goes_on_without_a_network_fails_too():
+    finding = found("report_format", "nothing_is_fetched", format_registry(looks_up_a_font))
+    assert finding.text == "making it did: socket.getaddrinfo"
+
+
+def test_a_result_of_unknown_uncertainty_covers_nothing():
+    registry = analysis_registry(of_unknown_uncertainty)
+    finding = found("analysis", "covers_the_truth", registry)
+    assert (finding.state, finding.text) == (State.NOT_APPLICABLE, "it states no uncertainty")
+
+
+def test_no_risk_is_counted_of_a_rule_that_fails_nothing():
+    rule = DecisionRule(lambda *_: [Zone(Verdict.PASS, 0.1, "w"), Zone(Verdict.INCONCLUSIVE, -9.0)])
+    registry = decision_rule_registry(rule)
+    findings = examine(subject("decision_rule", "rule", registry=registry), checks("decision_rule"))
+    states = {each.check.name: each.state for each in findings}
+    assert states["passes_the_good_and_fails_the_bad"] is State.FAIL
+    assert states["stated_risks_are_those_of_its_verdicts"] is State.NOT_JUDGED
 
 
 @pytest.mark.parametrize(("kind", "name"), BROKEN)

@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from rigrunner.api import Block, StopToken
     from rigrunner.api.devices import ReadingInfo
     from rigrunner.api.readings import Reading
-    from rigrunner_plugins.devices.composite.part import Part
     from rigrunner_plugins.devices.composite.routes import ChannelRoute
 
 
@@ -132,11 +131,14 @@ class Streams(Composite):
         found: dict[str, tuple[float, str]] = {}
         for route in self._streamed:
             part = self.parts[route.part]
-            found |= {
-                route.info.name + name.removeprefix(route.name): value
-                for name, value in part.found().items()
-                if _is_of(name, route.name, part)
-            }
+            names = [info.name for info in part.device.channels]
+            for name, value in part.found().items():
+                # Of the longest name of a channel that it begins with.
+                own = max(
+                    (each for each in names if name.startswith(f"{each}_")), key=len, default=""
+                )
+                if own == route.name:
+                    found[route.info.name + name.removeprefix(own)] = value
         return found if self._aligned is None else {**found, **self._aligned.conditions()}
 
 
@@ -168,16 +170,18 @@ class CountsPartsStreams(Composite):
         """Tell each part that asks for it what was streamed before, by its own drives' names."""
         for name, part in self.parts.items():
             device = part.device
-            if isinstance(device, CountsStreams):
-                own = [self._of_part(name, setpoints) for setpoints in streams]
-                part.call("continue a run", partial(device.continue_after, own))
-
-    def _of_part(self, part: str, setpoints: Mapping[str, float]) -> dict[str, float]:
-        return {
-            self.drive_routes[drive].name: value
-            for drive, value in setpoints.items()
-            if drive in self.drive_routes and self.drive_routes[drive].part == part
-        }
+            if not isinstance(device, CountsStreams):
+                continue
+            theirs = {
+                drive: route.name
+                for drive, route in self.drive_routes.items()
+                if route.part == name
+            }
+            own = [
+                {theirs[drive]: value for drive, value in each.items() if drive in theirs}
+                for each in streams
+            ]
+            part.call("continue a run", partial(device.continue_after, own))
 
 
 class KnowsPartsTruth(Composite):
@@ -190,12 +194,6 @@ class KnowsPartsTruth(Composite):
             if isinstance(part.device, KnowsTruth):
                 known |= part.call("tell the truth", part.device.truth)
         return known
-
-
-def _is_of(name: str, channel: str, part: Part) -> bool:
-    """Say whether what a part found is of that channel: the longest name that it begins with."""
-    own = [info.name for info in part.device.channels if name.startswith(f"{info.name}_")]
-    return bool(own) and max(own, key=len) == channel
 
 
 def _renamed(blocks: Generator[Block], routes: Sequence[ChannelRoute]) -> Generator[Block]:

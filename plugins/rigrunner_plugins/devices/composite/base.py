@@ -85,7 +85,14 @@ class Composite:
             for name, part in self.parts.items():
                 found[name] = part.connect(timeout_s)
         except BaseException as error:
-            self._give_up([self.parts[name] for name in found], error)
+            # Nothing stays energised or open; what fails in that is told beside the error.
+            safe = [part.make_safe for part in self._safe_order() if part.name in found]
+            failed = _all_tried([*safe, *(part.close for part in self.parts.values())])
+            if failed and isinstance(error, DeviceError):
+                error.message = "; then ".join([error.message, *map(str, failed)])
+            else:
+                for each in failed:
+                    add_beside(error, str(each))
             raise
         self._connected = True
         return Identity(
@@ -138,16 +145,6 @@ class Composite:
         failed = _all_tried([part.close for part in self.parts.values()])
         if failed:
             raise failed[0]
-
-    def _give_up(self, connected: Sequence[Part], error: BaseException) -> None:
-        """Leave nothing energised or open behind; what fails in that is told beside the error."""
-        failed = _all_tried([part.make_safe for part in self._safe_order() if part in connected])
-        failed += _all_tried([part.close for part in self.parts.values()])
-        if failed and isinstance(error, DeviceError):
-            error.message = "; then ".join([error.message, *map(str, failed)])
-        else:
-            for each in failed:
-                add_beside(error, str(each))
 
     def _safe_order(self) -> list[Part]:
         names = [*(route.part for route in self.drive_routes.values()), *self.parts]

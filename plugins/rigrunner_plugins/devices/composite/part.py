@@ -96,7 +96,17 @@ class Part:
         if isinstance(self.device, Readable):
             readable = self.device
             return self.call("read", lambda: readable.read(channels))
-        return self._means(channels)
+        if self._streams:
+            told = f"{self.name}: {', '.join(channels)} cannot be read while it records"
+            raise DeviceRejectedError(told, hint="it gives single values by a stream of its own")
+        totals, samples = dict.fromkeys(channels, 0.0), 0
+        for block in self.stream(channels, _GLANCE_S, _Never()):
+            samples += block.samples
+            for name in channels:
+                totals[name] += float(block.channels[name].sum())
+        if not samples:
+            raise DeviceLostError(f"{self.name}: no sample came in {_GLANCE_S:g} s")
+        return {name: total / samples for name, total in totals.items()}
 
     def observe(self, readings: Sequence[str]) -> Mapping[str, Reading]:
         """Return what is not a number."""
@@ -188,19 +198,6 @@ class Part:
             return {}
         known = self.device
         return self.call("tell of the stream", lambda: dict(known.stream_conditions()))
-
-    def _means(self, channels: Sequence[str]) -> Mapping[str, float]:
-        if self._streams:
-            told = f"{self.name}: {', '.join(channels)} cannot be read while it records"
-            raise DeviceRejectedError(told, hint="it gives single values by a stream of its own")
-        totals, samples = dict.fromkeys(channels, 0.0), 0
-        for block in self.stream(channels, _GLANCE_S, _Never()):
-            samples += block.samples
-            for name in channels:
-                totals[name] += float(block.channels[name].sum())
-        if not samples:
-            raise DeviceLostError(f"{self.name}: no sample came in {_GLANCE_S:g} s")
-        return {name: total / samples for name, total in totals.items()}
 
 
 @contextmanager

@@ -87,7 +87,11 @@ def reference_of(
     would be decimated without a filter; or if a part does not stream its common signal.
     """
     streaming = list(dict.fromkeys(each.part for each in channels.values() if each.info.streams))
-    rates = {name: _rate_hz(parts[name]) for name in streaming}
+    rates = {
+        name: device.sample_rate_hz
+        for name in streaming
+        if isinstance(device := parts[name], Streaming)
+    }
     reference = clocks.reference or next(iter(streaming), "")
     if not reference:
         return ""
@@ -106,10 +110,6 @@ def reference_of(
         if not route.info.streams:
             raise PluginError(f"clocks: common: {part}.{name} is not streamed")
     return reference
-
-
-def _rate_hz(device: Device) -> float:
-    return device.sample_rate_hz if isinstance(device, Streaming) else 0.0
 
 
 def _channel(what: str, name: str, place: str, parts: Mapping[str, Device]) -> ChannelRoute:

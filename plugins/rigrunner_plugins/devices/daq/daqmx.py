@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigrunner.api import DeviceError
-from rigrunner_plugins.devices.daq.failures import mapped
+from rigrunner.api import (
+    DeviceError,
+    DeviceLostError,
+    DeviceNotFoundError,
+    DeviceRejectedError,
+    DeviceTimeoutError,
+)
 from rigrunner_plugins.devices.daq.settings import (
     DigitalOutput,
     EncoderChannel,
@@ -19,7 +24,7 @@ from rigrunner_plugins.devices.daq.settings import (
 from rigrunner_plugins.devices.extras import missing
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping
 
     from rigrunner.api import Array
     from rigrunner_plugins.devices.daq.settings import DaqSettings, VoltageChannel
@@ -37,6 +42,26 @@ PHASES = {
     "low_high": "ALOW_BHIGH",
     "low_low": "ALOW_BLOW",
 }
+
+NOT_THERE = {
+    "INVALID_DEVICE_ID",
+    "INVALID_DEVICE_ID_IN_LIST",
+    "PHYSICAL_CHAN_DOES_NOT_EXIST",
+    "DEVICE_REMOVED",
+}
+"""Names of the library's error codes."""
+OVERRUN = {
+    "SAMPLES_NO_LONGER_AVAILABLE",
+    "ADC_OVERRUN",
+    "AI_OVERRUN",
+    "CI_OVERRUN",
+}
+LATE = {"SAMPLES_NOT_YET_AVAILABLE", "TIMEOUT_EXCEEDED", "WAIT_UNTIL_DONE_DOES_NOT_INDICATE_DONE"}
+TAKEN = {"RESOURCE_ALREADY_RESERVED", "PAL_RESOURCE_RESERVED"}
+NO_DRIVER = (
+    "install NI-DAQmx from ni.com for your system, restart, and look whether NI MAX, or"
+    " 'nilsdev' on Linux, shows the device"
+)
 
 
 @dataclass(frozen=True)
@@ -155,7 +180,10 @@ class Acquisition:
                 self._add_encoder(self._encoders[name], name, channel)
             else:
                 self._task = self._task or self._new_task()
-                added = self._add_analog(self._task, name, channel)
+                if isinstance(channel, TorqueChannel):
+                    added = self._add_torque(self._task, name, channel)
+                else:
+                    added = self._add_voltage(self._task, name, channel)
                 self._analog.append(name)
                 if self._settings.remove_filter_delay:
                     added.ai_remove_filter_delay = True
@@ -174,9 +202,7 @@ class Acquisition:
     def _new_task(self) -> Any:
         return self._open.enter_context(self._ni.Task())
 
-    def _add_analog(self, task: Any, name: str, channel: TorqueChannel | VoltageChannel) -> Any:
-        if isinstance(channel, TorqueChannel):
-            return self._add_torque(task, name, channel)
+    def _add_voltage(self, task: Any, name: str, channel: VoltageChannel) -> Any:
         terminal = self._ni.constants.TerminalConfiguration[TERMINALS[channel.terminal]]
         return task.ai_channels.add_ai_voltage_chan(
             channel.source,
@@ -272,3 +298,40 @@ class Outputs:
                 drive.source, name_to_assign_to_channel=name, min_val=ends[0], max_val=ends[1]
             )
         return task
+
+
+@contextmanager
+def mapped(what: str, *, running: bool = False) -> Iterator[None]:
+    """Raise a DeviceError for what the library raises; `running`: a device that was there."""
+    from nidaqmx import errors  # noqa: PLC0415  (an optional package)
+
+    try:
+        yield
+    except (errors.DaqNotFoundError, errors.DaqNotSupportedError) as error:
+        raise DeviceNotFoundError(f"{what}: {_first(error)}", hint=NO_DRIVER) from error
+    except errors.DaqError as error:
+        raise _of_code(what, error.error_type.name, _first(error), running=running) from error
+    except errors.Error as error:
+        raise DeviceRejectedError(f"{what}: {_first(error)}") from error
+
+
+def _of_code(what: str, code: str, words: str, *, running: bool) -> DeviceError:
+    if code in OVERRUN:
+        return DeviceLostError(
+            f"{what}: samples were lost, they came faster than they were read: {words}",
+            hint="record at a lower rate, use a longer buffer, or reduce the load of the computer",
+        )
+    if code in NOT_THERE:
+        kind = DeviceLostError if running else DeviceNotFoundError
+        return kind(f"{what}: {words}", hint="is it plugged in, and has it this name in NI MAX?")
+    if code in LATE:
+        hint = "does the sample clock run? see sample_clock, and the chassis of the module"
+        return DeviceTimeoutError(f"{what}: {words}", hint=hint)
+    if code in TAKEN:
+        return DeviceRejectedError(f"{what}: {words}", hint="close the program that uses it")
+    return DeviceRejectedError(f"{what}: {words}")
+
+
+def _first(error: Exception) -> str:
+    """Return the first sentence of what the driver says; it adds paragraphs of properties."""
+    return str(error).strip().partition("\n")[0].rstrip(".")

@@ -8,7 +8,6 @@ import numpy as np
 
 from rigrunner.api import (
     Block,
-    ChannelInfo,
     DeviceLostError,
     DeviceNotFoundError,
     DeviceRejectedError,
@@ -19,8 +18,6 @@ from rigrunner_plugins.devices.channels import check_channels
 from rigrunner_plugins.devices.daq.daqmx import Acquisition, Outputs, facts
 from rigrunner_plugins.devices.daq.settings import (
     DigitalOutput,
-    EncoderChannel,
-    TorqueChannel,
 )
 from rigrunner_plugins.devices.declared import drive_infos
 
@@ -28,9 +25,10 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
     from rigrunner.api import Array, DeviceContext, StopToken
-    from rigrunner_plugins.devices.daq.settings import Channel, DaqSettings
+    from rigrunner_plugins.devices.daq.settings import DaqSettings
 
 BLOCK_S = 0.1
+"""A stop is looked at between blocks."""
 ANSWER_S = 5.0
 """How long a block may be late beyond its own duration."""
 RATE_AGREES = 1e-6
@@ -43,7 +41,7 @@ class Daq(Driver):
     reads_back_while_streaming = True
 
     def __init__(self, settings: DaqSettings, context: DeviceContext) -> None:
-        infos = [_info(name, channel) for name, channel in settings.channels.items()]
+        infos = [channel.info(name) for name, channel in settings.channels.items()]
         super().__init__(context, infos, drive_infos(settings.drives))
         self._settings = settings
         self._outputs: Outputs | None = None
@@ -60,10 +58,23 @@ class Daq(Driver):
         """Find the device, try its channels once, and refuse another one or another rate."""
         self.shut()
         found = facts(self._settings.device)
-        self._check_expected(found.model, found.serial)
+        expected = self._settings.expect
+        told = {"model": (expected.model, found.model), "serial": (expected.serial, found.serial)}
+        for what, (wanted, has) in told.items():
+            if wanted is not None and wanted.strip().upper() != has.upper():
+                raise DeviceNotFoundError(
+                    f"{self._settings.device} has the {what} '{has}', expected '{wanted}'",
+                    hint="see device and expect in the station, and the names in NI MAX",
+                )
         tried = Acquisition(self._settings)
         try:
-            self._check_rate(tried.rate_hz)
+            found_hz, wanted_hz = tried.rate_hz, self.sample_rate_hz
+            if abs(found_hz / wanted_hz - 1) > RATE_AGREES:
+                raise DeviceRejectedError(
+                    f"{self._settings.device} cannot sample at {wanted_hz:g} Hz:"
+                    f" the nearest rate is {found_hz:.6f} Hz",
+                    hint=f"write 'rate: {found_hz!r} Hz' in the station",
+                )
             self._filters = tried.filters()
         finally:
             tried.close()
@@ -153,7 +164,7 @@ class Daq(Driver):
     def _next(self, acquisition: Acquisition, samples: int) -> Mapping[str, Array]:
         raw = acquisition.read(samples, BLOCK_S + ANSWER_S)
         settings = self._settings.channels
-        values = {name: _to_si(settings[name], numbers) for name, numbers in raw.items()}
+        values = {name: settings[name].to_si(numbers) for name, numbers in raw.items()}
         self._newest = {name: float(np.mean(each)) for name, each in values.items()}
         return values
 
@@ -176,43 +187,3 @@ class Daq(Driver):
         if self._outputs is None:
             raise DeviceLostError("not connected")
         return self._outputs
-
-    def _check_expected(self, model: str, serial: str) -> None:
-        expected, device = self._settings.expect, self._settings.device
-        told = {"model": (expected.model, model), "serial": (expected.serial, serial)}
-        for what, (wanted, found) in told.items():
-            if wanted is not None and wanted.strip().upper() != found.upper():
-                raise DeviceNotFoundError(
-                    f"{device} has the {what} '{found}', expected '{wanted}'",
-                    hint="see device and expect in the station, and the names in NI MAX",
-                )
-
-    def _check_rate(self, found_hz: float) -> None:
-        wanted_hz = self.sample_rate_hz
-        if abs(found_hz / wanted_hz - 1) > RATE_AGREES:
-            raise DeviceRejectedError(
-                f"{self._settings.device} cannot sample at {wanted_hz:g} Hz:"
-                f" the nearest rate is {found_hz:.6f} Hz",
-                hint=f"write 'rate: {found_hz!r} Hz' in the station",
-            )
-
-
-def make(settings: DaqSettings, context: DeviceContext) -> Daq:
-    """Return the device; nothing is loaded or looked for yet."""
-    return Daq(settings, context)
-
-
-def _info(name: str, channel: Channel) -> ChannelInfo:
-    if isinstance(channel, TorqueChannel):
-        return ChannelInfo(name, "N·m", channel.title or name)
-    if isinstance(channel, EncoderChannel):
-        return ChannelInfo(name, "rad", channel.title or name)
-    return channel.info(name)
-
-
-def _to_si(channel: Channel, numbers: Array) -> Array:
-    if isinstance(channel, TorqueChannel):
-        return numbers
-    if isinstance(channel, EncoderChannel):
-        return numbers * channel.scale
-    return channel.to_si(numbers)

@@ -3,14 +3,26 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import Annotated, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from rigrunner.api import Angle, Frequency, ListOf, PositiveDuration, Settings, Torque, YesNo
+from rigrunner.api import (
+    Angle,
+    ChannelInfo,
+    Frequency,
+    ListOf,
+    PositiveDuration,
+    Settings,
+    Torque,
+    YesNo,
+)
 from rigrunner.api.settings import Voltage, VoltageRatio
 from rigrunner_plugins.devices.declared import DeclaredChannel, DeclaredDrive, QuantityName
 from rigrunner_plugins.devices.fields import quantity
+
+if TYPE_CHECKING:
+    from rigrunner.api import Array
 
 Physical = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]*/[A-Za-z0-9_/]+$")]
 """A physical channel as NI MAX shows it: cDAQ1Mod1/ai0, Dev1/ctr0, Dev1/port0/line0."""
@@ -51,6 +63,14 @@ class TorqueChannel(Settings):
         """The characteristic as (mV/V, N·m), by rising ratio; a sensitivity begins at 0."""
         found = [(1e3 * each.ratio, each.torque) for each in self.points]
         return tuple(sorted([(0.0, 0.0), *found] if len(found) == 1 else found))
+
+    def info(self, name: str) -> ChannelInfo:
+        """Return what others are to know of the channel."""
+        return ChannelInfo(name, "N·m", self.title or name)
+
+    def to_si(self, numbers: Array) -> Array:
+        """Return the torque: the device scales it itself."""
+        return numbers
 
     @model_validator(mode="after")
     def _rises(self) -> Self:
@@ -102,6 +122,14 @@ class EncoderChannel(Settings):
     """Factor of the encoder's angle: -1 reverses it; for a gear, its ratio."""
     title: str = ""
     """Name in plots and reports."""
+
+    def info(self, name: str) -> ChannelInfo:
+        """Return what others are to know of the channel."""
+        return ChannelInfo(name, "rad", self.title or name)
+
+    def to_si(self, numbers: Array) -> Array:
+        """Return the angle for that of the encoder."""
+        return numbers * self.scale
 
 
 Channel = Annotated[TorqueChannel | VoltageChannel | EncoderChannel, Field(discriminator="kind")]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import chain
 from math import ceil
 from typing import TYPE_CHECKING
 
@@ -35,7 +36,7 @@ def spoilt_blocks(
         return
     total = max(1, ceil(samples / max(first.samples, 1)))
     chosen = int(rng.integers(1, total)) if total > 1 else 0
-    whole = _chained(first, blocks)
+    whole = chain([first], blocks)
     spoil = _SPOILS.get(fault.kind)
     if spoil is not None:
         yield from spoil(fault, whole, chosen)
@@ -44,11 +45,6 @@ def spoilt_blocks(
         if index == chosen:
             affect(fault, "stream", clock)
         yield block
-
-
-def _chained(first: Block, rest: Iterator[Block]) -> Iterator[Block]:
-    yield first
-    yield from rest
 
 
 def _dropped(fault: FaultSettings, blocks: Iterator[Block], chosen: int) -> Iterator[Block]:  # noqa: ARG001  (no extent)

@@ -32,7 +32,7 @@ from rigrunner.api.units import with_article
 from rigrunner_plugins.devices.channels import named
 from rigrunner_plugins.devices.fault.answers import HINT, affect
 from rigrunner_plugins.devices.fault.blocks import extra_s, spoilt_blocks
-from rigrunner_plugins.devices.fault.samples import Stream, spoil_for
+from rigrunner_plugins.devices.fault.samples import KINDS, Stream, spoil_for
 from rigrunner_plugins.devices.fault.settings import CHANNELS_UNIT, NATURES
 
 if TYPE_CHECKING:
@@ -57,21 +57,19 @@ def check_faults(faults: Iterable[FaultSettings], device: Device) -> None:
     """Raise PluginError for a channel or drive that is not there, or a quantity of another kind."""
     for number, fault in enumerate(faults, start=1):
         where = f"fault {number} ({fault.kind})"
-        _check_drives(where, fault, device)
+        no_drive = f"{where}: the device has no drive"
+        if fault.drive:
+            named(device.drives, fault.drive, no_drive)
+        for name, value in fault.at.items():
+            _check_unit(where, "at", value.dimension, named(device.drives, name, no_drive))
+        if fault.kind == "wrong frequency" and not any(
+            drive.sets_cycle_frequency for drive in device.drives
+        ):
+            raise PluginError(f"{where}: the device has no drive that sets a frequency")
         if fault.call == "stream":
             channel = named(device.channels, fault.channel, f"{where}: the device has no channel")
             if NATURES[fault.kind].dimension == CHANNELS_UNIT and fault.extent is not None:
                 _check_unit(where, "extent", fault.extent.dimension, channel)
-
-
-def _check_drives(where: str, fault: FaultSettings, device: Device) -> None:
-    no_drive = f"{where}: the device has no drive"
-    if fault.drive:
-        named(device.drives, fault.drive, no_drive)
-    for name, value in fault.at.items():
-        _check_unit(where, "at", value.dimension, named(device.drives, name, no_drive))
-    if fault.kind == "wrong frequency" and not any(d.sets_cycle_frequency for d in device.drives):
-        raise PluginError(f"{where}: the device has no drive that sets a frequency")
 
 
 def _check_unit(where: str, field: str, got: str, info: ChannelInfo | DriveInfo) -> None:
@@ -106,7 +104,12 @@ class Occasions:
         """Yield the faults that affect this call, each with its source of random numbers."""
         place = f"{call} {drive} " + " ".join(f"{k}={v:.6g}" for k, v in set_points.items())
         for index, fault in enumerate(self._faults):
-            if fault.call != call or fault.drive not in ("", drive) or not _at(fault, set_points):
+            if fault.call != call or fault.drive not in ("", drive):
+                continue
+            if not all(
+                math.isclose(set_points[name], wanted.si, rel_tol=1e-6)
+                for name, wanted in fault.at.items()
+            ):
                 continue
             self._calls[index] += 1
             self._there[index, place] += 1
@@ -116,13 +119,6 @@ class Occasions:
             chosen = not fault.calls or self._calls[index] in fault.calls
             if chosen and chance < fault.probability:
                 yield fault, rng
-
-
-def _at(fault: FaultSettings, set_points: Mapping[str, float]) -> bool:
-    return all(
-        math.isclose(set_points[drive], wanted.si, rel_tol=1e-6)
-        for drive, wanted in fault.at.items()
-    )
 
 
 def make(settings: FaultyDeviceSettings, context: DeviceContext) -> Device:
@@ -206,12 +202,9 @@ class FaultyDevice:
         self._need_connection(call)
         due = [fault for fault, _ in self._occasions.due(call, self._set_points, drive)]
         for fault in due:
-            self._answer(fault, call)
+            self._lost |= fault.kind == "lost"
+            affect(fault, call, self._clock)
         return due
-
-    def _answer(self, fault: FaultSettings, call: Call) -> None:
-        self._lost |= fault.kind == "lost"
-        affect(fault, call, self._clock)
 
     def _need_connection(self, call: str) -> None:
         if self._lost:
@@ -267,7 +260,7 @@ class _FaultyStreaming(FaultyDevice):
         due = [
             (fault, rng)
             for fault, rng in self._occasions.due("stream", self._set_points)
-            if fault.channel in channels or not _of_samples(fault)
+            if fault.channel in channels or fault.kind not in KINDS
         ]
         longer_s = duration_s + sum(extra_s(fault) for fault, _ in due)
         blocks = self._inner.stream(channels, longer_s, stop)
@@ -354,12 +347,6 @@ _PARTS: dict[type, type[FaultyDevice]] = {
     KnowsTruth: _FaultyKnowsTruth,
     Observing: _FaultyObserving,
 }
-
-
-def _of_samples(fault: FaultSettings) -> bool:
-    return fault.kind in (
-        "nan", "stuck", "clipped", "spikes", "drift", "noise", "sensitivity",
-    )  # fmt: skip
 
 
 def _with_samples(blocks: Iterator[Block], channel: str, spoil: Spoil) -> Iterator[Block]:

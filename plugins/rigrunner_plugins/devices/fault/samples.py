@@ -110,6 +110,8 @@ _SPOILS: dict[Kind, Callable[[FaultSettings, Stream, np.random.Generator], Spoil
     "noise": _noise,
     "sensitivity": _sensitivity,
 }
+KINDS = frozenset(_SPOILS)
+"""Those of faults that affect samples of one channel."""
 
 
 def _places(fault: FaultSettings, stream: Stream, rng: np.random.Generator) -> NDArray[np.intp]:

@@ -125,16 +125,13 @@ class FaultSettings(Settings):
             raise ValueError(f"'{self.kind}' needs an extent: a {what}")
         if self.extent is not None and not nature.dimension:
             raise ValueError(f"'{self.kind}' has no extent, got '{self.extent}'")
-        self._check_dimension(nature.dimension)
-        return self
-
-    def _check_dimension(self, wanted: str) -> None:
-        if self.extent is None or wanted in ("", CHANNELS_UNIT):
-            return
-        if self.extent.dimension != wanted:
+        # That of the channel is checked once the device is known.
+        wanted = nature.dimension
+        if self.extent is not None and wanted not in (CHANNELS_UNIT, self.extent.dimension):
             raise ValueError(
                 f"'{self.kind}': extent: got '{self.extent}', expected {with_article(wanted)}"
             )
+        return self
 
 
 class FaultyDeviceSettings(WrapperSettings):

@@ -13,20 +13,20 @@ from rigrunner.api import (
     DeviceNotFoundError,
     DeviceRejectedError,
     Driver,
+    Identity,
 )
 from rigrunner.api.cleanup import do_all
 from rigrunner.api.driver import check_patience
 from rigrunner_plugins.devices.declared import channel_infos, drive_infos, reading_infos
 from rigrunner_plugins.devices.extras import missing
 from rigrunner_plugins.devices.modbus.grouping import MOST_REGISTERS, Span, spans
-from rigrunner_plugins.devices.modbus.identification import identify, text_at
 from rigrunner_plugins.devices.modbus.places import span
 from rigrunner_plugins.devices.modbus.settings import Tcp
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from rigrunner.api import DeviceContext, Identity
+    from rigrunner.api import DeviceContext
     from rigrunner.api.readings import Reading
     from rigrunner_plugins.devices.modbus.line import Line
     from rigrunner_plugins.devices.modbus.places import Number, Place
@@ -73,6 +73,7 @@ class Heartbeat:
 
 
 _T = TypeVar("_T")
+_NOT_TOLD = "not told"
 _BASIC_OBJECTS = range(3)
 """Maker, product and revision (Application Protocol Specification V1.1b3, clause 6.21)."""
 
@@ -97,7 +98,7 @@ class ModbusDevice(Driver):
         """Connect, ask who answers, and keep the watchdog content from then on."""
         self.shut()
         self.exchange("connect", lambda: self._open_line(timeout_s))
-        identity = identify(self._settings, self)
+        identity = self._identify()
         if self._settings.watchdog is not None:
             self.exchange("start the watchdog", self._start_watchdog)
         return identity
@@ -127,18 +128,18 @@ class ModbusDevice(Driver):
     def get_all(self, channels: Sequence[str]) -> dict[str, float]:
         """Return the present values; numbers in neighbouring registers come in one answer."""
         given = {name: self._settings.channels[name] for name in channels}
-        read = self.read_numbers(list(given.values()))
+        read = self._read_numbers(list(given.values()))
         return {name: given[name].to_si(number) for name, number in zip(given, read, strict=True)}
 
     def get_reading(self, reading: str) -> Reading:
         """Return a text, whether a bit is set, or the numbers of an array."""
         given = self._settings.readings[reading]
         if given.text is not None:
-            return text_at(given, given.text, self)
+            return self._text_at(given, given.text)
         if given.values is not None:
-            numbers = self._array(given, given.values)
+            numbers = self._read_array(given, given.values)
             return given.to_si([each * given.scale + given.offset for each in numbers])
-        return bool(self.read_numbers([given])[0])
+        return bool(self._read_numbers([given])[0])
 
     def put(self, drive: str, value: float) -> None:
         """Write a set-point: with the words that let it run, or, to be safe, that stop it."""
@@ -165,7 +166,7 @@ class ModbusDevice(Driver):
         """Return where a drive stands."""
         given = self._settings.drives[drive]
         back = given.read_back or given
-        return back.to_si(self.read_numbers([back])[0])
+        return back.to_si(self._read_numbers([back])[0])
 
     def arrived(self, drive: str) -> bool:
         """Say whether a drive is there; raise DeviceRejectedError if a fault keeps it away."""
@@ -175,26 +176,31 @@ class ModbusDevice(Driver):
             self._mapped("read the fault", self._check_fault)
         return False
 
-    def read_numbers(self, numbers: Sequence[Number]) -> list[float]:
+    def _read_numbers(self, numbers: Sequence[Number]) -> list[float]:
         """Return the numbers as the registers have them."""
         read = {
-            each: self.read_words(each)
+            each: self._read_words(each)
             for each in spans(numbers, together=self._settings.group_reads)
         }
-        return [number.decode(_cut(number, read)) for number in numbers]
+        found = []
+        for number in numbers:
+            within = next(each for each in read if each.holds(number))
+            first = number.address - within.address
+            found.append(number.decode(read[within][first : first + number.count]))
+        return found
 
-    def _array(self, first: Number, values: int) -> list[float]:
+    def _read_array(self, first: Number, values: int) -> list[float]:
         """Return numbers that follow upon each other, in as few requests as the standard allows."""
         size, most = first.count, MOST_REGISTERS // first.count
         found: list[float] = []
         while len(found) < values:
             count = min(most, values - len(found))
             at = first.address + len(found) * size
-            words = self.read_words(Span(first.table, at, count * size, first.unit_id))
+            words = self._read_words(Span(first.table, at, count * size, first.unit_id))
             found += [first.decode(words[i : i + size]) for i in range(0, count * size, size)]
         return found
 
-    def read_words(self, wanted: Span) -> list[int]:
+    def _read_words(self, wanted: Span) -> list[int]:
         """Return registers, or bits as 0 and 1."""
         asked = f"read {wanted.table} {span(wanted.address, wanted.count)}{_of(wanted.unit_id)}"
         words = self.exchange(asked, lambda: self._line.read(wanted))
@@ -202,9 +208,57 @@ class ModbusDevice(Driver):
             raise DeviceRejectedError(f"{asked}: {len(words)} came, expected {wanted.count}")
         return words
 
-    def read_identification(self) -> list[str]:
+    def _text_at(self, number: Number, registers: int) -> str:
+        """Return the text that stands in so many registers."""
+        words = self._read_words(Span(number.table, number.address, registers, number.unit_id))
+        raw = b"".join(word.to_bytes(2, number.byte_order) for word in words)
+        return raw.decode("ascii", "replace").strip("\0 ")
+
+    def _identify(self) -> Identity:
+        """Return who answers; raise DeviceNotFoundError if it is another one than expected.
+
+        Where the station says nothing of its identity, a first number is read: a serial port opens
+        also with nothing behind it.
+        """
+        settings, wanted = self._settings, self._settings.identification
+        texts = dict.fromkeys(("maker", "model", "serial", "firmware"), "")
+        if wanted.standard:
+            texts["maker"], texts["model"], texts["firmware"] = self._read_identification()
+        asked = {"model": wanted.model, "serial": wanted.serial, "firmware": wanted.firmware}
+        for name, part in asked.items():
+            if part is not None and part.text is not None:
+                texts[name] = self._text_at(part, part.text)
+            elif part is not None:
+                texts[name] = f"{self._read_numbers([part])[0]:.10g}"
+        if not any(texts.values()):
+            known: tuple[Number, ...] = (
+                *settings.channels.values(),
+                *(each.read_back or each for each in settings.drives.values()),
+                *settings.readings.values(),
+            )
+            self._read_numbers(known[:1])
+        for name, expected in wanted.expect.items():
+            if texts[name] != expected:
+                raise DeviceNotFoundError(
+                    f"{settings.where} has the {name} '{texts[name]}', expected '{expected}'",
+                    hint="is it another instrument, or must the station be updated?",
+                )
+        return Identity(
+            maker=texts["maker"] or _NOT_TOLD,
+            model=texts["model"] or f"Modbus {settings.where}",
+            serial=texts["serial"] or _NOT_TOLD,
+            firmware=texts["firmware"],
+            simulated=settings.simulated,
+        )
+
+    def _read_identification(self) -> list[str]:
         """Return maker, product and revision by Read Device Identification."""
-        found = self.exchange("read device identification", self._ask_identification)
+
+        def ask() -> list[str]:
+            objects = self._line.identification()
+            return [objects.get(number, "") for number in _BASIC_OBJECTS]
+
+        found = self.exchange("read device identification", ask)
         if len(found) != len(_BASIC_OBJECTS) or not any(found):
             raise DeviceNotFoundError(f"{self._settings.where} does not identify itself")
         return found
@@ -219,26 +273,17 @@ class ModbusDevice(Driver):
         try:
             from rigrunner_plugins.devices.modbus.line import Line  # noqa: PLC0415  (pymodbus)
 
-            self._opened = Line(self._served())
+            settings = self._settings
+            if settings.simulator is not None:
+                from rigrunner_plugins.devices.modbus.served.server import serve  # noqa: PLC0415  (pymodbus)
+
+                self._server = serve(settings.simulator, settings.unit_id, lambda: self._moment_s)
+                tcp = Tcp(host="127.0.0.1", port=self._server.port)
+                settings = settings.model_copy(update={"tcp": tcp})
+            self._opened = Line(settings)
             self._opened.open(timeout_s)
         except ModuleNotFoundError as error:
             raise missing((error.name or "pymodbus").partition(".")[0], "modbus") from error
-
-    def _served(self) -> ModbusSettings:
-        """Return the settings, with the address of the simulator if there is one."""
-        if self._settings.simulator is None:
-            return self._settings
-        from rigrunner_plugins.devices.modbus.served.serving import serve  # noqa: PLC0415  (pymodbus)
-
-        self._server = serve(
-            self._settings.simulator, self._settings.unit_id, lambda: self._moment_s
-        )
-        tcp = Tcp(host="127.0.0.1", port=self._server.port)
-        return self._settings.model_copy(update={"tcp": tcp})
-
-    def _ask_identification(self) -> list[str]:
-        objects = self._line.identification()
-        return [objects.get(number, "") for number in _BASIC_OBJECTS]
 
     def _start_watchdog(self) -> None:
         if self._settings.watchdog is not None:
@@ -249,7 +294,7 @@ class ModbusDevice(Driver):
         fault = self._settings.fault
         if fault is None:
             return
-        code = self.read_numbers([fault])[0]
+        code = self._read_numbers([fault])[0]
         if code != fault.ok:
             meant = fault.codes.get(f"{code:.0f}", "see its manual")
             raise DeviceRejectedError(
@@ -271,14 +316,3 @@ class ModbusDevice(Driver):
 
 def _of(unit_id: int | None) -> str:
     return "" if unit_id is None else f" of unit {unit_id}"
-
-
-def _cut(number: Number, read: dict[Span, list[int]]) -> list[int]:
-    found = next(each for each in read if each.holds(number))
-    first = number.address - found.address
-    return read[found][first : first + number.count]
-
-
-def make(settings: ModbusSettings, context: DeviceContext) -> ModbusDevice:
-    """Return the device; nothing is opened yet."""
-    return ModbusDevice(settings, context)

@@ -54,18 +54,16 @@ def spans(numbers: Iterable[Number], *, together: bool) -> list[Span]:
         wanted, key=lambda each: (_OWN if each[3] is None else each[3], *each[:3])
     ):
         new = Span(*number)
-        last = found[-1] if found else None
-        if together and last is not None and _join(last, new):
+        last = found[-1] if found else new
+        most = _MOST_BITS if new.table.of_bits else MOST_REGISTERS
+        if (
+            together
+            and found
+            and (last.unit_id, last.table) == (new.unit_id, new.table)
+            and new.address <= last.end
+            and new.end - last.address <= most
+        ):
             found[-1] = replace(last, count=max(last.count, new.end - last.address))
         else:
             found.append(new)
     return found
-
-
-def _join(last: Span, new: Span) -> bool:
-    most = _MOST_BITS if new.table.of_bits else MOST_REGISTERS
-    return (
-        (last.unit_id, last.table) == (new.unit_id, new.table)
-        and new.address <= last.end
-        and new.end - last.address <= most
-    )

@@ -17,14 +17,6 @@ from pymodbus.exceptions import ConnectionException, ModbusException
 from rigrunner.api import DeviceLostError, DeviceRejectedError, DeviceTimeoutError
 from rigrunner_plugins.devices.modbus.opening import open_client
 from rigrunner_plugins.devices.modbus.places import Table, span
-from rigrunner_plugins.devices.modbus.refusals import (
-    BUSY,
-    ILLEGAL_ADDRESS,
-    ILLEGAL_FUNCTION,
-    NO_IDENTIFICATION,
-    counted,
-    meaning,
-)
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -36,8 +28,42 @@ if TYPE_CHECKING:
     from rigrunner_plugins.devices.modbus.places import Place
     from rigrunner_plugins.devices.modbus.settings import ModbusSettings
 
-
 _BASIC = 1
+"""The code that asks for the basic objects of Read Device Identification (clause 6.21)."""
+ILLEGAL_FUNCTION, ILLEGAL_ADDRESS, BUSY = 1, 2, 6
+NO_IDENTIFICATION = "if it does not support function 43 / 14, leave `standard` out"
+_DIGITS = 4
+"""Of a register behind the digit of its table; more where they do not suffice."""
+_UNKNOWN = ("an exception that is not in the standard", "see the instrument's manual")
+_FUNCTION = (
+    "the unit does not support this kind of request: is it a holding or an input register, and"
+    " does it accept `write: multiple` or `single`?"
+)
+_FAILURE = (
+    "the unit failed to execute the request: see its display, its mode (local or remote), and"
+    " whether the register may be written now"
+)
+_MEANINGS = {
+    ILLEGAL_FUNCTION: ("illegal function", _FUNCTION),
+    ILLEGAL_ADDRESS: (
+        "illegal data address: it has no such register, or not that many together",
+        "see the manual's list of registers",
+    ),
+    3: (
+        "illegal data value",
+        "the unit refuses the value: see the limits set in the unit itself, scale, type and order",
+    ),
+    4: ("device failure", _FAILURE),
+    5: ("acknowledge: it needs more time for this", "increase `timeout`"),
+    BUSY: ("device busy", "it is busy: see `retries`"),
+    8: ("memory parity error", "the unit needs repair"),
+    10: ("gateway path unavailable", "see the settings of the gateway"),
+    11: (
+        "the gateway's target does not answer",
+        "is the unit behind the gateway on, and is `unit_id` its address?",
+    ),
+}
+"""By exception code: what the unit says with it, and a hint (clause 7)."""
 
 
 @dataclass(frozen=True)
@@ -111,7 +137,14 @@ def identifying(unit_id: int, first_object: int) -> Request:
 
 
 def _if_not_there(table: Table, address: int) -> dict[int, str]:
-    return {ILLEGAL_ADDRESS: counted(table, address)}
+    """Return a hint on how an address is counted, where it was copied from a manual."""
+    digit = {Table.DISCRETE: "1", Table.INPUT: "3", Table.HOLDING: "4"}.get(table, "")
+    reference = f", or {digit}{address + 1:0{_DIGITS}}" if digit else ""
+    hint = (
+        f"addresses count from 0: {table} {address} is number {address + 1} of manuals that count"
+        f" from 1{reference}; a number such as 40001 is written as `reference: 40001`"
+    )
+    return {ILLEGAL_ADDRESS: hint}
 
 
 # what it would print on stderr stands in our errors, in words
@@ -217,11 +250,7 @@ class Line:
         self._late, self._heard = False, b""
         try:
             return request.send(self._client)
-        except (
-            ConnectionException,
-            OSError,
-        ) as error:
-            # OSError: the other end has reset the connection
+        except (ConnectionException, OSError) as error:  # OSError: the other end has reset it
             self.close("the connection was lost")
             raise DeviceLostError(
                 f"{request.asked}: {self._where(request)} closed the connection or was unplugged",
@@ -233,10 +262,11 @@ class Line:
 
     def _checked(self, request: Request, answer: ModbusPDU) -> ModbusPDU:
         if answer.isError():
-            said, hint = meaning(answer.exception_code)
+            code = answer.exception_code
+            said, hint = _MEANINGS.get(code, _UNKNOWN)
             raise DeviceRejectedError(
-                f"{request.asked}: {self._where(request)} says {said}",
-                hint=request.hints.get(answer.exception_code, hint),
+                f"{request.asked}: {self._where(request)} says {said} (exception {code})",
+                hint=request.hints.get(code, hint),
             )
         function = answer.function_code
         self._need(request, function == request.function, f"an answer to function {function}")

@@ -3,18 +3,22 @@
 Addresses are those of the protocol, which counts each of the four tables from 0 (MODBUS Application
 Protocol Specification V1.1b3, clause 4.4). Manuals often count from 1, and put the table in front:
 their register 40003 is the holding register with the address 2.
+
+The standard fixes the order of the bytes within a register, high byte first (clause 4.2), and
+leaves the order of the registers of longer numbers to the maker.
 """
 
 from __future__ import annotations
 
+import math
 import re
+import struct
 from enum import StrEnum
 from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
-from rigrunner.api import Settings
-from rigrunner_plugins.devices.modbus import words
+from rigrunner.api import DeviceRejectedError, Settings
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -41,6 +45,16 @@ Word = Annotated[
 ]
 """16 bits, as manuals write them: an address or what a register holds, 1151 or 0x047F."""
 _REFERENCE_DIGITS = (5, 6)
+_FLOATS = ("float32", "float64")
+_CODES = {
+    "int16": ">h",
+    "uint16": ">H",
+    "int32": ">i",
+    "uint32": ">I",
+    "float32": ">f",
+    "float64": ">d",
+}
+"""Of the types of numbers, as `struct` has them."""
 
 
 class Table(StrEnum):
@@ -124,7 +138,7 @@ class Place(Settings):
 class Number(Place):
     """A number in one or several registers, or a single bit."""
 
-    type: words.Type | None = None
+    type: Literal["int16", "uint16", "int32", "uint32", "float32", "float64"] | None = None
     """Type of the registers; if omitted, uint16."""
     bit: Annotated[int, Field(ge=0, le=15)] | None = None
     """One bit of a register instead of a number; 0 is the lowest."""
@@ -146,21 +160,28 @@ class Number(Place):
     @property
     def count(self) -> int:
         """How many registers or bits it takes."""
-        return 1 if self.table.of_bits or self.type is None else words.count(self.type)
+        return 1 if self.table.of_bits else struct.calcsize(self._code) // 2
 
     @property
     def step(self) -> float:
         """How far two numbers are apart that it can hold; 0 for floating point."""
-        return 0.0 if self.type in words.FLOATS else 1.0
+        return 0.0 if self.type in _FLOATS else 1.0
 
     def decode(self, registers: Sequence[int]) -> float:
         """Return the number for its registers or bit; raise DeviceRejectedError if it is none."""
         if self.table.of_bits:
             return float(registers[0])
+        words = self._in_order(registers)
         if self.bit is not None:
-            in_order = words.in_order(registers, self.word_order, self.byte_order)
-            return float(in_order[0] >> self.bit & 1)
-        return words.decode(registers, self.type or "uint16", self.word_order, self.byte_order)
+            return float(words[0] >> self.bit & 1)
+        raw = struct.pack(f">{len(words)}H", *words)
+        number = float(struct.unpack(self._code, raw)[0])
+        if not math.isfinite(number):
+            raise DeviceRejectedError(
+                f"the registers hold {raw.hex(' ', 2)}, no finite {self.type}",
+                hint="do type, word_order and byte_order match the manual?",
+            )
+        return number
 
     def encode(self, number: float) -> list[int]:
         """Return the registers or the bit for a number; raise ValueError where it does not fit."""
@@ -169,7 +190,28 @@ class Number(Place):
             if round(number, 9) not in (0.0, 1.0):
                 raise ValueError(f"{number:g} does not fit into a {self.table}: 0 or 1")
             return [round(number)]
-        return words.encode(number, self.type or "uint16", self.word_order, self.byte_order)
+        type_ = self.type or "uint16"
+        try:
+            raw = struct.pack(self._code, number if type_ in _FLOATS else round(number))
+        except (struct.error, OverflowError, ValueError) as error:
+            told = f"{number:g} does not fit into {type_}"
+            if type_ not in _FLOATS:
+                bits = 16 * self.count
+                lowest = 0 if type_ == f"uint{bits}" else -(2 ** (bits - 1))
+                told += f": {lowest} to {lowest + 2**bits - 1}"
+            raise ValueError(told) from error
+        return self._in_order(struct.unpack(f">{len(raw) // 2}H", raw))
+
+    @property
+    def _code(self) -> str:
+        return _CODES[self.type or "uint16"]
+
+    def _in_order(self, registers: Sequence[int]) -> list[int]:
+        """Return registers in the standard's order; the same again turns them back."""
+        words = list(registers)
+        if self.byte_order == "little":
+            words = [(word & 0xFF) << 8 | word >> 8 for word in words]
+        return words[::-1] if self.word_order == "little" else words
 
 
 def span(address: int, count: int) -> str:

@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from rigrunner.api import DeviceContext
-    from rigrunner_plugins.devices.declared import DeclaredQuantity
     from rigrunner_plugins.devices.opcua.session import Session
     from rigrunner_plugins.devices.opcua.settings import (
         NodeValue,
@@ -60,7 +59,20 @@ class OpcUa(Driver):
         for node in self._settings.channels.values():
             self._compare(node)
         for drive in self._settings.drives.values():
-            self._compare_drive(drive)
+            rights = self._compare(drive)
+            try:
+                drive.fits(self._types[drive.node])
+            except ValueError as error:
+                raise DeviceRejectedError(f"{drive.node}: {error}") from error
+            if drive.read_back is not None:
+                self._compare(drive.read_back)
+            if "w" not in rights:
+                raise DeviceRejectedError(
+                    f"{drive.node} cannot be written",
+                    hint="see the user's rights, and whether the server allows it at all",
+                )
+            for write in (*drive.run, *drive.stop):
+                self._describe(write.node)
         return identity
 
     def shut(self) -> None:
@@ -130,22 +142,6 @@ class OpcUa(Driver):
     def _ask_identity(self) -> list[str]:
         return self._session.identity()
 
-    def _compare_drive(self, drive: OpcUaDrive) -> None:
-        rights = self._compare(drive)
-        try:
-            drive.fits(self._types[drive.node])
-        except ValueError as error:
-            raise DeviceRejectedError(f"{drive.node}: {error}") from error
-        if drive.read_back is not None:
-            self._compare(drive.read_back)
-        if "w" not in rights:
-            raise DeviceRejectedError(
-                f"{drive.node} cannot be written",
-                hint="see the user's rights, and whether the server allows it at all",
-            )
-        for write in (*drive.run, *drive.stop):
-            self._describe(write.node)
-
     def _compare(self, node: OpcUaChannel | OpcUaDrive | ReadBack) -> str:
         """Raise DeviceRejectedError unless type and unit are as declared; return the rights."""
         type_, symbol, rights = self._describe(node.node)
@@ -154,7 +150,9 @@ class OpcUa(Driver):
                 f"{node.node} is a {type_}, the station states {node.type}",
                 hint="is it the right node? `type` may be left out",
             )
-        if self._settings.check_units and symbol and _differs(node, symbol):
+        # A scale may well change the unit.
+        as_it_is = (node.scale, node.offset) == (1.0, 0.0)
+        if self._settings.check_units and symbol and as_it_is and node.unit != symbol:
             raise DeviceRejectedError(
                 f"{node.node} is in {symbol}, as its EngineeringUnits say;"
                 f" the station says {node.unit}",
@@ -189,13 +187,3 @@ class OpcUa(Driver):
         except ValueError as error:
             raise DeviceRejectedError(f"write to {node}: {error}") from error
         self.exchange(f"write {value} to {node}", lambda: self._session.write(node, value, type_))
-
-
-def _differs(node: DeclaredQuantity, symbol: str) -> bool:
-    """Say whether the server's unit is another one; a scale may well change it."""
-    return (node.scale, node.offset) == (1.0, 0.0) and node.unit != symbol
-
-
-def make(settings: OpcUaSettings, context: DeviceContext) -> OpcUa:
-    """Return the device; nothing is opened yet."""
-    return OpcUa(settings, context)

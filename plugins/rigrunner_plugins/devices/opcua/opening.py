@@ -14,7 +14,7 @@ from rigrunner.api import DeviceNotFoundError, DeviceRejectedError, DeviceTimeou
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from rigrunner_plugins.devices.opcua.settings import OpcUaSettings, Security, User
+    from rigrunner_plugins.devices.opcua.settings import OpcUaSettings, Security
 
 _MODES = {
     "sign": ua.MessageSecurityMode.Sign,
@@ -27,7 +27,8 @@ async def open_client(settings: OpcUaSettings, folder: Path) -> Client:
     client = Client(settings.endpoint, timeout=settings.timeout)
     client.name = client.description = "Rigrunner"
     if settings.user is not None:
-        _log_in(client, settings.user, folder)
+        client.set_user(settings.user.name)
+        client.set_password(_text(_inside(folder, settings.user.password_file)))
     if settings.security is not None:
         await _secure(client, settings.security, folder)
     try:
@@ -38,8 +39,10 @@ async def open_client(settings: OpcUaSettings, folder: Path) -> Client:
             hint="is the server running, and is it an OPC UA server (opc.tcp)?",
         ) from error
     except OSError as error:
+        # In the system's own words: asyncio puts addresses in their place.
+        reason = os.strerror(error.errno) if error.errno and error.errno > 0 else str(error)
         raise DeviceNotFoundError(
-            f"{settings.endpoint} cannot be reached: {_reason(error)}",
+            f"{settings.endpoint} cannot be reached: {reason}",
             hint="is the server running, are host and port correct, and does it use opc.tcp?",
         ) from error
     except ua.UaError as error:
@@ -48,11 +51,6 @@ async def open_client(settings: OpcUaSettings, folder: Path) -> Client:
             hint="see `user` and `security`, and whether the server trusts our certificate",
         ) from error
     return client
-
-
-def _reason(error: OSError) -> str:
-    """Return the system's own words: asyncio puts addresses in their place."""
-    return os.strerror(error.errno) if error.errno and error.errno > 0 else str(error)
 
 
 def said(error: Exception) -> str:
@@ -66,11 +64,6 @@ def status(code: int) -> str:
     """Return the name of a status code, and its meaning."""
     name, meaning = ua.status_codes.get_name_and_doc(code)
     return f"{name} ({meaning.rstrip('.')})"
-
-
-def _log_in(client: Client, user: User, folder: Path) -> None:
-    client.set_user(user.name)
-    client.set_password(_text(_inside(folder, user.password_file)))
 
 
 async def _secure(client: Client, security: Security, folder: Path) -> None:

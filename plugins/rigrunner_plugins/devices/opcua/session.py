@@ -127,21 +127,50 @@ class Session:
             getattr(wanted, part) or _BUILD_INFO.get(part)
             for part in ("maker", "model", "serial", "firmware")
         ]
-        return [self._do(f"read {node}", self._text(node)) if node else "" for node in nodes]
+
+        async def read(node: str) -> str:
+            value = await (await self._node(node)).read_value()
+            return "" if value is None else str(value)
+
+        return [self._do(f"read {node}", read(node)) if node else "" for node in nodes]
 
     def describe(self, node: str) -> list[str]:
         """Return the type of its value, the symbol of its unit if it says one, and 'r' or 'rw'."""
-        return self._do(f"look at {node}", self._described(node))
+
+        async def describe() -> list[str]:
+            found = await self._node(node)
+            value = await found.read_data_value(raise_on_bad_status=False)
+            type_ = ua.VariantType.Null if value.Value is None else value.Value.VariantType
+            if type_ is ua.VariantType.Null:  # there is no value yet
+                type_ = await found.read_data_type_as_variant_type()
+            rights = await found.get_user_access_level()
+            writable = ua.AccessLevel.CurrentWrite in rights
+            return [type_.name, await _unit(found), "rw" if writable else "r"]
+
+        return self._do(f"look at {node}", describe())
 
     def read(self, wanted: Sequence[NodeValue]) -> list[float]:
         """Return the numbers of nodes, asked for together."""
-        nodes = ", ".join(each.node for each in wanted)
-        values = self._do(f"read {nodes}", self._read([each.node for each in wanted]))
+
+        async def read() -> list[ua.DataValue]:
+            nodes = [await self._node(each.node) for each in wanted]
+            return await self._open_client().read_attributes(nodes, ua.AttributeIds.Value)
+
+        asked = f"read {', '.join(each.node for each in wanted)}"
+        values = self._do(asked, read())
         return [self._number(*each) for each in zip(wanted, values, strict=True)]
 
     def write(self, node: str, value: float, type_: Type) -> None:
         """Write a value of that type to a node."""
-        result = self._do(f"write {value} to {node}", self._write(node, value, type_))
+
+        async def write() -> ua.StatusCode:
+            target = (await self._node(node)).nodeid
+            # without timestamps: many servers refuse to have them written
+            written = ua.DataValue(ua.Variant(value, ua.VariantType[type_]))
+            results = await self._open_client().uaclient.write_attributes([target], [written])
+            return results[0]
+
+        result = self._do(f"write {value} to {node}", write())
         if not result.is_good():
             raise DeviceRejectedError(
                 f"write {value} to {node}: the server says {status(result.value)}",
@@ -180,31 +209,6 @@ class Session:
                 raise DeviceRejectedError(f"the server has no namespace '{uri}'") from error
         return client.get_node(written)
 
-    async def _text(self, node: str) -> str:
-        value = await (await self._node(node)).read_value()
-        return "" if value is None else str(value)
-
-    async def _described(self, written: str) -> list[str]:
-        node = await self._node(written)
-        value = await node.read_data_value(raise_on_bad_status=False)
-        type_ = ua.VariantType.Null if value.Value is None else value.Value.VariantType
-        if type_ is ua.VariantType.Null:  # there is no value yet
-            type_ = await node.read_data_type_as_variant_type()
-        rights = await node.get_user_access_level()
-        writable = ua.AccessLevel.CurrentWrite in rights
-        return [type_.name, await _unit(node), "rw" if writable else "r"]
-
-    async def _read(self, nodes: Sequence[str]) -> list[ua.DataValue]:
-        wanted = [await self._node(node) for node in nodes]
-        return await self._open_client().read_attributes(wanted, ua.AttributeIds.Value)
-
-    async def _write(self, node: str, value: float, type_: Type) -> ua.StatusCode:
-        target = (await self._node(node)).nodeid
-        # without timestamps: many servers refuse to have them written
-        written = ua.DataValue(ua.Variant(value, ua.VariantType[type_]))
-        results = await self._open_client().uaclient.write_attributes([target], [written])
-        return results[0]
-
     def _open_client(self) -> Client:
         if self._client is None:
             raise DeviceLostError("not connected")
@@ -219,13 +223,12 @@ class Session:
             )
         value = None if found.Value is None else found.Value.Value
         if not isinstance(value, (bool, int, float)):
-            raise DeviceRejectedError(f"{node} holds {_shown(value)}, expected a number")
-        self._look_at_age(wanted, found)
-        return float(value)
-
-    def _look_at_age(self, wanted: NodeValue, found: ua.DataValue) -> None:
+            shown = "nothing" if value is None else f"a {type(value).__name__}: {value!r:.40}"
+            if isinstance(value, list):
+                shown = "an array"
+            raise DeviceRejectedError(f"{node} holds {shown}, expected a number")
         if wanted.stale is None:
-            return
+            return float(value)
         if found.SourceTimestamp is None:
             raise DeviceRejectedError(
                 f"{wanted.node} does not state the age of its value", hint="leave `stale` out"
@@ -238,6 +241,7 @@ class Session:
                 f" {wanted.stale:g} s",
                 hint="is it still measured, and do the clocks of both computers agree?",
             )
+        return float(value)
 
 
 async def _unit(node: Node) -> str:
@@ -248,12 +252,6 @@ async def _unit(node: Node) -> str:
     if not isinstance(found, ua.EUInformation):
         return ""
     return symbol_of(found.NamespaceUri, found.UnitId, found.DisplayName.Text)
-
-
-def _shown(value: object) -> str:
-    if value is None:
-        return "nothing"
-    return "an array" if isinstance(value, list) else f"a {type(value).__name__}: {value!r:.40}"
 
 
 UNECE = "http://www.opcfoundation.org/UA/units/un/cefact"

@@ -12,7 +12,7 @@ Type = Literal[
 ]  # fmt: skip
 TYPES: tuple[Type, ...] = get_args(Type)
 _BITS = {"SByte": 8, "Int16": 16, "Int32": 32, "Int64": 64}
-_UNSIGNED_BITS = {"Byte": 8, "UInt16": 16, "UInt32": 32, "UInt64": 64}
+_UNSIGNED_BITS = {"Boolean": 1, "Byte": 8, "UInt16": 16, "UInt32": 32, "UInt64": 64}
 
 
 def step(type_: Type) -> float:
@@ -27,24 +27,15 @@ def encode(number: float, type_: Type) -> bool | int | float:
     if type_ == "Double":
         return number
     if type_ == "Float":
-        return _float32(number)
-    low, high = _range(type_)
+        try:
+            return float(struct.unpack("<f", struct.pack("<f", number))[0])
+        except OverflowError as error:
+            raise ValueError(f"{number:g} does not fit into Float") from error
+    if type_ in _BITS:
+        low, high = -(2 ** (_BITS[type_] - 1)), 2 ** (_BITS[type_] - 1) - 1
+    else:
+        low, high = 0, 2 ** _UNSIGNED_BITS[type_] - 1
     whole = round(number)
     if not low <= whole <= high or (type_ == "Boolean" and round(number, 9) != whole):
         raise ValueError(f"{number:g} does not fit into {type_}: {low} to {high}")
     return bool(whole) if type_ == "Boolean" else whole
-
-
-def _float32(number: float) -> float:
-    try:
-        return float(struct.unpack("<f", struct.pack("<f", number))[0])
-    except OverflowError as error:
-        raise ValueError(f"{number:g} does not fit into Float") from error
-
-
-def _range(type_: Type) -> tuple[int, int]:
-    if type_ == "Boolean":
-        return 0, 1
-    if type_ in _BITS:
-        return -(2 ** (_BITS[type_] - 1)), 2 ** (_BITS[type_] - 1) - 1
-    return 0, 2 ** _UNSIGNED_BITS[type_] - 1

@@ -6,7 +6,7 @@ import difflib
 import importlib
 import inspect
 import re
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from rigrunner.api import PluginError
 from rigrunner_plugins.devices.extras import missing
@@ -37,12 +37,12 @@ def instrument_class(name: str) -> type[Any]:
             hint="its documentation lists the instruments by maker",
         ) from error
     found = getattr(module, class_name, None)
-    if not inspect.isclass(found) or not issubclass(found, Instrument) or found is Instrument:
+    if not _is_one(found, Instrument):
         known = [each for each, one in vars(module).items() if _is_one(one, Instrument)]
         raise PluginError(
             f"{module_name} has no instrument '{class_name}'", hint=_near(class_name, known)
         )
-    return found
+    return cast("type[Any]", found)
 
 
 def properties_of(owner: type[Any]) -> list[str]:
@@ -97,6 +97,7 @@ def is_callable_alone(owner: type[Any], name: str) -> bool:
 
 
 def _is_one(found: object, base: type[Any]) -> bool:
+    """Say whether something is a class derived from a base."""
     return inspect.isclass(found) and issubclass(found, base) and found is not base
 
 

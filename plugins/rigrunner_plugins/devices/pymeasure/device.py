@@ -31,8 +31,12 @@ from rigrunner_plugins.devices.text.numbers import OVERLOAD, shown
 from rigrunner_plugins.devices.text.patterns import fits
 from rigrunner_plugins.devices.visa.device import identity_of
 from rigrunner_plugins.devices.visa.errors import visa_errors
-from rigrunner_plugins.devices.visa.opening import library, not_opened
-from rigrunner_plugins.devices.visa.sockets import is_gone, send_at_once
+from rigrunner_plugins.devices.visa.opening import (
+    is_gone,
+    library,
+    not_opened,
+    send_at_once,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -158,7 +162,12 @@ class PyMeasureDevice(CommandedDriver):
         """Do something with the instrument; what fails in PyMeasure is the instrument's refusal."""
         timeout_s = self._settings.timeout
         with self._one.alone(timeout_s + self._open_s):
-            instrument = self._linked()
+            if self._instrument is None:
+                try:
+                    self._open()
+                except DeviceNotFoundError as error:
+                    raise DeviceLostError(error.message, hint=error.hint) from error
+            instrument = self._instrument
             connection = getattr(instrument.adapter, "connection", None)
             try:
                 with visa_errors(f"no answer to '{request}'", timeout_s, connection, _HINT):
@@ -174,14 +183,6 @@ class PyMeasureDevice(CommandedDriver):
                 self._drop()
                 raise _refused(request, error) from error
 
-    def _linked(self) -> Any:
-        if self._instrument is None:
-            try:
-                self._open()
-            except DeviceNotFoundError as error:
-                raise DeviceLostError(error.message, hint=error.hint) from error
-        return self._instrument
-
     def _open(self) -> None:
         self._drop()
         settings = self._settings
@@ -190,7 +191,15 @@ class PyMeasureDevice(CommandedDriver):
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")  # those of PyMeasure are for its own developers
-                self._instrument = self._made(found)
+                if settings.instrument.startswith(FAKES):
+                    self._instrument = found()  # it is connected to nothing
+                else:
+                    self._instrument = found(
+                        settings.resource,
+                        visa_library=library(settings.backend, self._folder),
+                        open_timeout=int(self._open_s * 1000),
+                        **settings.connection,
+                    )
         except Exception as error:  # whatever a class of somebody else's raises
             raise not_opened(settings.resource, error) from error
         connection = getattr(self._instrument.adapter, "connection", None)
@@ -200,16 +209,6 @@ class PyMeasureDevice(CommandedDriver):
                 self._drop()
                 raise DeviceNotFoundError(f"no answer from {settings.resource}", hint=_HINT)
             send_at_once(connection)
-
-    def _made(self, found: type[Any]) -> Any:
-        settings = self._settings
-        if settings.instrument.startswith(FAKES):
-            return found()  # it is connected to nothing
-        how = {
-            "visa_library": library(settings.backend, self._folder),
-            "open_timeout": int(self._open_s * 1000),
-        }
-        return found(settings.resource, **how, **settings.connection)
 
     def _drop(self) -> None:
         instrument, self._instrument = self._instrument, None
@@ -240,7 +239,18 @@ def _owner(instrument: Any, name: str) -> tuple[Any, str]:
 
 def number_of(value: object, name: str, item: int | None = None) -> float:
     """Return a property's value, or one of several, as a number; raise DeviceRejectedError."""
-    one = _one_of(value, name, item)
+    one: Any = value
+    if isinstance(value, (list, tuple, np.ndarray)):
+        count = len(value)
+        if item is None:
+            raise DeviceRejectedError(
+                f"the property {name} gives {count} values", hint="select one with `item`, from 1"
+            )
+        if item > count:
+            raise DeviceRejectedError(
+                f"the property {name} gives {count} values, not {item} or more"
+            )
+        one = value[item - 1]
     if not isinstance(one, SupportsFloat):
         raise DeviceRejectedError(
             f"the property {name} gives {shown(str(one))}, which is not a number"
@@ -252,17 +262,3 @@ def number_of(value: object, name: str, item: int | None = None) -> float:
             hint="choose a larger range, or check the wiring",
         )
     return number
-
-
-def _one_of(value: Any, name: str, item: int | None) -> object:
-    if not isinstance(value, (list, tuple, np.ndarray)):
-        return value
-    count = len(value)
-    if item is None:
-        raise DeviceRejectedError(
-            f"the property {name} gives {count} values", hint="select one with `item`, from 1"
-        )
-    if item > count:
-        raise DeviceRejectedError(f"the property {name} gives {count} values, not {item} or more")
-    one: object = value[item - 1]
-    return one

@@ -24,7 +24,6 @@ from rigrunner_plugins.importers.csv_file import read_csv
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
-    from pathlib import Path
 
     from rigrunner.api import Array, Block, Column, DeviceContext, StopToken
     from rigrunner_plugins.devices.replay.manifest import Manifest, RecordingEntry
@@ -42,7 +41,18 @@ class Replay:
         self._settings = settings
         self._clock = context.clock
         self._folder = context.folder / settings.folder
-        self._drives = Drives(_drives(settings), context.clock)
+        frequency = DriveInfo(
+            name="frequency",
+            unit="Hz",
+            long_name="Swing frequency",
+            minimum=0.0,
+            maximum=settings.max_frequency,
+            sets_cycle_frequency=True,
+        )
+        load = DriveInfo(
+            name="load", unit="N", long_name="Radial load", minimum=0.0, maximum=settings.max_load
+        )
+        self._drives = Drives((frequency, load), context.clock)
         self._manifest: Manifest | None = None
         self._last: tuple[RecordingEntry, Mapping[str, Array]] | None = None
 
@@ -137,25 +147,24 @@ class Replay:
                 for name, channel in chosen.items()
                 if channel.column is not None and name not in entry.values
             }
-            raw = _read(path, columns, entry, self._settings)
-            self._last = entry, {name: _si(raw[name].values, chosen[name].unit) for name in raw}
+            raw: Mapping[str, Column]
+            if path.suffix.lower() in HDF5_SUFFIXES:
+                from rigrunner_plugins.importers.hdf5_file import read_hdf5  # noqa: PLC0415  (h5py)
+
+                raw = read_hdf5(path, columns, entry.group)
+            else:
+                raw = read_csv(path, columns, self._settings.table)
+            values = {}
+            for name, column in raw.items():
+                known = unit(chosen[name].unit)
+                values[name] = column.values * known.factor + known.offset
+            self._last = entry, values
         return self._last[1]
 
     def _connected(self) -> Manifest:
         if self._manifest is None:
             raise DeviceLostError("the replay is not connected")
         return self._manifest
-
-
-def _read(
-    path: Path, columns: Mapping[str, int | str], entry: RecordingEntry, settings: ReplaySettings
-) -> Mapping[str, Column]:
-    """Return the columns of a file, of the kind that its name says."""
-    if path.suffix.lower() in HDF5_SUFFIXES:
-        from rigrunner_plugins.importers.hdf5_file import read_hdf5  # noqa: PLC0415  (h5py)
-
-        return read_hdf5(path, columns, entry.group)
-    return read_csv(path, columns, settings.table)
 
 
 def _samples_of(
@@ -174,24 +183,3 @@ def _samples_of(
             f" but {count} are asked for"
         )
     return recorded[name][:count]
-
-
-def _si(values: Array, symbol: str) -> Array:
-    known = unit(symbol)
-    return values * known.factor + known.offset
-
-
-def _drives(settings: ReplaySettings) -> tuple[DriveInfo, ...]:
-    return (
-        DriveInfo(
-            name="frequency",
-            unit="Hz",
-            long_name="Swing frequency",
-            minimum=0.0,
-            maximum=settings.max_frequency,
-            sets_cycle_frequency=True,
-        ),
-        DriveInfo(
-            name="load", unit="N", long_name="Radial load", minimum=0.0, maximum=settings.max_load
-        ),
-    )

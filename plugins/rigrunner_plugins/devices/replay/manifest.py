@@ -74,11 +74,7 @@ def load_manifest(folder: Path, name: str, channels: Mapping[str, ColumnSettings
     problems = [
         Problem(message, texts.location(path), _dotted(path))
         for index, entry in enumerate(manifest.recordings)
-        for path, message in (
-            *_of_file(index, entry, folder),
-            *_of_values(index, entry, channels),
-            *_of_setpoints(index, entry, manifest.recordings[:index]),
-        )
+        for path, message in _of_entry(manifest.recordings, index, folder, channels)
     ]
     if problems:
         raise InvalidFileError(problems)
@@ -93,35 +89,29 @@ def inside(folder: Path, name: str) -> Path | None:
 
 def _of_model(texts: Texts, error: ValidationError) -> Iterator[Problem]:
     for found in error.errors(include_url=False, include_context=False, include_input=False):
-        path = found["loc"]
-        yield Problem(
-            _words(found["type"], found["msg"], path), texts.location(path), _dotted(path)
-        )
+        path, message = found["loc"], found["msg"].removeprefix("Value error, ")
+        if found["type"] == "missing":
+            message = "is missing"
+        elif found["type"] == "extra_forbidden":
+            model = Manifest if len(path) == 1 else RecordingEntry
+            message = f"is unknown; known are {', '.join(model.model_fields)}"
+        yield Problem(message, texts.location(path), _dotted(path))
 
 
-def _words(kind: str, message: str, path: Where) -> str:
-    if kind == "missing":
-        return "is missing"
-    if kind == "extra_forbidden":
-        model = Manifest if len(path) == 1 else RecordingEntry
-        return f"is unknown; known are {', '.join(model.model_fields)}"
-    return message.removeprefix("Value error, ")
-
-
-def _of_file(index: int, entry: RecordingEntry, folder: Path) -> Iterator[tuple[Where, str]]:
-    if entry.file is None:
-        if not entry.values:
-            yield ("recordings", index), "has neither a file nor values"
-        return
-    path = inside(folder, entry.file)
-    if path is None or not path.is_file():
-        problem = "leads out of the folder" if path is None else "is not there"
-        yield ("recordings", index, "file"), f"'{entry.file}' {problem}"
-
-
-def _of_values(
-    index: int, entry: RecordingEntry, channels: Mapping[str, ColumnSettings]
+def _of_entry(
+    entries: Sequence[RecordingEntry],
+    index: int,
+    folder: Path,
+    channels: Mapping[str, ColumnSettings],
 ) -> Iterator[tuple[Where, str]]:
+    entry = entries[index]
+    if entry.file is not None:
+        path = inside(folder, entry.file)
+        if path is None or not path.is_file():
+            problem = "leads out of the folder" if path is None else "is not there"
+            yield ("recordings", index, "file"), f"'{entry.file}' {problem}"
+    elif not entry.values:
+        yield ("recordings", index), "has neither a file nor values"
     for name, quantity in entry.values.items():
         where = ("recordings", index, "values", name)
         if name not in channels:
@@ -134,12 +124,7 @@ def _of_values(
                     f" {with_article(wanted)} is needed"
                 ),
             )
-
-
-def _of_setpoints(
-    index: int, entry: RecordingEntry, earlier: Sequence[RecordingEntry]
-) -> Iterator[tuple[Where, str]]:
-    if any(other.is_at(entry.frequency, entry.load) for other in earlier):
+    if any(other.is_at(entry.frequency, entry.load) for other in entries[:index]):
         yield ("recordings", index), f"{entry} is given twice"
 
 

@@ -11,11 +11,13 @@ from rigrunner.api import Location
 from rigrunner.api.errors import InvalidFileError, Problem
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Mapping, Sequence
     from pathlib import Path
 
 MOST_BYTES = 1_000_000
+"""Some ten thousand recordings."""
 MOST_DEPTH = 20
+"""A manifest needs five; far more than that would end in a RecursionError."""
 Path_ = tuple[int | str, ...]
 
 
@@ -80,21 +82,15 @@ def _plain(node: yaml.Node, path: Path_, file: str, marks: dict[Path_, tuple[int
         return node.value
     if isinstance(node, yaml.SequenceNode):
         return [_plain(item, (*path, i), file, marks) for i, item in enumerate(node.value)]
-    return dict(_items(node, path, file, marks))
-
-
-def _items(
-    node: yaml.Node, path: Path_, file: str, marks: dict[Path_, tuple[int, int]]
-) -> Iterator[tuple[str, Any]]:
-    seen = set()
+    found: dict[str, Any] = {}
     for key, value in node.value:
         where = _location(file, key)
         if not isinstance(key, yaml.ScalarNode):
             raise _invalid("a key must be a text", where)
-        if key.value in seen:
+        if key.value in found:
             raise _invalid(f"the key '{key.value}' is given twice", where)
-        seen.add(key.value)
-        yield key.value, _plain(value, (*path, key.value), file, marks)
+        found[key.value] = _plain(value, (*path, key.value), file, marks)
+    return found
 
 
 def _location(file: str, found: yaml.Node | yaml.Event | yaml.MarkedYAMLError) -> Location:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING
 
 from rigrunner.api import (
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
     from rigrunner.api.readings import Reading
     from rigrunner_plugins.devices.serial_ascii.port import Lines
     from rigrunner_plugins.devices.serial_ascii.settings import SerialAsciiSettings
-    from rigrunner_plugins.devices.text.patterns import Identification
 
 
 class SerialAscii(Driver):
@@ -105,25 +105,20 @@ class SerialAscii(Driver):
         if wanted is None or self._settings.simulated:
             simulated = self._settings.simulated
             return Identity("unidentified", f"instrument at {port}", "", simulated=simulated)
-        return Identity(
-            "(maker not told)",
-            self.exchange(f"query {wanted.query}", lambda: self._asked(wanted)),
-            "",
-        )
 
-    def _asked(self, wanted: Identification) -> str:
-        try:
-            return (
-                self._linked()
-                .ask(wanted.query, lambda line: fits(wanted.expect, line), self._settings.stale)
-                .strip()
-            )
-        except DeviceTimeoutError as error:
-            raise DeviceNotFoundError(
-                f"no instrument that matches '{wanted.expect}' answers '{wanted.query}':"
-                f" {error.message}",
-                hint="is it the right instrument? in `expect`, .* matches anything",
-            ) from error
+        def ask() -> str:
+            lines, stale_s = self._linked(), self._settings.stale
+            try:
+                return lines.ask(wanted.query, partial(fits, wanted.expect), stale_s).strip()
+            except DeviceTimeoutError as error:
+                raise DeviceNotFoundError(
+                    f"no instrument that matches '{wanted.expect}' answers '{wanted.query}':"
+                    f" {error.message}",
+                    hint="is it the right instrument? in `expect`, .* matches anything",
+                ) from error
+
+        answer = self.exchange(f"query {wanted.query}", ask)
+        return Identity("(maker not told)", answer, "")
 
     def _open(self) -> None:
         self._drop()

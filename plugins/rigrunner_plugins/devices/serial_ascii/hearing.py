@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 _MOST_LINES = 100_000
 """How many are kept for a recording that does not fetch them."""
 _LONGEST_LINE = 4096
+"""Bytes that are kept of what has no end yet: far more than the line of any instrument."""
 
 
 @dataclass(frozen=True)

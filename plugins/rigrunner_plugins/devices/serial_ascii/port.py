@@ -22,6 +22,7 @@ _LOOK_S = 0.05
 _BLOCK_S = 0.1
 """How long lines are gathered while recording."""
 _END_S = 1.0
+"""How long the thread may take to end: it looks every _LOOK_S."""
 
 
 class Lines(Protocol):

@@ -78,7 +78,11 @@ class SerialAsciiSettings(SimulableSettings):
         if self.simulated and not self.example:
             raise ValueError("simulated: yes needs an example, the line to simulate")
         if self.example:
-            self._check_example()
+            try:
+                self.values_in(self.example)
+                self.readings_in(self.example)
+            except DeviceRejectedError as error:
+                raise ValueError(f"example: {error.message}") from error
         return self
 
     def values_in(self, line: str) -> dict[str, float]:
@@ -98,10 +102,3 @@ class SerialAsciiSettings(SimulableSettings):
     def is_ignored(self, line: str) -> bool:
         """Say whether a line is no measurement."""
         return bool(self.ignore) and fits(self.ignore, line)
-
-    def _check_example(self) -> None:
-        try:
-            self.values_in(self.example)
-            self.readings_in(self.example)
-        except DeviceRejectedError as error:
-            raise ValueError(f"example: {error.message}") from error

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -54,19 +53,14 @@ class StreamingSerialAscii(SerialAscii):
             pace.check(lines)
             return [line.text for line in lines]
 
-        with self._recording():
+        self.exchange("record", lambda: self._linked().record())
+        try:
             while first < samples and not stop.is_set():
                 lines = self.exchange("recorded lines", perform)[: samples - first]
                 rows = [self._settings.values_in(line) for line in lines]
                 values = {name: np.array([row[name] for row in rows]) for name in channels}
                 yield Block(self._rate_hz, first, self.clock.monotonic_s(), values)
                 first += len(rows)
-
-    @contextmanager
-    def _recording(self) -> Iterator[None]:
-        self.exchange("record", lambda: self._linked().record())
-        try:
-            yield
         except DeviceError:
             self._drop()  # whatever it was, what comes next begins again
             raise

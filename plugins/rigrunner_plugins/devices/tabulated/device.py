@@ -87,7 +87,8 @@ class Tabulated:
     def _row(self, set_points: Mapping[str, float]) -> Row | None:
         here = [set_points[name] for name in self._settings.set_points]
         for row in self._settings.rows:
-            if all(map(_same, self._settings.place(row), here)):
+            there = self._settings.place(row)
+            if all(isclose(a, b, rel_tol=SAME) for a, b in zip(there, here, strict=True)):
                 return row
         return None
 
@@ -95,14 +96,12 @@ class Tabulated:
         at = ", ".join(
             f"{info.name} {legible(set_points[info.name], info.unit)}" for info in self.drives
         )
-        return DeviceRejectedError(f"the table has no row for {at}", hint=self._listing())
-
-    def _listing(self) -> str:
-        """Return the places of the first rows."""
         names, rows = self._settings.set_points, self._settings.rows
         places = [", ".join(f"{name} {row[name]}" for name in names) for row in rows[:MOST_LISTED]]
         more = f"; and {len(rows) - MOST_LISTED} more" if len(rows) > MOST_LISTED else ""
-        return f"it has rows for {'; '.join(places)}{more}"
+        return DeviceRejectedError(
+            f"the table has no row for {at}", hint=f"it has rows for {'; '.join(places)}{more}"
+        )
 
     def _need_connection(self) -> None:
         if not self._connected:
@@ -119,7 +118,3 @@ def _drive(settings: TabulatedSettings, name: str) -> DriveInfo:
         maximum=max(0.0, *values),
         sets_cycle_frequency=name == settings.cycle_frequency,
     )
-
-
-def _same(one: float, other: float) -> bool:
-    return isclose(one, other, rel_tol=SAME)

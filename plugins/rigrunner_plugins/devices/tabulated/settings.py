@@ -78,21 +78,18 @@ class TabulatedSettings(Settings):
     def _check_rows(self) -> None:
         first: dict[tuple[float, ...], int] = {}
         for number, row in enumerate(self.rows, start=1):
-            self._check_columns(number, row)
+            if set(row) != set(self.columns):
+                raise ValueError(
+                    f"row {number} has {', '.join(row) or 'nothing'};"
+                    f" the first row has {', '.join(self.columns)}"
+                )
+            for name, value in row.items():
+                wanted = self.rows[0][name].dimension
+                if value.dimension != wanted:
+                    raise ValueError(
+                        f"row {number}, {name}: got '{value}', expected {with_article(wanted)}"
+                    )
             place = tuple(float(f"{value:.9g}") for value in self.place(row))  # 1 L/min is 60 L/h
             earlier = first.setdefault(place, number)
             if earlier != number:
                 raise ValueError(f"rows {earlier} and {number} have the same set-points")
-
-    def _check_columns(self, number: int, row: Row) -> None:
-        if set(row) != set(self.columns):
-            raise ValueError(
-                f"row {number} has {', '.join(row) or 'nothing'};"
-                f" the first row has {', '.join(self.columns)}"
-            )
-        for name, value in row.items():
-            wanted = self.rows[0][name].dimension
-            if value.dimension != wanted:
-                raise ValueError(
-                    f"row {number}, {name}: got '{value}', expected {with_article(wanted)}"
-                )

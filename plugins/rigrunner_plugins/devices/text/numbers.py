@@ -20,6 +20,7 @@ _DECIMAL = re.compile(
 _HEXADECIMAL = re.compile(r"()(?:0[xX]|#[hH])?([0-9A-Fa-f]+)(.*)", re.DOTALL)
 """As IEEE 488.2-1992, 8.7.5, writes it, #H1F, or as programmers do, 0x1F."""
 _LONGEST = 60
+"""Characters of an answer that a message shows."""
 
 
 class NumberInText(Settings):
@@ -59,10 +60,24 @@ class NumberInText(Settings):
                 hint="select the number with `pattern` or `field`",
             )
         sign, digits, rest = match.groups()
-        self._check_unit(rest.strip(), what, text)
+        if rest.strip() != self.unit_in_answer:
+            wanted = f"'{self.unit_in_answer}'" if self.unit_in_answer else "nothing more"
+            raise DeviceRejectedError(
+                f"{what} is {shown(text)}: after the number is {shown(rest.strip())}, expected"
+                f" {wanted}",
+                hint="a unit? set the instrument to the station's, or change `unit_in_answer`"
+                " together with `unit`",
+            )
         if self.number == "hexadecimal":
             return float(int(digits, 16))
-        return self._in_range(float(sign + digits), what)
+        number = float(sign + digits)
+        # Not `>=`: a NaN compares with nothing, and is refused too.
+        if not abs(number) < self.overload:
+            raise DeviceRejectedError(
+                f"{what} is {number:g}: the instrument reports overload or 'not a number'",
+                hint="choose a larger range, or check the wiring",
+            )
+        return number
 
     def _place(self, text: str, what: str) -> str:
         if self.pattern:
@@ -80,25 +95,6 @@ class NumberInText(Settings):
                 f"{what} is {shown(text)}: it has {len(fields)} fields, no {self.field}"
             )
         return fields[self.field - 1].strip()
-
-    def _in_range(self, number: float, what: str) -> float:
-        # Not `>=`: a NaN compares with nothing, and is refused too.
-        if not abs(number) < self.overload:
-            raise DeviceRejectedError(
-                f"{what} is {number:g}: the instrument reports overload or 'not a number'",
-                hint="choose a larger range, or check the wiring",
-            )
-        return number
-
-    def _check_unit(self, rest: str, what: str, text: str) -> None:
-        if rest == self.unit_in_answer:
-            return
-        wanted = f"'{self.unit_in_answer}'" if self.unit_in_answer else "nothing more"
-        raise DeviceRejectedError(
-            f"{what} is {shown(text)}: after the number is {shown(rest)}, expected {wanted}",
-            hint="a unit? set the instrument to the station's, or change `unit_in_answer`"
-            " together with `unit`",
-        )
 
 
 def shown(text: str) -> str:

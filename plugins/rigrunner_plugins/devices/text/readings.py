@@ -17,7 +17,9 @@ if TYPE_CHECKING:
     from rigrunner.api.readings import Reading
 
 _LONGEST = 1000
+"""Characters of a text: what is longer is no line, but a dump of something."""
 _MOST = 100_000
+"""Numbers of an array: it is kept whole in the row of a table, where samples do not belong."""
 
 
 class ReadingInText(DeclaredReading):

@@ -88,7 +88,12 @@ class Visa(CommandedDriver):
     def send(self, command: str) -> None:
         """Send a command; raise DeviceRejectedError for what the instrument then tells of it."""
         if self._settings.acknowledge:
-            self._send_and_hear(command)
+            answer = self.ask(command)
+            if not fits(self._settings.acknowledge, answer):
+                raise DeviceRejectedError(
+                    f"the instrument does not accept '{command}': it answers {shown(answer)}",
+                    hint=f"expected an answer that matches '{self._settings.acknowledge}'",
+                )
         else:
             self.exchange(f"send {command}", lambda: self._link.send(command))
         if errors := self._errors_told():
@@ -98,14 +103,6 @@ class Visa(CommandedDriver):
             self._link.drop()  # no number of an error: the answer may be to something else
             raise DeviceRejectedError(
                 told, hint="if it answers commands, state the answer in `acknowledge`"
-            )
-
-    def _send_and_hear(self, command: str) -> None:
-        answer = self.ask(command)
-        if not fits(self._settings.acknowledge, answer):
-            raise DeviceRejectedError(
-                f"the instrument does not accept '{command}': it answers {shown(answer)}",
-                hint=f"expected an answer that matches '{self._settings.acknowledge}'",
             )
 
     def ask(self, query: str) -> str:

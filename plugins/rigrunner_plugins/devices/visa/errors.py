@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.api import DeviceLostError, DeviceTimeoutError
-from rigrunner_plugins.devices.visa.sockets import is_gone
+from rigrunner_plugins.devices.visa.opening import is_gone
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -7,13 +7,16 @@ from typing import TYPE_CHECKING, Any
 
 from rigrunner.api import DeviceNotFoundError
 from rigrunner_plugins.devices.extras import missing
-from rigrunner_plugins.devices.visa.sockets import is_gone, send_at_once
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from rigrunner_plugins.devices.text.serial_line import SerialLine
     from rigrunner_plugins.devices.visa.settings import VisaSettings
+
+_IPPROTO_TCP = 6
+_TCP_NODELAY = 1
+_MSG_PEEK = 2
+"""The numbers of IANA and of every operating system; pyvisa-py refuses the VISA attribute."""
 
 
 def open_resource(settings: VisaSettings, folder: Path, timeout_s: float) -> Any:
@@ -74,13 +77,11 @@ def _set_up(resource: Any, settings: VisaSettings) -> None:
     resource.timeout = settings.timeout * 1000
     if settings.termination:
         resource.read_termination = settings.termination
-    if settings.resource.startswith("ASRL"):
-        _set_up_serial_line(resource, settings.serial)
-
-
-def _set_up_serial_line(resource: Any, line: SerialLine) -> None:
+    if not settings.resource.startswith("ASRL"):
+        return
     from pyvisa import constants  # noqa: PLC0415  (slow, and optional)
 
+    line = settings.serial
     stop_bits = {1: constants.StopBits.one, 2: constants.StopBits.two}
     resource.baud_rate = line.baud
     resource.data_bits = line.data_bits
@@ -98,3 +99,42 @@ def _hint(name: str, told: str) -> str:
         "is the instrument switched on and plugged in? the command `list` of `pyvisa-shell`"
         " lists connected ones"
     )
+
+
+def send_at_once(resource: Any) -> None:
+    """Have each message sent at once.
+
+    A query that follows a command waits 40 ms else, until the other end has acknowledged the
+    command (RFC 896, RFC 1122 4.2.3.2).
+    """
+    socket = _socket_of(resource)
+    if socket is not None:
+        socket.setsockopt(_IPPROTO_TCP, _TCP_NODELAY, 1)
+
+
+def is_gone(resource: Any) -> bool:
+    """Say whether a socket is connected to nobody.
+
+    pyvisa-py takes a refused connection for an open one, and one that was closed for a slow one.
+    """
+    socket = _socket_of(resource)
+    if socket is None:
+        return False
+    try:
+        socket.getpeername()
+        socket.settimeout(0)
+        try:
+            return bool(socket.recv(1, _MSG_PEEK) == b"")  # the end of what the other one sends
+        finally:
+            socket.settimeout(None)
+    except BlockingIOError:
+        return False
+    except OSError:
+        return True
+
+
+def _socket_of(resource: Any) -> Any:
+    """Return the socket below a resource; None of any other one, and of other back ends."""
+    sessions = getattr(resource.visalib, "sessions", {})
+    interface = getattr(sessions.get(resource.session), "interface", None)
+    return interface if hasattr(interface, "getpeername") else None

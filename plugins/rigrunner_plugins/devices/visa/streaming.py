@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -50,7 +49,9 @@ class StreamingVisa(Visa):
     def _blocks(self, channels: Sequence[str], samples: int, stop: StopToken) -> Iterator[Block]:
         stream, first = self._stream, 0
         started_s = self.clock.monotonic_s()
-        with self._acquisition():
+        # Stopped in any case: also where the start or a block failed.
+        try:
+            self.send(stream.start)
             while first < samples and not stop.is_set():
                 values = self._fetch(min(stream.samples, samples - first), first, started_s)
                 if stream.overrun is not None:
@@ -64,18 +65,11 @@ class StreamingVisa(Visa):
                     {name: self._settings.channels[name].to_si(columns[name]) for name in channels},
                 )
                 first += len(values)
-
-    @contextmanager
-    def _acquisition(self) -> Iterator[None]:
-        """Start, and stop in any case: also where the start or a block failed."""
-        try:
-            self.send(self._stream.start)
-            yield
         except BaseException as error:
             with noted_on(error, "stopping the acquisition"), self.as_it_is():
-                self.send(self._stream.stop)
+                self.send(stream.stop)
             raise
-        self.send(self._stream.stop)
+        self.send(stream.stop)
 
     def _fetch(self, wanted: int, first: int, started_s: float) -> Array:
         """Return the next samples, of shape (n, channels), n >= 1."""
@@ -83,7 +77,10 @@ class StreamingVisa(Visa):
         limit_s = self._settings.timeout + wanted / self._stream.rate
 
         def perform() -> bytes:
-            data = self._data(query, limit_s)
+            if self._stream.format == "ascii":
+                data = self._link.ask(query, limit_s).encode()
+            else:
+                data = self._link.ask_block(query, limit_s)
             # Within the exchange: a played-back one takes no time, and would seem to come too
             # early.
             self._check_pace(first + len(samples_in(data, self._stream, query)), started_s)
@@ -101,11 +98,6 @@ class StreamingVisa(Visa):
         if len(values) > wanted and says_samples(self._stream.fetch):
             raise DeviceRejectedError(f"'{query}' gives {len(values)} samples instead of {wanted}")
         return values
-
-    def _data(self, query: str, limit_s: float) -> bytes:
-        if self._stream.format == "ascii":
-            return self._link.ask(query, limit_s).encode()
-        return self._link.ask_block(query, limit_s)
 
     def _check_pace(self, samples: int, started_s: float) -> None:
         """Raise DeviceRejectedError for samples that come before they can have been taken."""

@@ -35,6 +35,7 @@ LONGEST = 2000
 DEEPEST = 100
 """Operations within operations; a sum of terms counts one for each."""
 LARGEST_POWER = 100
+"""Of numbers up to 1000 such a power is still a finite double."""
 
 _OPERATORS: dict[type[ast.operator], str] = {
     ast.Add: "+",

@@ -19,10 +19,12 @@ if TYPE_CHECKING:
 WELL_KNOWN = 1e-4
 """Relative uncertainty up to which a file's own interval needs no confirmation."""
 _SAME = 1e-6
+"""Relative difference of two intervals that are the same but for rounding."""
 _OFF = 0.25
 """Largest distance, in intervals, of a time from its place in an even series: digits are rounded.
 """
 _GAP = 0.5
+"""Distance, in intervals, from which a time is nearer to the place of another sample."""
 _AT_ONCE = 0.01
 """Largest difference, in intervals, between the starts of two channels."""
 _RESOLUTION_S = 2e-6

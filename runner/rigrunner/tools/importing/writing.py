@@ -51,6 +51,7 @@ BLOCK_SAMPLES = 1 << 16
 _DAY = timedelta(days=1)
 _SECOND = timedelta(seconds=1)
 _LITTLE = 1e-3
+"""Relative: a recording that is shorter than planned by less is whole."""
 
 
 def write_run(

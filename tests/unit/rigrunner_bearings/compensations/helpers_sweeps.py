@@ -12,7 +12,7 @@ from rigrunner_bearings.compensations.inverse import TemplateInverse
 from rigrunner_bearings.compensations.settings import TemplateInverseSettings
 from rigrunner_bearings.torque.prepare import prepare_point
 from rigrunner_bearings.torque.settings import SwingTorque
-from rigrunner_plugins.outlier_rules.grubbs import Grubbs
+from rigrunner_plugins.outlier_rules.rules import Grubbs
 from rigrunner_plugins.outlier_rules.settings import GrubbsSettings
 
 FEW = (1.0, 5.0, 10.0, 20.0, 30.0, 35.0)

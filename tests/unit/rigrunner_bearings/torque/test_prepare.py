@@ -10,8 +10,7 @@ from rigrunner.api.errors import DataError
 from rigrunner_bearings.api.points import MotionSource, SwingPoint
 from rigrunner_bearings.signal.kinematics import swing_angle
 from rigrunner_bearings.torque.prepare import prepare_point
-from rigrunner_plugins.outlier_rules.grubbs import Grubbs
-from rigrunner_plugins.outlier_rules.pauta import pauta
+from rigrunner_plugins.outlier_rules.rules import Grubbs, pauta
 from rigrunner_plugins.outlier_rules.settings import GrubbsSettings
 from unit.analysis.helpers_analysis import RATIO, recording, run_of, spec
 

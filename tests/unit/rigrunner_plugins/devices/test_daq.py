@@ -26,7 +26,7 @@ from rigrunner.engine.streams import checked_stream
 from rigrunner.registry import load_registry
 from rigrunner.rig import Rig
 from rigrunner.yamlfile import parse, validate
-from rigrunner_plugins.devices.daq import failures
+from rigrunner_plugins.devices.daq import daqmx
 from rigrunner_plugins.devices.daq.settings import DaqSettings
 from unit.rigrunner_plugins.devices.helpers_daqmx import FakeDriver
 
@@ -372,7 +372,7 @@ def test_the_engine_takes_what_it_streams(bench, clock):
 
 def test_the_names_of_its_errors_are_those_of_the_library():
     names = {code.name for code in DAQmxErrors}
-    for known in (failures.NOT_THERE, failures.OVERRUN, failures.LATE, failures.TAKEN):
+    for known in (daqmx.NOT_THERE, daqmx.OVERRUN, daqmx.LATE, daqmx.TAKEN):
         assert known <= names
 
 

@@ -6,8 +6,7 @@ from pydantic import ValidationError
 
 from rigrunner.api.data import Points
 from rigrunner.api.errors import DataError
-from rigrunner_plugins.fits.aicc import AiccFit
-from rigrunner_plugins.fits.basis import BasisFit
+from rigrunner_plugins.fits.polynomial import AiccFit, BasisFit
 from rigrunner_plugins.fits.settings import AiccSettings, BasisSettings
 
 X = np.array([1.0, 5.0, 10.0, 15.0, 20.0, 25.0, 30.0, 35.0])

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from rigrunner_plugins.outlier_rules.generalized_esd import GeneralizedEsd
-from rigrunner_plugins.outlier_rules.grubbs import Grubbs
+from rigrunner_plugins.outlier_rules.rules import GeneralizedEsd, Grubbs
 from rigrunner_plugins.outlier_rules.settings import GeneralizedEsdSettings, GrubbsSettings
 
 GOOD = np.array([1.00, 1.02, 0.98, 1.01, 0.99, 1.03, 0.97, 1.00, 1.01, 0.99, 1.02, 0.98])

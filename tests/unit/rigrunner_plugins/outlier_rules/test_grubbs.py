@@ -6,8 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from rigrunner_plugins.outlier_rules.grubbs import Grubbs
-from rigrunner_plugins.outlier_rules.keep_all import keep_all
+from rigrunner_plugins.outlier_rules.rules import Grubbs, keep_all
 from rigrunner_plugins.outlier_rules.settings import GrubbsSettings
 
 GOOD = np.array([1.00, 1.02, 0.98, 1.01, 0.99, 1.03, 0.97, 1.00])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from rigrunner_plugins.outlier_rules.mad import Mad, modified_z_score
+from rigrunner_plugins.outlier_rules.rules import Mad, modified_z_score
 from rigrunner_plugins.outlier_rules.settings import MadSettings
 
 

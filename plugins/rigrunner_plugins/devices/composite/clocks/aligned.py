@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from rigrunner_plugins.devices.composite.settings import ClockSettings
 
 BLOCK_S = 0.1
+"""A stop is looked at between blocks."""
 MARGIN_S = 5.0
 """How much longer the parts stream than is needed: they do not begin at once."""
 
@@ -188,15 +189,10 @@ class AlignedStream:
         for route in self._wanted.routes:
             feed = self._feeds[route.part]
             if route.part in places:
-                values = _at(feed, route.name, places[route.part])
+                at = places[route.part]
+                begin, end = int(np.floor(at[0])) - BEFORE, int(np.floor(at[-1])) + BEHIND + 1
+                values = between(feed.channel(route.name, begin, end), at - begin)
             else:
                 values = feed.channel(route.name, first, first + size)
             channels[route.info.name] = values
         return Block(reference.rate_hz, given, reference.arrived_s(first), channels)
-
-
-def _at(feed: Feed, channel: str, places: Array) -> Array:
-    """Return a channel at fractional samples (n,)."""
-    begin = int(np.floor(places[0])) - BEFORE
-    end = int(np.floor(places[-1])) + BEHIND + 1
-    return between(feed.channel(channel, begin, end), places - begin)

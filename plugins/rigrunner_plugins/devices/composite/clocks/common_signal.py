@@ -11,8 +11,6 @@ import numpy as np
 from rigrunner.signal.interpolation import between
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from rigrunner.api import Array
 
 ALIKE = 0.95
@@ -22,6 +20,7 @@ UNIQUE = 0.98
 SMOOTHED = 31
 """Over how many samples of the window (a Hann window)."""
 _ROUNDS = 20
+"""Gauss-Newton steps at most: each goes a sample at most, and the start is right to a sample."""
 _STEP = 0.5
 """In samples, on both sides: over which a slope is taken."""
 
@@ -42,13 +41,13 @@ def coarse_lag(window: Array, other: Array, stride: float) -> float | None:
     """
     grid = np.arange(len(window)) * stride
     places = np.arange(0, len(other) - int(np.ceil(grid[-1])) - 1)
-    if len(places) < 3 or _is_still(window):  # noqa: PLR2004  (a maximum has two neighbours)
+    if len(places) < 3 or np.ptp(window) == 0:  # noqa: PLR2004  (a maximum has two neighbours)
         return None
     whole = np.round(grid).astype(np.intp)
     found = np.array([_correlation(window, other[place + whole]) for place in places])
     best = int(found.argmax())
-    rivals = _maxima(found)
-    again = any(found[each] > UNIQUE * found[best] for each in rivals if each != best)
+    maxima = 1 + np.flatnonzero((found[1:-1] > found[:-2]) & (found[1:-1] >= found[2:]))
+    again = any(found[each] > UNIQUE * found[best] for each in maxima if each != best)
     return None if found[best] < ALIKE or again else float(places[best])
 
 
@@ -101,30 +100,16 @@ def _least_squares(window: Array, other: Array, stride: float, start: float) -> 
         if abs(step) < 1e-4:  # noqa: PLR2004  (of a sample)
             break
     residual = window - design @ solved
-    spread = _unexplained(slope, design[:, :2])
+    # What of the slope gain and offset cannot stand for: by that alone is the lag known.
+    explained, *_ = np.linalg.lstsq(design[:, :2], slope, rcond=None)
+    spread = float(np.sum((slope - design[:, :2] @ explained) ** 2))
     if _correlation(window, here) < ALIKE or spread == 0:
         return None
     scatter = sqrt(float(residual @ residual) / max(count - 3, 1))
     return Lag(lag, scatter / (abs(gain) * sqrt(spread)))
 
 
-def _unexplained(slope: Array, rest: Array) -> float:
-    """Return the sum of squares of the slope that offset and gain cannot stand for."""
-    solved, *_ = np.linalg.lstsq(rest, slope, rcond=None)
-    left = slope - rest @ solved
-    return float(left @ left)
-
-
-def _is_still(values: Array) -> bool:
-    return bool(np.ptp(values) == 0)
-
-
 def _correlation(one: Array, two: Array) -> float:
     a, b = one - one.mean(), two - two.mean()
     size = sqrt(float(a @ a) * float(b @ b))
     return float(a @ b) / size if size > 0 else 0.0
-
-
-def _maxima(values: Array) -> NDArray[np.intp]:
-    inner = (values[1:-1] > values[:-2]) & (values[1:-1] >= values[2:])
-    return np.flatnonzero(inner) + 1

@@ -12,7 +12,7 @@ from rigrunner.api import DeviceError, DeviceLostError, DeviceRejectedError
 from rigrunner.api.samples import as_samples
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Iterator, Sequence
     from concurrent.futures import Future
 
     from rigrunner.api import Array, Block, Clock, StopToken
@@ -37,7 +37,6 @@ class Feed:
         self.samples = 0
         self.is_over = False
         self._clock = clock
-        self._channels = tuple(channels)
         self._kept: dict[str, Array] = {name: np.empty(_FIRST) for name in channels}
         self._ends_s: list[float] = []
         self._arrived_s: list[float] = []
@@ -90,9 +89,14 @@ class Feed:
             self.is_over = True
             return
         self._check(block)
+        end = self.samples + block.samples
         for name in self._kept:
-            self._keep(name, block.channels[name])
-        self.samples += block.samples
+            # The room doubles where it ends, so that long recordings are not copied again.
+            while end > len(self._kept[name]):
+                kept = self._kept[name]
+                self._kept[name] = np.concatenate([kept, np.empty_like(kept)])
+            self._kept[name][self.samples : end] = block.channels[name]
+        self.samples = end
         self._ends_s.append(self.received_s)
         self._arrived_s.append(now_s)
 
@@ -110,13 +114,6 @@ class Feed:
         # Without threads others' waiting would count as its own: only it knows when it was.
         return block, block.monotonic_s + block.samples / block.rate_hz
 
-    def _keep(self, name: str, values: Array) -> None:
-        """Append; the room doubles where it ends, so that long recordings are not copied again."""
-        end = self.samples + len(values)
-        while end > len(self._kept[name]):
-            self._kept[name] = np.concatenate([self._kept[name], np.empty_like(self._kept[name])])
-        self._kept[name][self.samples : end] = values
-
     def _check(self, block: Block) -> None:
         name = self.part.name
         if block.rate_hz != self.rate_hz:
@@ -125,14 +122,11 @@ class Feed:
         if block.first_sample != self.samples:
             told = f"{name}: sample {block.first_sample} came, {self.samples} was due"
             raise DeviceLostError(told)
-        if {len(values) for values in _of(block.channels, self._channels)} != {block.samples}:
-            raise DeviceLostError(f"{name}: the block at sample {self.samples} lacks samples")
-
-
-def _of(channels: Mapping[str, Array], names: Sequence[str]) -> Iterator[Array]:
-    for name in names:
-        try:
-            yield as_samples(channels.get(name, ()))
-        except TypeError as error:
-            told = f"{name}: the samples are {error}, expected real numbers"
-            raise DeviceRejectedError(told) from error
+        for channel in self._kept:
+            try:
+                values = as_samples(block.channels.get(channel, ()))
+            except TypeError as error:
+                told = f"{channel}: the samples are {error}, expected real numbers"
+                raise DeviceRejectedError(told) from error
+            if len(values) != block.samples:
+                raise DeviceLostError(f"{name}: the block at sample {self.samples} lacks samples")

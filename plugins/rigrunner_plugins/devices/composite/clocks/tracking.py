@@ -73,7 +73,9 @@ class Tracker:
         size = round(WINDOW_S * rate)
         while (end := self._looked + size) <= self._reference.samples:
             begin = self._looked
-            range_s = self._range_s(arrivals)
+            range_s = SURE * arrivals.u_offset_s + 2 / self._other.rate_hz
+            if self._sightings:
+                range_s = NEAR_S
             near = line_through(self._sightings) if self._sightings else arrivals
             middle_s = (begin + size / 2) / rate
             at_s = begin / rate + float(near.delta_s(np.array([middle_s]))[0])
@@ -101,8 +103,3 @@ class Tracker:
             middle_s = tau_s + size / rate / 2
             u_s = max(found.u_samples, _LEAST) / other_rate
             self._sightings.append(Sighting(middle_s, lag_s - tau_s, u_s))
-
-    def _range_s(self, arrivals: Relation) -> float:
-        if self._sightings:
-            return NEAR_S
-        return SURE * arrivals.u_offset_s + 2 / self._other.rate_hz

@@ -65,7 +65,12 @@ class Inverter:
         current_a = _IDLE_A + _AMPERE_PER_HZ * frequency_hz if frequency_hz else 0.0
         with self._lock:
             actual = round(frequency_hz / _STEP_HZ)
-            return [self._status(actual), actual, round(current_a / 0.01), self._fault]
+            status = FAULT if self._fault else READY
+            if self._words[CONTROL] & RUN:
+                status |= RUNNING
+                if actual == self._words[SET_POINT]:
+                    status |= AT_SET_POINT
+            return [status, actual, round(current_a / 0.01), self._fault]
 
     def holding(self) -> Sequence[int]:
         """Return control word, set-point, heartbeat and watchdog."""
@@ -102,11 +107,3 @@ class Inverter:
     def _drive(self) -> None:
         runs = self._words[CONTROL] & RUN and not self._fault
         self._plant.go_to_frequency(self._words[SET_POINT] * _STEP_HZ if runs else 0.0)
-
-    def _status(self, actual: int) -> int:
-        status = FAULT if self._fault else READY
-        if self._words[CONTROL] & RUN:
-            status |= RUNNING
-            if actual == self._words[SET_POINT]:
-                status |= AT_SET_POINT
-        return status

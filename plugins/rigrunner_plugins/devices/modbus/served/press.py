@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 PRESS = 1 << 0
 PRESSING, AT_SET_POINT = 1 << 0, 1 << 1
 _NEAR_N = 0.5
+"""How near the load is to the set-point, to count as there."""
 
 
 class Press:
@@ -44,7 +45,8 @@ class Press:
         with self._lock:
             pressing = PRESSING if self._words[0] & PRESS else 0
             there = AT_SET_POINT if abs(load_n - _number(self._words[1:])) <= _NEAR_N else 0
-        return [*_registers(load_n), pressing | there]
+        high, low = struct.unpack(">HH", struct.pack(">f", load_n))
+        return [low, high, pressing | there]
 
     def holding(self) -> Sequence[int]:
         """Return control word and set-point."""
@@ -64,11 +66,6 @@ class Press:
 
     def tick(self) -> None:
         """Do nothing: it has no watchdog."""
-
-
-def _registers(number: float) -> tuple[int, int]:
-    high, low = struct.unpack(">HH", struct.pack(">f", number))
-    return low, high
 
 
 def _number(registers: Sequence[int]) -> float:

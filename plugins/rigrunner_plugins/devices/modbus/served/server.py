@@ -12,14 +12,22 @@ from pymodbus.pdu.mei_message import ReadDeviceInformationResponse
 from pymodbus.server import ModbusTcpServer
 from pymodbus.simulator import DataType, SimData, SimDevice
 
+from rigrunner_plugins.devices.modbus.served.inverter import Inverter
+from rigrunner_plugins.devices.modbus.served.press import Press
+from rigrunner_plugins.devices.plant import Plant
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from pymodbus.pdu import ModbusPDU
 
+    from rigrunner_plugins.devices.modbus.settings import Simulator
+
 _TICK_S = 0.02
+"""How often the units look at the time."""
 _STARTS_WITHIN_S = 10.0
 _OF_BITS = {1, 2, 5, 15}
+"""The functions that read or write coils and discrete inputs."""
 _READ_INPUTS = 4
 
 
@@ -102,6 +110,15 @@ class ModbusServer:
                 unit.tick()
             await asyncio.sleep(_TICK_S)
         await server.shutdown()  # type: ignore[no-untyped-call]  # pymodbus gives no type
+
+
+def serve(simulator: Simulator, unit_id: int, now_s: Callable[[], float]) -> ModbusServer:
+    """Return a server of one instrument, that listens; it moves in the time that it is told."""
+    plant = Plant(now_s=now_s)
+    unit = Inverter(plant, unit_id) if simulator == "inverter" else Press(plant, unit_id)
+    server = ModbusServer([unit])
+    server.start()
+    return server
 
 
 def sim_device(unit: Unit) -> SimDevice:
