@@ -7,14 +7,13 @@ from rigrunner.api.errors import DataError
 
 
 @pytest.fixture
-def loaded_run(finished, tmp_path):
-    """Run the loaded procedure against the runs of `finished`, with changes."""
-    folder, _, _ = finished
+def loaded_run(quick_copy, tmp_path):
+    """Run the loaded procedure against the quick runs, with changes."""
 
     def start(*changes, station=(), **options):
         procedure = quick_procedure(tmp_path, "starting_torque_1000n", *changes)
         where = station_file(tmp_path, *station) if station else None
-        return run(procedure, folder / "runs", station=where, **options)
+        return run(procedure, quick_copy.folder, station=where, **options)
 
     return start
 

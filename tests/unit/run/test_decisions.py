@@ -48,29 +48,39 @@ def again(folder, acceptance=TIGHT, who=WHO):
 
 
 @pytest.fixture(scope="module")
-def decided(made, tmp_path_factory):
-    """Return the folder of the run with a second decision, to be copied."""
+def second(made, tmp_path_factory):
+    """Decide once more on a copy of the run; return what was written, and the result."""
     copy = tmp_path_factory.mktemp("decided") / made.name
     shutil.copytree(made, copy)
-    again(copy)
-    return copy
+    return again(copy)
 
 
-def test_it_is_decided_anew_without_touching_what_is_there(folder):
-    before = {path.name: path.read_bytes() for path in folder.iterdir()}
-    written, result = again(folder)
+@pytest.fixture(scope="module")
+def decided(second):
+    """Return the folder of the run with a second decision, to be copied."""
+    written, _ = second
+    return written.path.parent
 
+
+@pytest.fixture
+def decided_copy(decided, tmp_path):
+    return shutil.copytree(decided, tmp_path / decided.name)
+
+
+def test_it_is_decided_anew_without_touching_what_is_there(made, second, decided):
+    written, result = second
     assert result.decision.verdict == "fail"
     assert written.path.name == "decision-2.json"
-    after = {path.name: path.read_bytes() for path in folder.iterdir()}
+    before, after = (
+        {path.name: path.read_bytes() for path in folder.iterdir()} for folder in (made, decided)
+    )
     assert {name: after[name] for name in before} == before
     assert set(after) - set(before) == {"decision-2.json"}
 
 
-def test_the_record_says_who_why_when_of_what_and_what_held_before(folder):
-    again(folder)
-    found = json.loads((folder / "decision-2.json").read_text(encoding="utf-8"))
-    assert found["run"] == {"id": folder.name, "digest_sha256": read(folder).digest}
+def test_the_record_says_who_why_when_of_what_and_what_held_before(decided):
+    found = json.loads((decided / "decision-2.json").read_text(encoding="utf-8"))
+    assert found["run"] == {"id": decided.name, "digest_sha256": read(decided).digest}
     assert (found["by"], found["reason"]) == ("A. Person", "a test")
     assert found["decided_utc"] == "2026-03-02T00:00:00.000Z"
     assert found["before"]["file"] == "run.h5"
@@ -81,23 +91,22 @@ def test_the_record_says_who_why_when_of_what_and_what_held_before(folder):
     assert found["decision"]["verdict"] == "fail"
 
 
-def test_the_numbers_are_those_of_the_first_analysis(folder):
-    written, _ = again(folder)
-    first = read(folder).result_document["headline"]["compensated"]
+def test_the_numbers_are_those_of_the_first_analysis(second, made):
+    written, _ = second
+    first = read(made).result_document["headline"]["compensated"]
     assert written.document["decision"]["result"] == first
 
 
-def test_each_decision_follows_the_one_before(folder):
-    again(folder)
+def test_each_decision_follows_the_one_before(decided_copy):
     seen = []
     decide_again(
-        folder,
+        decided_copy,
         load_registry(),
         WHO,
         lambda held: seen.append(held) or other_rule(held, "non_binary"),
     )
     assert seen == [TIGHT]
-    second, third = later_decisions(read(folder), folder)
+    second, third = later_decisions(read(decided_copy), decided_copy)
     assert third.document["before"]["file"] == second.path.name == "decision-2.json"
     assert third.summary.rule_before.startswith("simple")
 
@@ -110,10 +119,9 @@ def test_without_name_or_reason_nothing_is_decided(folder, name):
     assert later_decisions(read(folder), folder) == ()
 
 
-def test_what_holds_already_is_no_decision(folder):
-    again(folder)
+def test_what_holds_already_is_no_decision(decided_copy):
     with pytest.raises(UsageError, match="already in force"):
-        again(folder)
+        again(decided_copy)
 
 
 def test_a_limit_of_another_torque_is_refused(folder):
@@ -182,12 +190,10 @@ def test_a_measurand_of_another_version_of_the_plugin_is_kept_as_it_is_written(d
         (lambda path: path.rename(path.with_name("decision-3.json")), "does not follow run.h5"),
     ],
 )
-def test_a_spoiled_record_is_told_not_passed_over(decided, tmp_path, spoiled, words):
-    folder = tmp_path / decided.name
-    shutil.copytree(decided, folder)
-    spoiled(folder / "decision-2.json")
+def test_a_spoiled_record_is_told_not_passed_over(decided_copy, spoiled, words):
+    spoiled(decided_copy / "decision-2.json")
     with pytest.raises(DataError, match=words):
-        later_decisions(read(folder), folder)
+        later_decisions(read(decided_copy), decided_copy)
 
 
 def test_other_files_are_no_decisions(folder):

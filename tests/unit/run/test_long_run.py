@@ -16,9 +16,8 @@ from rigrunner_bearings.api.torque import TorqueDetails
 
 
 @pytest.mark.thorough
-def test_block_by_block_a_run_has_the_numbers_that_it_has_in_memory(finished, monkeypatch):
-    _, _, loaded = finished
-    whole, stored = loaded.result, read(loaded.folder)
+def test_block_by_block_a_run_has_the_numbers_that_it_has_in_memory(quick, monkeypatch):
+    whole, stored = analyse_run(quick.loaded, load_registry()), read(quick.loaded)
     short_cycles(monkeypatch, 2000)
     monkeypatch.setattr("rigrunner.runfile.entry.IN_MEMORY", 0)
     longest, read_slice = [], StoredSamples.__getitem__
@@ -36,7 +35,7 @@ def test_block_by_block_a_run_has_the_numbers_that_it_has_in_memory(finished, mo
 
     monkeypatch.setattr(StoredSamples, "__getitem__", noted)
     monkeypatch.setattr(StoredSamples, "_unpacked", counted)
-    found = analyse_run(loaded.folder, load_registry())
+    found = analyse_run(quick.loaded, load_registry())
     assert 0 < max(longest) < 5000 < max(each.samples for each in stored.recordings)
     assert unpacked, "and each channel once"
     assert all(count == samples for (_, samples), count in unpacked.items())

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from helpers_workflow import quick_procedure, run, station_file
+from helpers_figures import drawn
+from helpers_workflow import START, quick_procedure, run, station_file
 from rigrunner.analysis.analyse import analyse
 from rigrunner.analysis.document import document
 from rigrunner.api.errors import (
@@ -20,6 +21,7 @@ from rigrunner.api.errors import (
 from rigrunner.api.events import Outcome, RunEnded, StepStarted
 from rigrunner.cli.finishing import tell_finished
 from rigrunner.cli.stopping import stop_on_signals
+from rigrunner.clock import SimulatedClock
 from rigrunner.procedure import parse_procedure
 from rigrunner.registry import load_registry
 from rigrunner.rig import Rig
@@ -29,6 +31,19 @@ from rigrunner.run.report import report_input, write_report
 from rigrunner.run.stored import analyse_run, open_run
 from rigrunner.runfile import read
 from rigrunner_bearings.api.torque import TorqueDetails
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    """A no-load run and a loaded one, quick forms of what ships: (folder, no-load, loaded)."""
+    folder = tmp_path_factory.mktemp("finished")
+    clock = SimulatedClock(START)
+    with drawn():
+        no_load, loaded = (
+            run(quick_procedure(folder, name), folder / "runs", clock=clock)
+            for name in ("no_load_inertia_sweep", "starting_torque_1000n")
+        )
+    return folder, no_load, loaded
 
 
 def test_a_run_leaves_a_sealed_folder_with_result_report_and_log(finished):

@@ -15,9 +15,8 @@ from rigrunner.runfile import read
 
 
 @pytest.fixture(scope="module")
-def known(finished):
-    _, _, loaded = finished
-    return read(loaded.folder), analyse_run(loaded.folder, load_registry())
+def known(quick):
+    return read(quick.loaded), analyse_run(quick.loaded, load_registry())
 
 
 def sealed_with(stored, change):

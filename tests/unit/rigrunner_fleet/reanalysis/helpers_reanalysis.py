@@ -12,13 +12,12 @@ from rigrunner_fleet.reanalysis.changes import Changes
 from rigrunner_fleet.reanalysis.selection import choose
 
 
-def lab_of(folder, finished, copies=3):
+def lab_of(folder, quick, copies=3):
     """Make a folder with runs of two rigs: a no-load run and copies of a loaded one."""
-    _, no_load, loaded = finished
-    shutil.copytree(no_load.folder, folder / "rig-1" / "no-load")
+    shutil.copytree(quick.no_load, folder / "rig-1" / "no-load")
     for number in range(copies):
         rig = folder / f"rig-{1 + number % 2}"
-        shutil.copytree(loaded.folder, rig / f"loaded-{number}")
+        shutil.copytree(quick.loaded, rig / f"loaded-{number}")
     return folder
 
 

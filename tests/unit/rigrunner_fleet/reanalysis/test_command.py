@@ -19,8 +19,8 @@ ANALYSIS = "rigrunner: analysis/1\nanalysis:\n  primary: energy\n"
 
 
 @pytest.fixture(scope="module")
-def lab(finished, tmp_path_factory):
-    return lab_of(tmp_path_factory.mktemp("lab"), finished, copies=2)
+def lab(quick, tmp_path_factory):
+    return lab_of(tmp_path_factory.mktemp("lab"), quick, copies=2)
 
 
 def test_what_was_found_and_where_it_is(lab, tmp_path):
