@@ -270,6 +270,11 @@ class ReadingsSettings(Settings):
             return
 
 
+def unit_of_errors(value: str) -> str:
+    """Return the SI unit of errors of values in an SI unit: dB of dBm."""
+    return si_symbol(of_difference(unit(value).dimension))
+
+
 def is_spread(of: str, statistic: str) -> bool:
     """Return whether a statistic is a difference of values; of temperatures it is in K."""
     return statistic in {"range", "standard_deviation"} or of.endswith(".peak_to_peak")
@@ -299,4 +304,4 @@ def si_unit(statistic: str, value: str, *, is_difference: bool = False) -> str:
     if statistic == "slope":
         return quotient(value, "s")
     assert is_coherent(unit(value)), value  # noqa: S101  (values are in SI units)
-    return si_symbol(of_difference(unit(value).dimension)) if is_difference else value
+    return unit_of_errors(value) if is_difference else value

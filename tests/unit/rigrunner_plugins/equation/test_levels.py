@@ -139,6 +139,7 @@ def test_a_loss_is_a_difference_of_levels() -> None:
     found = one_of("R = b - a", "dB", "ab")
     differences = np.subtract(OF_B, OF_A)
     assert found.estimate.unit == "dB"
+    assert [each.unit for each in found.components[1:]] == ["dB", "dB"]
     assert found.estimate.value == pytest.approx(-3.07)
     u = sqrt(np.var(differences, ddof=1) / 4 + 0.05 / 3)
     assert found.estimate.u == pytest.approx(u, rel=1e-9)
