@@ -30,6 +30,7 @@ from rigrunner_plugins.analyses.settings import (
     is_spread,
     quotient,
     unit_of_errors,
+    unlike_rms,
 )
 
 if TYPE_CHECKING:
@@ -286,6 +287,7 @@ class CurveSettings(Settings):
         only_x = next(iter(x.values()))
         yield from _other(("reference",), self.reference, only_x)
         yield from self._unlike_fit(units)
+        yield from unlike_rms(self.of, self.statistic, unit(units[self.of]).dimension)
         for key, each in self.results.all_of():
             at: tuple[str | int, ...] = ("results", *key)
             if isinstance(each, ValueAt):
