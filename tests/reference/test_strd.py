@@ -56,6 +56,17 @@ def test_the_same_powers_without_mapping(name, degree, least_digits):
     assert least_digits_of(curve, nist) >= least_digits
 
 
+@pytest.mark.parametrize(("times", "least_digits"), [(1e2, 10), (1e4, 8)])
+def test_wampler_4_and_5(times, least_digits):
+    """The errors of Wampler3 a hundred and ten thousand times; the curve is still that of 1."""
+    exact, off = read("Wampler1").points, read("Wampler3")
+    y = exact.y + times * (off.points.y - exact.y)
+    curve = PolynomialFit(PolynomialSettings(degree=5))(Points(exact.x, y))
+    deviations = times * off.standard_deviations
+    assert digits(curve.coefficients, off.estimates) >= least_digits
+    assert digits(np.sqrt(np.diag(curve.covariance)), deviations) >= 12
+
+
 @pytest.mark.parametrize("name", ["NoInt1", "NoInt2"])
 def test_without_an_intercept(name):
     nist = read(name)

@@ -22,7 +22,7 @@ from rigrunner.api.member import channel_of
 from rigrunner.signal.coverage import excess_kurtosis
 from rigrunner.signal.uncertainty import combine
 from rigrunner_plugins.analyses.partner import Partner, joined
-from rigrunner_plugins.analyses.settings import quotient, si_unit
+from rigrunner_plugins.analyses.settings import quotient, si_unit, unit_of_errors
 from rigrunner_plugins.analyses.sources import groups
 from rigrunner_plugins.analyses.statistics import STATISTICS, percentile, settling_time
 
@@ -237,7 +237,7 @@ class Readings:
             distribution=error.distribution,
             common=True,
             value=0.0,
-            unit="1" if error.acts == "gain" else group.units[channel],
+            unit="1" if error.acts == "gain" else unit_of_errors(group.units[channel]),
             input_u=error.u,
             sensitivity=effect,
             shared=error.acts != "each",

@@ -264,10 +264,21 @@ class ReadingsSettings(Settings):
                 yield ("divided_by",), message, "'minus' gives the difference, in dB"
             elif self.relative_to is not None:
                 yield ("relative_to",), message, "'tare' gives the difference, in dB"
-            elif self.statistic == "rms" or name.endswith(".rms"):
-                key = "statistic" if self.statistic == "rms" else "of"
-                yield (key,), message, "take the mean"
+            else:
+                yield from unlike_rms(self.of, self.statistic, kind)
             return
+
+
+def unit_of_errors(value: str) -> str:
+    """Return the SI unit of errors of values in an SI unit: dB of dBm."""
+    return si_symbol(of_difference(unit(value).dimension))
+
+
+def unlike_rms(of: str, statistic: str, kind: str) -> Iterator[Objection]:
+    """Yield an error for a root mean square of a logarithm, such as dBm."""
+    if of_difference(kind) != kind and (statistic == "rms" or of.endswith(".rms")):
+        key = "statistic" if statistic == "rms" else "of"
+        yield (key,), f"{of} is {with_article(kind)}, a logarithm", "take the mean"
 
 
 def is_spread(of: str, statistic: str) -> bool:
@@ -299,4 +310,4 @@ def si_unit(statistic: str, value: str, *, is_difference: bool = False) -> str:
     if statistic == "slope":
         return quotient(value, "s")
     assert is_coherent(unit(value)), value  # noqa: S101  (values are in SI units)
-    return si_symbol(of_difference(unit(value).dimension)) if is_difference else value
+    return unit_of_errors(value) if is_difference else value

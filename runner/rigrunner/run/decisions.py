@@ -28,7 +28,7 @@ from rigrunner.runfile.durable import sync_file, sync_folder, writing
 from rigrunner.yamlfile.upgrade import upgraded_acceptance
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Mapping, Sequence
     from datetime import datetime
     from pathlib import Path
 
@@ -119,11 +119,12 @@ def decide_again(
     folder: Path,
     registry: Registry,
     decider: Decider,
-    change: Callable[[Acceptance | None], Acceptance],
+    change: Callable[[Acceptance | None, Sequence[str]], Acceptance],
 ) -> tuple[DecisionFile, Result]:
     """Decide on a stored run by other limits or another rule, and record that.
 
-    `change` returns the new limits and rule from the present ones. Nothing is measured again, and
+    `change` returns the new limits and rule from the present ones and the names of the analyses of
+    the run. Nothing is measured again, and
     no existing file is changed. Raises UsageError if name or reason are missing or nothing changes,
     and DataError for a run without anything to decide, or limits for other results.
     """
@@ -136,14 +137,16 @@ def decide_again(
             hint="a run that was not completed neither passes nor fails",
         )
     before = acceptance_in_force(stored, folder)
-    after = change(before).as_read_by(kinds_of(registry), _procedure(stored).analysis)
+    analyses = _procedure(stored).analysis
+    names = [each.name for each in analyses]
+    after = change(before, names).as_read_by(kinds_of(registry), analyses)
     if before is not None and after.as_written() == before.as_written():
         raise UsageError(
             "these limits and this rule are already in force", hint="nothing was written"
         )
     result = analyse_run(folder, registry, acceptance=after)
     _refuse(result, after)
-    _refuse_other_results(result, after)
+    _refuse_other_results(result, after, names)
     held = _before(folder, stored, before)
     content = _content(stored, decider, held, after, result)
     return _read(_write(folder, content), stored.digest), result
@@ -174,7 +177,7 @@ def _refuse(result: Result, acceptance: Acceptance) -> None:
                 raise DataError(f"{limit.source}: {words}", hint=hint)
 
 
-def _refuse_other_results(result: Result, acceptance: Acceptance) -> None:
+def _refuse_other_results(result: Result, acceptance: Acceptance, analyses: Sequence[str]) -> None:
     """Raise DataError for a limit of a result that the run does not have, or of another kind."""
     known = (*result.results, *result.missing, *result.means)
     definitions = {each.name: each.of for each in known}
@@ -192,7 +195,7 @@ def _refuse_other_results(result: Result, acceptance: Acceptance) -> None:
                 f" {limit.of} {with_article(kind)}",
                 hint=f"write it in {found.unit}",
             )
-        message, hint = limit.objection_to(found)
+        message, hint = limit.objection_to(found, analyses)
         if message:
             raise DataError(f"{limit.source}: {message}", hint=hint)
 

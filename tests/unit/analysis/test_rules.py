@@ -293,6 +293,13 @@ def test_marginal_is_where_a_small_difference_turns_the_verdict(value, name, mar
     assert rule(name, marginal="0.01 N·m").is_marginal(UPPER, Estimate(value, 0.05)) is marginal
 
 
+def test_a_marginal_band_of_a_level_is_in_decibel():
+    limits = Limits(-inf, 10.0, "dBm")
+    for value, marginal in ((9.95, True), (9.5, False)):
+        estimate = Estimate(value, 0.05, unit="dBm")
+        assert rule("simple", marginal="0.1 dB").is_marginal(limits, estimate) is marginal
+
+
 def test_without_a_marginal_band_nothing_is_marginal():
     assert not rule("simple").is_marginal(UPPER, Estimate(0.95, 0.05))
 

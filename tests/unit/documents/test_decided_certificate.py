@@ -43,7 +43,7 @@ def made(quick_copy, tmp_path_factory):
     folder = tmp_path_factory.mktemp("lab")
     loaded = quick_copy.loaded
     who = Decider(by="A. Person", reason="the drawing was <changed>", at=DECIDED)
-    decide_again(loaded, load_registry(), who, lambda _: TIGHT)
+    decide_again(loaded, load_registry(), who, lambda *_: TIGHT)
     kept = [each for each in load_registry().plugins if each.record.name != "pdf"]
     letterhead = make_letterhead(folder / "letterhead")
     return loaded, issue(loaded, letterhead, folder / "certificates", registry=Registry(kept))

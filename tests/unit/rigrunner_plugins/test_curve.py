@@ -608,6 +608,7 @@ def test_an_interpolation_has_no_formula():
         ({"parameters": {"c0": {"name": "b", "unit": "°C"}}}, ("parameters", "c0", "unit"), "°C"),
         ({"hysteresis": {"name": "h", "unit": "dBm", "between": {"way": ["up", "down"]}}},
          ("hysteresis", "unit"), "got 'dBm', a power level; it is a level"),
+        ({"value": {"name": "v", "unit": "dBm", "at": "1 A"}}, ("statistic",), "a logarithm"),
         ({"nonlinearity": {"name": "n", "unit": "°C"}}, ("nonlinearity", "unit"), "write K"),
     ],
 )  # fmt: skip
@@ -616,8 +617,10 @@ def test_what_is_a_difference_is_stated_as_one(results, key, words):
     of = "in.level" if "dBm" in str(results) else "room.air"
     units = UNITS | {"in.level": "dBm"}
     told = {"of": of, "over": "meter.current", "fit": LINE, "results": results}
+    if key == ("statistic",):
+        told["statistic"] = "rms"
     (found,) = load_registry().objections("curve", told, units)
-    assert found[0] == ("results", *key)
+    assert found[0] in {("results", *key), key}
     assert words in " ".join(found[1:3])
 
 
@@ -715,3 +718,15 @@ def test_deviations_of_a_weighted_curve_scatter_as_their_points():
     assert got["z"].components[0].u == pytest.approx(pooled * changes[:, 0].std(), rel=0.1)
     biggest = np.argmax(np.abs(np.diff(y.reshape(2, 8), axis=0)))
     assert got["h"].components[0].u == pytest.approx(pooled * changes[:, biggest].std(), rel=0.1)
+
+
+def test_repeated_values_of_a_weighted_curve_scatter_as_at_their_x():
+    """At 1 N·m the noise of a mean of 40 is 0.05/sqrt(40) V, at 128 N·m it is 128 times that."""
+    torques = 2.0 ** np.arange(8)
+    seeds = ((1, "up"), (2, "up"), (3, "down"), (4, "down"))
+    every = [each for seed, way in seeds for each in noisy(torques, way=way, seed=seed)]
+    told = {"zero_return": {"name": "z", "unit": "V", "between": {"way": ["up", "down"]}}}
+    got = found(run_of((), EXACT, recordings=every), told, WEIGHTED)
+    assert got["z"].components[0].dof == 16
+    # Two of each: u = s sqrt(1/2 + 1/2); of 16 degrees of freedom s is known to 18 %.
+    assert got["z"].components[0].u == pytest.approx(0.05 / sqrt(40), rel=0.4)

@@ -533,6 +533,7 @@ def test_a_difference_of_two_meters_in_dbm() -> None:
     loss = only(run_of(measured, instruments=known), "dB", of="in.level", minus="out.level")
     assert loss.estimate.value == pytest.approx(3.0)
     assert loss.estimate.u == pytest.approx(sqrt(0.04 / 3 + 0.01 / 3))
+    assert {each.unit for each in loss.components} == {"dB"}
     told = {"of": "in.level", "minus": "out.level", "result": {"name": "x", "unit": "dB"}}
     assert not load_registry().objections("readings", told, units)
 

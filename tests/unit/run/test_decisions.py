@@ -44,7 +44,7 @@ def folder(made, tmp_path):
 
 
 def again(folder, acceptance=TIGHT, who=WHO):
-    return decide_again(folder, load_registry(), who, lambda _: acceptance)
+    return decide_again(folder, load_registry(), who, lambda *_: acceptance)
 
 
 @pytest.fixture(scope="module")
@@ -103,7 +103,7 @@ def test_each_decision_follows_the_one_before(decided_copy):
         decided_copy,
         load_registry(),
         WHO,
-        lambda held: seen.append(held) or other_rule(held, "non_binary"),
+        lambda held, _: seen.append(held) or other_rule(held, "non_binary"),
     )
     assert seen == [TIGHT]
     second, third = later_decisions(read(decided_copy), decided_copy)

@@ -1,3 +1,5 @@
+import re
+
 import pytest
 
 from helpers_cli import call
@@ -169,6 +171,13 @@ def again(folder, station):
         file.write_text(text, encoding="utf-8")
         assert call(*words, "--acceptance", file).code == code
     assert call(*words, "--rule", "guard_band_u").code == ExitCode.FAIL
+    of_another = f"rigrunner: acceptance/1\n{limits('nature: no_load')}"
+    file.write_text(of_another, encoding="utf-8")
+    assert "measurand.side: the key 'side' is missing" in call(*words, "--acceptance", file).err
+    file.write_text(re.sub(r",\s+measurand: {.*?}", "", of_another), encoding="utf-8")
+    without = call(*words, "--acceptance", file).err
+    assert "the key 'measurand' is missing" in without
+    assert "nature" not in without  # a key of an analysis that the procedure does not name
 
 
 def test_a_missing_plugin_folder_is_a_problem_of_the_station(tmp_path):

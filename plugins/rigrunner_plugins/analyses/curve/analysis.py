@@ -41,6 +41,7 @@ from rigrunner_plugins.analyses.curve.settings import (
     XAt,
     ZeroReturn,
 )
+from rigrunner_plugins.analyses.settings import unit_of_errors
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -261,7 +262,7 @@ class _OneCurve:
 
     def _unit(self, column: int | None) -> str:
         values = self.source.values
-        return values.y_unit if column is None else values.units[column]
+        return unit_of_errors(values.y_unit if column is None else values.units[column])
 
     def _result(
         self,

@@ -22,8 +22,16 @@ from rigrunner.api.fit_choice import FitChoice
 from rigrunner.api.member import NAME
 from rigrunner.api.places import CoordinateKey, Place, PlaceValue
 from rigrunner.api.settings import OneOrSeveral
-from rigrunner.api.units import of_difference, si_symbol, with_article
-from rigrunner_plugins.analyses.settings import Per, ResultSettings, ValueName, is_spread, quotient
+from rigrunner.api.units import si_symbol, with_article
+from rigrunner_plugins.analyses.settings import (
+    Per,
+    ResultSettings,
+    ValueName,
+    is_spread,
+    quotient,
+    unit_of_errors,
+    unlike_rms,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -273,12 +281,13 @@ class CurveSettings(Settings):
         """Yield an error for each setting that does not fit the units of y and x; '' is no unit."""
         is_difference = is_spread(self.of, self.statistic)
         y = units[self.of]
-        apart = si_symbol(of_difference(unit(y).dimension))
+        apart = unit_of_errors(y)
         y = apart if is_difference else y
         x = {name: units[source] or "1" for name, source in self.over.items()}
         only_x = next(iter(x.values()))
         yield from _other(("reference",), self.reference, only_x)
         yield from self._unlike_fit(units)
+        yield from unlike_rms(self.of, self.statistic, unit(units[self.of]).dimension)
         for key, each in self.results.all_of():
             at: tuple[str | int, ...] = ("results", *key)
             if isinstance(each, ValueAt):

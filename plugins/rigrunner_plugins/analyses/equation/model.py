@@ -20,6 +20,7 @@ from rigrunner.api.units import si_symbol
 from rigrunner.signal.expression.evaluation import evaluated
 from rigrunner.signal.expression.syntax import Expression, Name, Operation
 from rigrunner_plugins.analyses.equation.kinds import written
+from rigrunner_plugins.analyses.settings import unit_of_errors
 from rigrunner_plugins.analyses.statistics import correlation_of_means, mean_scatter
 
 if TYPE_CHECKING:
@@ -276,7 +277,7 @@ def _enter_instruments(
         exact = told.of in group.set_points and told.of not in run.instruments
         for error in run.reading_errors(told.of, largest) if told.instrument and not exact else ():
             called = f"{error.name} ({error.source})" if error.source else error.name
-            symbol = "1" if error.acts == "gain" else group.units[told.of]
+            symbol = "1" if error.acts == "gain" else unit_of_errors(group.units[told.of])
             one = known.setdefault(
                 called,
                 Input(called, 0.0, error.u, error.dof, Distribution(error.distribution), symbol,

@@ -10,7 +10,7 @@ from functools import partial
 from math import nan
 from typing import TYPE_CHECKING
 
-from rigrunner.api.units import unit, with_symbol
+from rigrunner.api.units import of_difference, unit, with_symbol
 from rigrunner.api.verdict import Verdict
 from rigrunner.signal.coverage import expanded, probability_within
 from rigrunner.signal.rounding import places, places_apart, printed
@@ -97,7 +97,8 @@ class AppliedRule:
     def is_marginal(self, limits: Limits, estimate: Estimate) -> bool:
         """Return whether a value that differs by the marginal band or less had another verdict."""
         band, known = self.marginal, unit(limits.unit)
-        if band is None or band.dimension != known.dimension:
+        kinds = {known.dimension, of_difference(known.dimension)}
+        if band is None or band.dimension not in kinds:
             return False
         margin = limits.margin(estimate.value)
         turns = (abs(margin - zone.margin) for zone in self.zones(limits, estimate))

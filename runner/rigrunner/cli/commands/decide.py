@@ -17,6 +17,8 @@ from rigrunner.cli.summary import stated_risk
 from rigrunner.run.locate import find_run
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from rigrunner.api.errors import ExitCode
     from rigrunner.procedure import Acceptance
     from rigrunner.registry import Registry
@@ -88,7 +90,9 @@ def command(
         find_run(run, runs),
         registry,
         decider,
-        lambda held: _from_file(file, registry) if file else _other_rule(held, rule, fraction),
+        lambda held, analyses: (
+            _from_file(file, registry, analyses) if file else _other_rule(held, rule, fraction)
+        ),
     )
     if as_json:
         result_json(dict(written.document))
@@ -100,16 +104,17 @@ def command(
     return verdict_code(found)
 
 
-def _from_file(path: Path, registry: Registry) -> Acceptance:
+def _from_file(path: Path, registry: Registry, analyses: Sequence[str]) -> Acceptance:
     from rigrunner.plan import check_rule
     from rigrunner.procedure import AcceptanceFile, kinds_of
-    from rigrunner.procedure.kinds import KINDS
+    from rigrunner.procedure.kinds import ASKED, KINDS
     from rigrunner.yamlfile import read, validate
     from rigrunner.yamlfile.upgrade import refuse_older
 
     document = read(path)
     refuse_older(document)
-    acceptance = validate(AcceptanceFile, document, context={KINDS: kinds_of(registry)}).acceptance
+    context = {KINDS: kinds_of(registry), ASKED: analyses}
+    acceptance = validate(AcceptanceFile, document, context=context).acceptance
     check_rule(document, acceptance, registry)
     return acceptance
 
