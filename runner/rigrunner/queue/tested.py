@@ -24,7 +24,7 @@ def allowed(runs: Path, procedure_id: str, drafts: Sequence[Draft]) -> list[Draf
     Raises InvalidFileError for each specimen that a run of the procedure has tested, unless the
     draft says why it is tested again.
     """
-    names = run_names(runs)
+    names = [(name, name.casefold()) for name in reversed(run_names(runs))]
     found = [(each, _tested(runs, names, procedure_id, each)) for each in drafts]
     problems = [
         Problem(
@@ -40,14 +40,14 @@ def allowed(runs: Path, procedure_id: str, drafts: Sequence[Draft]) -> list[Draf
     return [draft if run else draft.model_copy(update={"again": ""}) for draft, run in found]
 
 
-def _tested(runs: Path, names: Sequence[str], procedure_id: str, draft: Draft) -> str:
-    """Return the newest run that has tested a specimen; '' for none."""
+def _tested(runs: Path, names: Sequence[tuple[str, str]], procedure_id: str, draft: Draft) -> str:
+    """Return the newest run that has tested a specimen, of names from the newest; '' for none."""
     if not draft.specimen:
         return ""
     # The name of a folder has both, shortened: few files have to be read.
     begin = f"_{safe_name(procedure_id)}_{safe_name(draft.specimen)}".rstrip("_").casefold()
-    for name in reversed(names):
-        if begin in name.casefold() and (info := listed_run(runs, name).info) is not None:
+    for name, folded in names:
+        if begin in folded and (info := listed_run(runs, name).info) is not None:
             tested = (info.header.procedure_id, looks(info.header.inputs.get(SPECIMEN, "")))
             if info.outcome in CONCLUDED and tested == (procedure_id, looks(draft.specimen)):
                 return name

@@ -78,7 +78,7 @@ def test_a_specimen_that_a_run_has_tested_is_added_with_a_reason_alone(open_queu
         page.locator("#dialog-text").fill("customer asks")
         page.keyboard.press("Enter")
         expect(row(page, "DEMO-0001")).to_contain_text("customer asks")
-        expect(scan_note).to_contain_text("Added: entry 1")
+        expect(scan_note).to_have_text("Added: entry 1 (1)")
         expect(page.locator("#queue-scan")).to_have_value("")
 
 

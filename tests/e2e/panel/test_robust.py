@@ -18,6 +18,7 @@ from e2e.panel.helpers_screen import (
     browser_path,
     free_port,
     running_panel,
+    wait_until,
 )
 
 LOST = "Bench whose connection breaks"
@@ -60,6 +61,25 @@ def test_a_second_browser_watches_and_takes_over_on_record(new_screen, panel):
     second.wait_for_result()
     run = panel.get("runs")["items"][0]["run"]
     assert "Bob Moss" in str(panel.get(f"runs/{run}")["events"])
+
+
+@pytest.mark.thorough
+def test_who_comes_back_in_another_tab_need_not_take_over_from_themselves(new_screen, panel):
+    first, second, other = new_screen(), new_screen(), new_screen()
+
+    def take_control(screen, name):
+        screen.open()
+        screen.page.get_by_role("button", name="Take control").click()
+        screen.say_name(name)
+
+    take_control(first, NAME)
+    first.page.locator(".holder", has_text="you").wait_for()
+    first.page.close()
+    wait_until(lambda: not panel.get("state")["control"]["connected"])
+    take_control(second, NAME)
+    second.page.locator(".holder", has_text="you").wait_for()
+    take_control(other, "Bob Moss")
+    expect(other.page.locator(".dialog")).to_contain_text(f"Take over from {NAME}?")
 
 
 @pytest.mark.thorough

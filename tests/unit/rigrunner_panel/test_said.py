@@ -297,7 +297,7 @@ def translated(tmp_path_factory):
         ("Load-induced starting torque", "Lastinduziertes Anlaufmoment"),
         (
             "SN-1 has already been tested: run 20261128T215718Z_QUICK-ST_SN-1",
-            "SN-1 wurde schon geprüft: Lauf 20261128T215718Z_QUICK-ST_SN-1",
+            "SN-1 wurde schon geprüft: Prüfung 20261128T215718Z_QUICK-ST_SN-1",
         ),
         ("65.2 GB free, the run needs 1.1 MB", "65,2 GB frei, die Prüfung braucht 1,1 MB"),
         ("see GET /api/v1/runs", "neu laden und noch einmal wählen"),

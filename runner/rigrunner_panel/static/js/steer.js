@@ -25,7 +25,8 @@ export async function takeControl(typed = "") {
   const name = await nameOf(typed);
   if (!name) return false;
   const holder = store.state?.control;
-  if (holder && !(await confirmTakeOver(holder.name))) return false;
+  const isBack = holder && !holder.connected && holder.name === name; // in another tab, which is closed
+  if (holder && !isBack && !(await confirmTakeOver(holder.name))) return false;
   await post("control", { name, take_over: Boolean(holder) });
   return true;
 }

@@ -70,6 +70,7 @@ export function manualPage() {
     numbers.update();
     alarms.update();
     record.disabled = close.disabled = !open;
+    for (const each of drives.querySelectorAll("button, input")) each.disabled = !open;
     if (changed.has("live")) {
       figures.show((state.live?.figures ?? []).slice(-1));
       points.show((state.live?.results ?? []).filter((each) => !each.is_ongoing));

@@ -190,16 +190,25 @@ function addCard() {
     } catch (error) {
       where.className = "field bad";
       const tested = error.problems?.length && error.problems.every((each) => each.field === "again");
-      fill(told, error.problems?.length ? problemList(error.problems.map((each) => (tested ? { ...each, field: "", hint: "" } : each))) : [error.message, error.hint].filter(Boolean).map(said).join(" · "));
-      if (tested) told.append(button(t("queue.again"), () => addAgain(list, told, where), { kind: "small" }));
+      if (tested) fill(told, testedBefore(error.problems, list, told, where));
+      else fill(told, error.problems?.length ? problemList(error.problems) : [error.message, error.hint].filter(Boolean).map(said).join(" · "));
       return false;
     }
   }
 
-  // What was tested before, once there is a reason.
-  async function addAgain(list, told, where) {
-    const reason = await askReason(t("queue.again.title"), { confirm: t("queue.add") });
-    if (reason && (await add(list, told, where, reason)) && scan.value === list) scan.value = "";
+  // What was tested before is added once there is a reason.
+  function testedBefore(problems, list, told, where) {
+    const refusal = h("div", {}, problemList(problems.map((each) => ({ ...each, field: "", hint: "" }))), button(t("queue.again"), async () => {
+      const reason = await askReason(t("queue.again.title"), { confirm: t("queue.add") });
+      if (!reason || !(await add(list, told, where, reason))) return;
+      refusal.remove();
+      if (scan.value === list) {
+        scan.value = "";
+        scan.setAttribute("aria-invalid", "false");
+      }
+      if (where === listField) pasted.value = "";
+    }, { kind: "small" }));
+    return refusal;
   }
 
   const scans = []; // waiting to be added: a scanner does not wait for the answer to its last one

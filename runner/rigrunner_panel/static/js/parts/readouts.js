@@ -82,7 +82,7 @@ export function readouts() {
       }
       if (problem) {
         const { small } = rows.get("problem");
-        setText(small, said(problem));
+        setText(small, shownNumber(said(problem)));
         small.title = small.textContent; // two lines of it are seen
       }
       if (!result) return;
