@@ -7,7 +7,7 @@ from contextlib import closing
 import pytest
 
 from e2e.helpers_trends import on_day
-from rigrunner.api.errors import DataError, UsageError
+from rigrunner.api.errors import UsageError
 from rigrunner_fleet.archive import index, open_archive, query
 from unit.rigrunner_fleet.archive.helpers_archive import store_run
 from unit.rigrunner_fleet.archive.helpers_named_results import store_resistances
@@ -77,20 +77,3 @@ def test_a_range_holds_in_any_unit_and_at_the_place_that_is_named(archived):
 def test_what_is_no_place_is_refused(archived):
     with pytest.raises(UsageError, match="'100 Grad'"):
         found(archived, where={"temperature": "100 Grad"})
-
-
-def test_an_archive_of_version_1_is_brought_up_to_date_and_forgets_nothing(archived, runs):
-    (runs / "good").rename(runs.parent / "elsewhere")
-    with closing(open_archive(database=archived)) as archive:
-        index(archive, [runs])
-        with archive.writing() as connection:  # as the program before left it
-            connection.exec_driver_sql("DROP TABLE coordinates")
-            connection.exec_driver_sql("DROP TABLE results")
-            connection.exec_driver_sql("UPDATE archive SET value = '1' WHERE name = 'version'")
-        with pytest.raises(DataError, match="of version 1") as caught:
-            query(database=archived)
-        assert "archive index" in caught.value.hint
-        (looked,) = index(archive, [runs])
-    assert (looked.changed, looked.missing) == (2, ("good",))
-    assert [run for run, *_ in found(archived)] == ["bad", "bad"]
-    assert sorted(query(database=archived).column("run_id")) == ["bad", "good", "torque"]
