@@ -25,6 +25,9 @@ if TYPE_CHECKING:
 
 _T = TypeVar("_T")
 
+_LATE_S = 2.0
+"""A wait that ends so much later than asked for: no device is to blame."""
+
 
 class Caller(Protocol):
     """Calls one device, one call at a time."""
@@ -146,7 +149,7 @@ class ThreadCaller:
             raise DeviceLostError(f"cannot {what}: an earlier call, '{self._hangs}', still hangs")
 
     def _run(self, what: str, function: Callable[[], _T], timeout_s: float) -> _T:
-        call = self._send(function)
+        call, end_s = self._send(function), time.monotonic() + timeout_s
         try:
             is_over = self._is_over(call, timeout_s)
         except BaseException:  # Ctrl-C, or a signal
@@ -155,7 +158,15 @@ class ThreadCaller:
         if not is_over:
             call.cancel()  # if it has not begun by now, it never does
             self._hangs = self._hangs or what
-            raise DeviceTimeoutError(f"'{what}' did not return within {timeout_s:.3g} s")
+            late_s = time.monotonic() - end_s
+            stopped = (
+                "the device may have answered: this program itself was stopped or had no processor"
+                f" for {late_s:.3g} s"
+            )
+            raise DeviceTimeoutError(
+                f"'{what}' did not return within {timeout_s:.3g} s",
+                hint=stopped if late_s > _LATE_S else "",
+            )
         return call.result()
 
     def _send(self, function: Callable[[], _T]) -> Future[_T]:

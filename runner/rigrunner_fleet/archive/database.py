@@ -5,12 +5,13 @@ from __future__ import annotations
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from sqlalchemy import Connection, Engine, create_engine, event, insert, inspect, select, update
+from sqlalchemy import Connection, Engine, create_engine, event, insert, inspect, select
 from sqlalchemy.exc import DBAPIError, OperationalError, SQLAlchemyError
 
 from rigrunner.api.errors import DataError, MissingPackageError, UsageError
 from rigrunner_fleet.archive.location import file_of
-from rigrunner_fleet.archive.schema import ABOUT, METADATA, RUNS, VERSION
+from rigrunner_fleet.archive.schema import ABOUT, METADATA, VERSION
+from rigrunner_fleet.archive.upgrading import upgrade
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -97,7 +98,7 @@ class Database:
     def _make(self, connection: Connection) -> None:
         if inspect(connection).has_table(ABOUT.name):
             if self._version(connection) in _OLDER:
-                _upgrade(connection)
+                upgrade(connection)
             self._check(connection)
             return
         METADATA.create_all(connection)
@@ -142,13 +143,6 @@ class Database:
             raise DataError(
                 f"the database {self.shown} reported an error", hint=_words(error)
             ) from error
-
-
-def _upgrade(connection: Connection) -> None:
-    """Add the tables that an older version lacks; every run is read again when it is indexed."""
-    METADATA.create_all(connection)
-    connection.execute(update(RUNS).values(stamp=""))
-    connection.execute(update(ABOUT).where(ABOUT.c.name == "version").values(value=str(VERSION)))
 
 
 def _is_out_of_reach(error: SQLAlchemyError) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from datetime import UTC, datetime
 from math import inf, isfinite
 from typing import TYPE_CHECKING, Any
@@ -49,6 +50,12 @@ def key(value: object) -> str | None:
     """Return a text for an indexed column, shortened to the limit of the index."""
     found = text(value)
     return found if found is None or len(found) <= LONGEST_KEY else f"{found[: LONGEST_KEY - 1]}…"
+
+
+def digest(value: object) -> str | None:
+    """Return a digest in hexadecimal digits."""
+    found = text(value)
+    return found if found and re.fullmatch("([0-9a-f]{2})+", found) else None
 
 
 def whole(value: object) -> int | None:

@@ -106,7 +106,7 @@ def known_folders(database: Database) -> list[Path]:
     """Return the folders of an archive."""
     with database.reading() as connection:
         paths = list(connection.scalars(select(ROOTS.c.path).order_by(ROOTS.c.id)))
-    return [root_folder(database, path) for path in paths]
+    return [root_folder(database.file, path) for path in paths]
 
 
 def _check(folder: Path) -> None:
@@ -131,7 +131,7 @@ class _Work:
 
 def _look(database: Database, folder: Path, *, again: bool) -> _Work:
     with database.writing() as connection:
-        root = root_of(connection, database, folder)
+        root = root_of(connection, database.file, folder)
         known = known_runs(connection, root)
     unread: list[tuple[str, str]] = []
     every = list(run_folders(folder, lambda *told: unread.append(told)))

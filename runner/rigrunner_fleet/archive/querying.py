@@ -52,7 +52,7 @@ def rows(archive: Database, table: str, filters: Filters, *, limit: int | None =
         statement = select_rows(table, filters, connection.dialect, limit)
         found = connection.execute(statement).all()
     columns = {each.name: each.type.python_type for each in statement.selected_columns[:-_PLACE]}
-    roots = {root: root_folder(archive, root) for root in {row[-_PLACE] for row in found}}
+    roots = {root: root_folder(archive.file, root) for root in {row[-_PLACE] for row in found}}
     folders = (str(PurePath(roots[row[-_PLACE]], row[-1])) for row in found)
     return Rows(
         table=table,

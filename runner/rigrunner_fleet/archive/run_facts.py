@@ -12,7 +12,7 @@ from rigrunner.api.verdict import Verdict
 from rigrunner.run.provenance import is_simulated
 from rigrunner.runfile import read_summary
 from rigrunner.runfile.scan import storable
-from rigrunner_fleet.archive.documents import at, key, moment, text
+from rigrunner_fleet.archive.documents import at, digest, key, moment, text
 from rigrunner_fleet.archive.named_results import coordinates, named_results
 from rigrunner_fleet.archive.result_facts import decision, figures, headline, points
 
@@ -110,8 +110,8 @@ def _identity(summary: RunSummary) -> dict[str, Any]:
         "simulated": is_simulated(summary.provenance),
         "program": text(summary.provenance.get("Rigrunner")),
         "recordings": summary.recordings,
-        "digest_sha256": text(summary.digest),
-        "manifest_sha256": text(summary.manifest_sha256),
+        "digest_sha256": digest(summary.digest),
+        "manifest_sha256": digest(summary.manifest_sha256),
     }
 
 

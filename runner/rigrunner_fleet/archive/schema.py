@@ -18,17 +18,22 @@ from sqlalchemy import (
     ForeignKey,
     Index,
     Integer,
+    LargeBinary,
     MetaData,
     Table,
     Text,
     TypeDecorator,
     UniqueConstraint,
+    select,
+    type_coerce,
 )
 
-if TYPE_CHECKING:
-    from sqlalchemy import Dialect
+from rigrunner_fleet.archive.documents import key
 
-VERSION = 2
+if TYPE_CHECKING:
+    from sqlalchemy import BindParameter, ColumnElement, Dialect
+
+VERSION = 3
 """Version of the tables; indexing brings an older archive up to date."""
 
 
@@ -52,6 +57,26 @@ class UtcTime(TypeDecorator[datetime]):
         return None if value is None else value.replace(tzinfo=UTC)
 
 
+class Hex(TypeDecorator[str]):
+    """Hexadecimal digits, stored as half as many bytes."""
+
+    impl = LargeBinary
+    cache_ok = True
+
+    @property
+    def python_type(self) -> type[str]:
+        """The type in Python."""
+        return str
+
+    def process_bind_param(self, value: str | None, dialect: Dialect) -> bytes | None:  # noqa: ARG002  (SQLAlchemy's signature)
+        """Return the bytes."""
+        return None if value is None else bytes.fromhex(value)
+
+    def process_result_value(self, value: bytes | None, dialect: Dialect) -> str | None:  # noqa: ARG002  (SQLAlchemy's signature)
+        """Return the digits, in lower case."""
+        return None if value is None else value.hex()
+
+
 TEXT = Text().with_variant(Text(collation="C"), "postgresql")
 """Sorted by code points, in every locale of the server."""
 METADATA = MetaData()
@@ -62,6 +87,55 @@ ABOUT = Table(
     Column("name", TEXT, primary_key=True),
     Column("value", TEXT, nullable=False),
 )
+
+
+class Key(TypeDecorator[str]):
+    """A text that is short enough for an index."""
+
+    impl = TEXT
+    cache_ok = True
+
+    def process_bind_param(self, value: str | None, dialect: Dialect) -> str | None:  # noqa: ARG002  (SQLAlchemy's signature)
+        """Return the text, shortened to the limit of an index."""
+        return key(value)
+
+
+TEXTS = Table(
+    "texts",
+    METADATA,
+    Column("id", Integer, primary_key=True),
+    Column("text", Key, nullable=False, unique=True),
+)
+
+
+class SharedText(TypeDecorator[str]):
+    """A text that many rows have: it is stored once, in TEXTS, and its id in each row.
+
+    In a statement such a column is its text, except in ORDER BY: there it is `text_of`.
+    """
+
+    impl = Integer
+    cache_ok = True
+
+    @property
+    def python_type(self) -> type[str]:
+        """The type in Python."""
+        return str
+
+    def bind_expression(self, bindparam: BindParameter[str]) -> ColumnElement[Any]:
+        """Return the id of a text; NULL for one that no row has."""
+        text = type_coerce(bindparam, Key)
+        return select(TEXTS.c.id).where(TEXTS.c.text == text).scalar_subquery()
+
+    def column_expression(self, column: ColumnElement[str]) -> ColumnElement[Any]:
+        """Return the text of a column."""
+        return text_of(column)
+
+
+def text_of(column: ColumnElement[str]) -> ColumnElement[str]:
+    """Return the text of a column of shared texts."""
+    return select(TEXTS.c.text).where(TEXTS.c.id == column).scalar_subquery()
+
 
 ROOTS = Table(
     "roots",
@@ -77,46 +151,46 @@ RUNS = Table(
     Column("id", Integer, primary_key=True),
     Column("root", ForeignKey("roots.id"), nullable=False),
     Column("path", TEXT, nullable=False),
-    Column("stamp", TEXT, nullable=False),
+    Column("stamp", Hex, nullable=False),
     Column("missing", Boolean, nullable=False),
     Column("problem", TEXT, nullable=False),
     Column("run_id", TEXT),
     Column("started_utc", UtcTime),
     Column("ended_utc", UtcTime),
     Column("sealed", Boolean),
-    Column("outcome", TEXT),
+    Column("outcome", SharedText),
     Column("reason", TEXT),
     Column("procedure", TEXT),
     Column("revision", TEXT),
-    Column("title", TEXT),
+    Column("title", SharedText),
     Column("rig", TEXT),
-    Column("mandrel", TEXT),
+    Column("mandrel", SharedText),
     Column("specimen", TEXT),
     Column("type", TEXT),
     Column("lot", TEXT),
     Column("operator", TEXT),
-    Column("approval", TEXT),
+    Column("approval", SharedText),
     Column("imported", Boolean),
     Column("replayed", Boolean),
     Column("simulated", Boolean),
-    Column("program", TEXT),
+    Column("program", SharedText),
     Column("no_load_run", TEXT),
     Column("recordings", Integer),
-    Column("measurand", TEXT),
-    Column("symbol", TEXT),
-    Column("method", TEXT),
+    Column("measurand", SharedText),
+    Column("symbol", SharedText),
+    Column("method", SharedText),
     Column("torque_nm", Double),
     Column("u_nm", Double),
     Column("expanded_nm", Double),
     Column("dof", Double),
     Column("raw_peak_nm", Double),
     Column("verdict", TEXT),
-    Column("rule", TEXT),
-    Column("limit_text", TEXT),
+    Column("rule", SharedText),
+    Column("limit_text", SharedText),
     Column("probability_of_conformity", Double),
     Column("failed_checks", Integer),
-    Column("digest_sha256", TEXT),
-    Column("manifest_sha256", TEXT),
+    Column("digest_sha256", Hex),
+    Column("manifest_sha256", Hex),
     Column("bytes", BigInteger),
     UniqueConstraint("root", "path"),
     Index("runs_by_start", "started_utc"),
@@ -138,7 +212,7 @@ def _of_a_run(name: str, key: list[Column[Any]], *columns: Column[Any]) -> Table
 POINTS = _of_a_run(
     "points",
     [Column("number", Integer, primary_key=True, autoincrement=False)],
-    Column("recording", TEXT),
+    Column("recording", SharedText),
     Column("set_frequency_hz", Double),
     Column("frequency_hz", Double),
     Column("load_n", Double),
@@ -156,70 +230,70 @@ Index("points_by_frequency", POINTS.c.set_frequency_hz, POINTS.c.torque_nm)
 RESULTS = _of_a_run(
     "results",
     [Column("number", Integer, primary_key=True, autoincrement=False)],
-    Column("name", TEXT),
-    Column("symbol", TEXT),
-    Column("measurand", TEXT),
-    Column("place", TEXT),
+    Column("name", SharedText),
+    Column("symbol", SharedText),
+    Column("measurand", SharedText),
+    Column("place", SharedText),
     Column("value", Double),
     Column("u", Double),
     Column("expanded", Double),
     Column("dof", Double),
-    Column("unit", TEXT),
+    Column("unit", SharedText),
     Column("readings", Integer),
     Column("lower", Double),
     Column("upper", Double),
-    Column("verdict", TEXT),
+    Column("verdict", SharedText),
     Column("si_value", Double),
-    Column("si_unit", TEXT),
+    Column("si_unit", SharedText),
 )
 
 COORDINATES = _of_a_run(
     "coordinates",
     [
         Column("number", Integer, primary_key=True, autoincrement=False),
-        Column("name", TEXT, primary_key=True),
+        Column("name", SharedText, primary_key=True),
     ],
-    Column("short", TEXT),
+    Column("short", SharedText),
     Column("value", Double),
-    Column("unit", TEXT),
-    Column("text", TEXT),
+    Column("unit", SharedText),
+    Column("text", SharedText),
 )
 
 FIGURES = _of_a_run(
     "figures",
-    [Column("source", TEXT, primary_key=True), Column("name", TEXT, primary_key=True)],
+    [Column("source", SharedText, primary_key=True), Column("name", SharedText, primary_key=True)],
     Column("value", Double),
     Column("u", Double),
     Column("dof", Double),
-    Column("unit", TEXT),
+    Column("unit", SharedText),
 )
 
 INPUTS = _of_a_run(
-    "inputs", [Column("name", TEXT, primary_key=True)], Column("value", TEXT, nullable=False)
+    "inputs", [Column("name", SharedText, primary_key=True)], Column("value", TEXT, nullable=False)
 )
 
 DECISIONS = _of_a_run(
     "decisions",
     [Column("number", Integer, primary_key=True, autoincrement=False)],
-    Column("file", TEXT),
+    Column("file", SharedText),
     Column("in_force", Boolean, nullable=False),
-    Column("verdict", TEXT),
-    Column("rule", TEXT),
-    Column("limit_text", TEXT),
-    Column("limit_source", TEXT),
+    Column("verdict", SharedText),
+    Column("rule", SharedText),
+    Column("limit_text", SharedText),
+    Column("limit_source", SharedText),
     Column("probability_of_conformity", Double),
     Column("decided_utc", UtcTime),
     Column("reason", TEXT),
-    Column("by", TEXT),
+    Column("by", SharedText),
     Column("why", TEXT),
 )
 
 FILES = _of_a_run(
     "files",
-    [Column("name", TEXT, primary_key=True)],
+    [Column("name", SharedText, primary_key=True)],
     Column("bytes", BigInteger, nullable=False),
     Column("modified_ns", BigInteger, nullable=False),
-    Column("sha256", TEXT, nullable=False),
+    Column("sha256", Hex, nullable=False),
 )
 
 PARTS = (POINTS, RESULTS, COORDINATES, FIGURES, INPUTS, DECISIONS, FILES)

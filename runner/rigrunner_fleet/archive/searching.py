@@ -21,6 +21,8 @@ from rigrunner_fleet.archive.schema import (
     ROOTS,
     RUNS,
     TABLES,
+    SharedText,
+    text_of,
 )
 
 if TYPE_CHECKING:
@@ -65,7 +67,8 @@ def select_rows(table: str, filters: Filters, dialect: Dialect, limit: int | Non
         columns = [RUNS.c[name] for name in CONTEXT]
         columns += [each for each in part.c if each.name not in _HIDDEN]
         source = source.join(part, part.c.run == RUNS.c.id)
-        order += [each for each in part.primary_key.columns if each.name != "run"]
+        key = [each for each in part.primary_key.columns if each.name != "run"]
+        order += [text_of(each) if isinstance(each.type, SharedText) else each for each in key]
     if table == POINTS.name:
         conditions += _of_point(filters.ranges)
     if table == RESULTS.name:
@@ -136,7 +139,10 @@ def _of_point(ranges: Mapping[str, Range]) -> list[ColumnElement[bool]]:
 
 def _figure(name: str, wanted: Range) -> tuple[ColumnElement[bool], ...]:
     """Return the condition on a figure; 'source/name' selects one of several of a name."""
-    named = or_(FIGURES.c.name == name, FIGURES.c.source + "/" + FIGURES.c.name == name)
+    source, _, parameter = name.rpartition("/")
+    named = or_(
+        FIGURES.c.name == name, and_(FIGURES.c.source == source, FIGURES.c.name == parameter)
+    )
     same_unit = FIGURES.c.unit == si_symbol(wanted.dimension)
     return named, same_unit, _within(FIGURES.c.value, wanted)
 

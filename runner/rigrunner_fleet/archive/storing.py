@@ -11,32 +11,39 @@ from typing import TYPE_CHECKING, Any
 from sqlalchemy import bindparam, delete, insert, select, update
 from sqlalchemy.dialects import postgresql, sqlite
 
-from rigrunner_fleet.archive.schema import PARTS, ROOTS, RUNS
+from rigrunner_fleet.archive.schema import PARTS, ROOTS, RUNS, TEXTS, SharedText
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
     from sqlalchemy import Connection, Executable, Table
 
-    from rigrunner_fleet.archive.database import Database
     from rigrunner_fleet.archive.run_facts import RunFacts
 
 _CHUNK = 500
 """Rows that one statement names by their id: SQLite allows 32,766, old versions 999."""
+_SHARED = {
+    table.name: [each.name for each in table.c if isinstance(each.type, SharedText)]
+    for table in (RUNS, *PARTS)
+}
+"""The columns of shared texts, by table."""
 
 
-def root_of(connection: Connection, database: Database, folder: Path) -> int:
-    """Return the id of a root, which is stored if it is new."""
-    name, path = _naming(database, folder)
+def root_of(connection: Connection, archive: Path | None, folder: Path) -> int:
+    """Return the id of a root, which is stored if it is new.
+
+    `archive`: the file of an embedded archive; None on a server.
+    """
+    name, path = _naming(archive, folder)
     found: int | None = connection.scalar(select(ROOTS.c.id).where(ROOTS.c.name == name))
     if found is not None:
         return found
     return _upsert(connection, ROOTS, {"name": name, "path": path}, "name")
 
 
-def root_folder(database: Database, path: str) -> Path:
+def root_folder(archive: Path | None, path: str) -> Path:
     """Return the folder of a root, from its row in the archive."""
-    return (database.file.parent / path).resolve() if database.file else Path(path)
+    return (archive.parent / path).resolve() if archive else Path(path)
 
 
 @dataclass(frozen=True)
@@ -60,6 +67,7 @@ def store(connection: Connection, root: int, every: Sequence[RunFacts]) -> None:
 
     For a run that was readable once and is damaged now, the earlier facts stay, with its problem.
     """
+    _share(connection, every)
     parts: dict[str, list[dict[str, Any]]] = {table.name: [] for table in PARTS}
     ids = []
     for facts in every:
@@ -80,6 +88,23 @@ def store(connection: Connection, root: int, every: Sequence[RunFacts]) -> None:
             connection.execute(delete(table).where(table.c.run.in_(some)))
         if parts[table.name]:
             connection.execute(insert(table), parts[table.name])
+
+
+def _share(connection: Connection, every: Sequence[RunFacts]) -> None:
+    """Store the texts that are shared and not known yet, in the order of all processes."""
+    texts = {
+        text
+        for facts in every
+        for name, rows in {RUNS.name: [facts.run], **facts.parts}.items()
+        for column in _SHARED[name]
+        for row in rows
+        if (text := row.get(column)) is not None
+    }
+    if texts:
+        inserting = _inserting(connection.dialect.name, TEXTS)
+        connection.execute(
+            inserting.on_conflict_do_nothing(), [{"text": each} for each in sorted(texts)]
+        )
 
 
 def mark_missing(connection: Connection, ids: Iterable[int]) -> None:
@@ -106,15 +131,15 @@ def forget_moved(connection: Connection, root: int) -> None:
         connection.execute(delete(RUNS).where(RUNS.c.id.in_(some)))
 
 
-def _naming(database: Database, folder: Path) -> tuple[str, str]:
+def _naming(archive: Path | None, folder: Path) -> tuple[str, str]:
     """Return the name and the path of a root: relative to an embedded archive, or on a machine.
 
     So a folder that holds its archive can be moved, and many machines can share a server.
     """
     whole = folder.resolve()
-    if database.file is None:
+    if archive is None:
         return f"{platform.node()}:{whole.as_posix()}", whole.as_posix()
-    home = database.file.parent.resolve()
+    home = archive.parent.resolve()
     path = whole.relative_to(home) if whole.is_relative_to(home) else whole
     return path.as_posix(), path.as_posix()
 
@@ -134,10 +159,13 @@ def _upserting(
     dialect: str, table: Table, columns: tuple[str, ...], key: tuple[str, ...]
 ) -> Executable:
     """Return the statement, which takes longer to build than to execute."""
-    inserting = sqlite.insert(table) if dialect == "sqlite" else postgresql.insert(table)
-    statement = inserting.values({name: bindparam(name) for name in columns})
+    statement = _inserting(dialect, table).values({name: bindparam(name) for name in columns})
     taken = {name: statement.excluded[name] for name in columns}
     return statement.on_conflict_do_update(index_elements=key, set_=taken).returning(table.c.id)
+
+
+def _inserting(dialect: str, table: Table) -> sqlite.Insert | postgresql.Insert:
+    return sqlite.insert(table) if dialect == "sqlite" else postgresql.insert(table)
 
 
 def _chunks(ids: list[int]) -> Iterable[list[int]]:

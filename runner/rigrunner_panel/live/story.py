@@ -219,7 +219,7 @@ class Story:
         start_s = event.monotonic_s - self._started_s - block.samples / block.rate_hz
         units = {each.name: each.unit for each in self._board.get("channels")}
         self.curves.take(event, max(start_s, 0.0), units)
-        now_s = time.time()
+        now_s = time.monotonic()
         if now_s >= self._channels_due_s and block.samples:
             self._channels_due_s = now_s + 0.9 * CHANNELS_S  # blocks may come as often as that
             latest = {name: float(each[-1]) for name, each in block.channels.items()}

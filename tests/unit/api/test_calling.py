@@ -1,5 +1,8 @@
 from __future__ import annotations
 
+import signal
+import subprocess
+import sys
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
@@ -38,12 +41,41 @@ def test_result_and_error_come_back(caller):
 def test_hanging_call_is_abandoned_in_time_and_the_device_counts_as_lost(caller):
     release = threading.Event()
     before = time.monotonic()
-    with pytest.raises(DeviceTimeoutError, match=r"'read' did not return within 0\.05 s"):
+    with pytest.raises(DeviceTimeoutError, match=r"'read' did not return within 0\.05 s$"):
         caller.call("read", release.wait, 0.05)
     assert time.monotonic() - before < 10.0
     with pytest.raises(DeviceLostError, match="cannot set: an earlier call, 'read', still hangs"):
         caller.call("set", lambda: None, 5)
     release.set()
+
+
+_STOPPED = """
+import os, signal, subprocess, sys, threading
+from rigrunner.api.calling import ThreadCaller
+from rigrunner.api.errors import DeviceTimeoutError
+
+def read():
+    again = f"import os, signal, time; time.sleep(4); os.kill({os.getpid()}, signal.SIGCONT)"
+    subprocess.Popen([sys.executable, "-c", again])
+    os.kill(os.getpid(), signal.SIGSTOP)
+    threading.Event().wait()
+
+try:
+    ThreadCaller("tester").call("read", read, 0.5)
+except DeviceTimeoutError as error:
+    print(error.message, error.hint, sep=chr(10))
+"""
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="signals of Unix")
+def test_a_program_that_was_stopped_itself_says_so():
+    done = subprocess.run(
+        [sys.executable, "-c", _STOPPED], check=True, capture_output=True, text=True
+    )
+    message, hint = done.stdout.splitlines()
+    assert message == "'read' did not return within 0.5 s"
+    assert hint.startswith("the device may have answered: this program itself was stopped")
+    assert float(hint.split()[-2]) > 2.0
 
 
 def test_urgent_call_gets_through_while_another_hangs(caller):

@@ -281,6 +281,17 @@ def test_a_sample_on_the_screen_is_as_old_as_it_was_when_it_was_taken(board):
     assert channels_of(board)["t.load"] == (2.0, "2020-01-01T00:00:00.000Z")
 
 
+def test_samples_are_shown_while_the_clock_of_the_machine_is_set_back(board, monkeypatch):
+    story = Story(board, JobView(kind="run", procedure="p", station="s"), NoLinks())
+    story.take(Show({"plan": PLAN, "channels": CHANNELS}))
+    for value in (1.0, 2.0):
+        monkeypatch.setattr("time.time", lambda hours=value: 1e9 - 3600.0 * hours)
+        monkeypatch.setattr("time.monotonic", lambda seconds=value: seconds)
+        block = Block(1000.0, 0, 0.0, {"t.load": np.array([value], np.float32)})
+        story.take(event(Samples, recording="1", block=block))
+    assert channels_of(board)["t.load"][0] == 2.0
+
+
 def test_nothing_of_an_earlier_job_stays(board):
     story = Story(board, JobView(kind="run", procedure="p", station="s"), NoLinks())
     fresh = {name: board.get(name) for name in SECTIONS}

@@ -79,6 +79,8 @@ logging.getLogger("asyncua").addHandler(logging.NullHandler())
 
 _STEPS_OF_CONNECTING = 6
 """Hello, channel, endpoints, session, activation and certificates: each waits for an answer."""
+_STEPS_OF_DESCRIBING = 2
+"""Types, rights and unit of a node are several answers, usually quick ones."""
 _NO_SUCH_NODE = (
     "see its id in a browser of OPC UA: the number of a namespace may change, `nsu=URI;...` names"
     " it for good"
@@ -147,7 +149,8 @@ class Session:
             writable = ua.AccessLevel.CurrentWrite in rights
             return [type_.name, await _unit(found), "rw" if writable else "r"]
 
-        return self._do(f"look at {node}", describe())
+        within_s = _STEPS_OF_DESCRIBING * self._settings.timeout
+        return self._do(f"look at {node}", describe(), within_s)
 
     def read(self, wanted: Sequence[NodeValue]) -> list[float]:
         """Return the numbers of nodes, asked for together."""
@@ -182,7 +185,7 @@ class Session:
             work.close()
             raise DeviceLostError(f"{asked}: not connected")
         try:
-            return self._loop.do(work, within_s or 2 * self._settings.timeout)
+            return self._loop.do(work, within_s or self._settings.timeout)
         except TimeoutError as error:
             raise DeviceTimeoutError(
                 f"{asked}: no answer from {self._settings.endpoint}",

@@ -113,7 +113,7 @@ def _runs(
         yield RunCheck(
             root=row.name,
             path=row.path,
-            folder=root_folder(database, row.place) / row.path,
+            folder=root_folder(database.file, row.place) / row.path,
             sealed=row.sealed is not False,
             manifest_sha256=row.manifest_sha256 or "",
             files=files.get(row.id, {}),

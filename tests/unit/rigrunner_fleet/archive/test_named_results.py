@@ -7,7 +7,7 @@ from contextlib import closing
 import pytest
 
 from e2e.helpers_trends import on_day
-from rigrunner.api.errors import DataError, UsageError
+from rigrunner.api.errors import UsageError
 from rigrunner_fleet.archive import index, open_archive, query
 from rigrunner_fleet.archive.filters import Filters
 from rigrunner_fleet.monitoring.observing import observe
@@ -82,23 +82,6 @@ def test_a_range_holds_in_any_unit_and_at_the_place_that_is_named(archived):
 def test_what_is_no_place_is_refused(archived):
     with pytest.raises(UsageError, match="'100 Grad'"):
         found(archived, where={"temperature": "100 Grad"})
-
-
-def test_an_archive_of_version_1_is_brought_up_to_date_and_forgets_nothing(archived, runs):
-    (runs / "good").rename(runs.parent / "elsewhere")
-    with closing(open_archive(database=archived)) as archive:
-        index(archive, [runs])
-        with archive.writing() as connection:  # as the program before left it
-            connection.exec_driver_sql("DROP TABLE coordinates")
-            connection.exec_driver_sql("DROP TABLE results")
-            connection.exec_driver_sql("UPDATE archive SET value = '1' WHERE name = 'version'")
-        with pytest.raises(DataError, match="of version 1") as caught:
-            query(database=archived)
-        assert "archive index" in caught.value.hint
-        (looked,) = index(archive, [runs])
-    assert (looked.changed, looked.missing) == (2, ("good",))
-    assert [run for run, *_ in found(archived)] == ["bad", "bad"]
-    assert sorted(query(database=archived).column("run_id")) == ["bad", "good", "torque"]
 
 
 def test_a_study_counts_runs_not_values_that_did_not_pass_all_checks(database, runs):

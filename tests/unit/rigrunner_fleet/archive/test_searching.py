@@ -84,7 +84,7 @@ def stored(archive, every):
     archive.empty()
     facts = [_facts(row) for row in every]
     with archive.writing() as connection:
-        store(connection, root_of(connection, archive, Path("/nowhere")), facts)
+        store(connection, root_of(connection, archive.file, Path("/nowhere")), facts)
 
 
 def _facts(row):
@@ -221,7 +221,7 @@ def _few():
         {
             **blank,
             "run_id": f"run-{day}",
-            "digest_sha256": str(day),
+            "digest_sha256": f"{day:064d}",
             "started_utc": START + timedelta(days=day),
         }
         for day in range(3)

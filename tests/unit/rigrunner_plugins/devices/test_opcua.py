@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import asyncio
 import sys
 import threading
 import time
 from contextlib import contextmanager
 
 import pytest
-from asyncua import ua
+from asyncua import Client, ua
 from pydantic import ValidationError
 
 from helpers_devices import plan_of, run
@@ -257,6 +258,24 @@ def test_a_server_that_does_not_answer(bench):
     while threading.active_count() > before and time.monotonic() < until_s:
         time.sleep(0.02)
     assert threading.active_count() <= before
+
+
+def test_all_requests_of_a_call_share_the_time_limit_of_an_answer(bench, monkeypatch):
+    """The station's limit of a call is above this one: else it would give up the device first."""
+    by_uri = {"torque": {**TORQUE, "node": "nsu=urn:rigrunner:test;s=Torque"}}
+    with connected(bench, timeout="300 ms", channels=by_uri) as plc:
+
+        def slow(request):
+            async def answer(*args):
+                await asyncio.sleep(0.25)
+                return await request(*args)
+
+            return answer
+
+        for name in ("get_namespace_index", "read_attributes"):
+            monkeypatch.setattr(Client, name, slow(getattr(Client, name)))
+        with pytest.raises(DeviceTimeoutError, match="no answer from"):
+            plc.read(["torque"])
 
 
 MAIN = (SetDrive("tester", "frequency", 10.0, "Hz"), SetDrive("tester", "frequency", 20.0, "Hz"))

@@ -1,0 +1,90 @@
+"""An archive that the program of version 2 of its tables made: the tables and rows it left."""
+
+from __future__ import annotations
+
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+
+from rigrunner.api.errors import DataError
+from rigrunner_fleet.archive import index, open_archive, query, rebuild
+from unit.rigrunner_fleet.archive.helpers_archive import store_run
+
+SCRIPT = Path(__file__).parents[3] / "data" / "archives" / "version-2.sql"
+ON_POSTGRESQL = {
+    " WITHOUT ROWID": "", "DOUBLE": "DOUBLE PRECISION", "DATETIME": "TIMESTAMP",
+    "9e999": "'Infinity'", "id INTEGER NOT NULL": "id SERIAL",
+}  # fmt: skip
+LIMITS_OHM = (99.883, 100.117), (138.203, 138.808)
+
+
+@pytest.fixture(params=[1, 2])
+def old(request, database, runs):
+    """Make the archive of a run that is gone, a damaged one, and one that is there."""
+    script = SCRIPT.read_text(encoding="utf-8")
+    if database.startswith("postgresql"):
+        for there, here in ON_POSTGRESQL.items():
+            script = script.replace(there, here)
+    if request.param == 1:
+        script += "DROP TABLE coordinates;\nDROP TABLE results;\nUPDATE archive SET value = '1';\n"
+    with closing(open_archive(database=database)) as archive, archive.writing() as connection:
+        for statement in script.split(";\n")[:-1]:
+            connection.exec_driver_sql(statement)
+    store_run(runs, "kept")
+    return database, request.param
+
+
+def test_indexing_brings_it_up_to_date_and_forgets_no_run_without_files(old, runs):
+    database, version = old
+    with pytest.raises(DataError, match=f"of version {version}") as caught:
+        query(database=database)
+    assert "archive index" in caught.value.hint
+    with closing(open_archive(database=database)) as archive:
+        (looked,) = index(archive, [runs])
+        assert looked.new == 1, "only what is there is read"
+        (again,) = index(archive, [runs])
+        assert (again.new, again.changed) == (0, 0)
+    every = {row["run_id"]: row for row in query(database=database)}
+    assert sorted(every) == ["damaged", "gone", "kept"]
+    assert (every["gone"]["missing"], every["gone"]["rule"]) == (True, "simple")
+    assert every["gone"]["digest_sha256"][:8] == "f8e2fcbb"
+    assert "not an HDF5 file" in every["damaged"]["problem"]
+    assert (every["damaged"]["torque_nm"], every["damaged"]["failed_checks"]) == (0.72, 2)
+    assert not every["kept"]["missing"]
+
+
+def test_the_rows_of_a_run_without_files_stay(old, runs):
+    database, version = old
+    with closing(open_archive(database=database)) as archive:
+        index(archive, [runs])
+
+    def of(table, run, *columns, **filters):
+        rows = query(table, database=database, **filters)
+        return [tuple(row[each] for each in columns) for row in rows if row["run_id"] == run]
+
+    found = of("results", "gone", "place", "value", "unit", "verdict", "lower", "si_value")
+    assert found == ([] if version == 1 else [
+        ("chamber.temperature = 0 °C", 100020.0, "mΩ", "pass", 99883.0, 100.02),
+        ("chamber.temperature = 100 °C", 138950.0, "mΩ", "fail", 138203.0, 138.95),
+    ])  # fmt: skip
+    at_100 = {"result": {"resistance": "138..139 Ω"}, "where": {"temperature": "373.15 K"}}
+    assert of("results", "gone", "value", **at_100) == [(value,) for _, value, *_ in found[1:]]
+    assert of("points", "damaged", "recording", "torque_nm", "dof") == [
+        ("001", 0.73, float("inf")), ("002", 0.74, float("inf")),
+    ]  # fmt: skip
+    assert of("figures", "damaged", "source", "name", "value", "unit")[1] == (
+        "template_inverse", "inertia", 0.00232, "kg·m²",
+    )  # fmt: skip
+    ((decided_utc, reason),) = of("decisions", "gone", "decided_utc", "reason")
+    assert (decided_utc.isoformat(), reason) == ("2026-03-01T12:00:00+00:00", "made")
+    assert of("inputs", "gone", "name", "value") == [("specimen", "Pt-1")]
+    ((name, sha256), (_, none)) = of("files", "gone", "name", "sha256")
+    assert (name, sha256[:8], none) == ("note.txt", "47a8dea6", "")
+
+
+def test_it_can_be_rebuilt_as_well(old, runs):
+    database, _ = old
+    with closing(open_archive(database=database)) as archive:
+        rebuild(archive, [runs])
+    assert query(database=database).column("run_id") == ["kept"]
