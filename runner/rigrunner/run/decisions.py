@@ -144,8 +144,18 @@ def decide_again(
     result = analyse_run(folder, registry, acceptance=after)
     _refuse(result, after)
     _refuse_other_results(result, after)
-    held = _before(folder, stored, before)
-    content = _content(stored, decider, held, after, result)
+    assert result.decision is not None  # noqa: S101  (an acceptance was given)
+    content = {
+        "format": FORMAT,
+        "run": {"id": stored.header.run_id, "digest_sha256": stored.digest},
+        "decided_utc": utc_text(decider.at),
+        "by": decider.by,
+        "reason": decider.reason,
+        "program": f"Rigrunner {__version__}",
+        "before": _before(folder, stored, before),
+        "acceptance": after.as_written(),
+        "decision": decision_document(result.decision),
+    }
     return _read(_write(folder, content), stored.digest), result
 
 
@@ -207,27 +217,6 @@ def _before(folder: Path, stored: StoredRun, held: Acceptance | None) -> dict[st
         "file": later[-1].path.name if later else RUN_FILE,
         "acceptance": None if held is None else held.as_written(),
         **{key: words[key] for key in ("verdict", "rule", "limit")},
-    }
-
-
-def _content(
-    stored: StoredRun,
-    decider: Decider,
-    before: Mapping[str, Any],
-    after: Acceptance,
-    result: Result,
-) -> dict[str, Any]:
-    assert result.decision is not None  # noqa: S101  (an acceptance was given)
-    return {
-        "format": FORMAT,
-        "run": {"id": stored.header.run_id, "digest_sha256": stored.digest},
-        "decided_utc": utc_text(decider.at),
-        "by": decider.by,
-        "reason": decider.reason,
-        "program": f"Rigrunner {__version__}",
-        "before": before,
-        "acceptance": after.as_written(),
-        "decision": decision_document(result.decision),
     }
 
 
