@@ -14,7 +14,6 @@ from rigrunner.yamlfile.document import dotted
 
 if TYPE_CHECKING:
     from collections.abc import Container, Iterator, Mapping
-    from datetime import date
 
     from rigrunner.api.instruments import Instrument
     from rigrunner.api.planned import ExpectedReading
@@ -76,23 +75,26 @@ class _Register:
         today = self.planned.clock.utc().date()
         known = self.planned.station.register
         for channel in entering_channels(self.planned):
-            if channel in known:
-                yield from self._of(known[channel], today)
-            elif not self._is_simulated(channel):
-                yield self._unknown(channel)
-
-    def _of(self, each: Instrument, today: date) -> Iterator[Finding]:
-        yield from self._missing(each)
-        if each.calibrated is not None and each.calibrated > today:
-            message = f"{_named(each)} was calibrated on {each.calibrated}, which is in the future"
-            yield self._entered(Lack.MISSING, each, "calibrated", message, "correct the date")
-        if each.due is not None and each.due < today:
-            days = (today - each.due).days
-            ago = f"{days} day{'s' if days > 1 else ''} before this run"
-            message = f"the calibration of {_named(each)} was due on {each.due}, {ago}"
-            hint = "have it calibrated and enter the new certificate"
-            yield self._entered(Lack.OVERDUE, each, "due", message, hint)
-        yield from self._out_of_range(each)
+            if channel not in known:
+                if not self._is_simulated(channel):
+                    message = f"there is no instrument for {channel}, whose value enters the result"
+                    problem = self._problem(("instruments",), message, f"enter it; {_way(channel)}")
+                    yield Finding(Lack.MISSING, channel, (channel,), problem)
+                continue
+            each = known[channel]
+            yield from self._missing(each)
+            if each.calibrated is not None and each.calibrated > today:
+                message = (
+                    f"{_named(each)} was calibrated on {each.calibrated}, which is in the future"
+                )
+                yield self._entered(Lack.MISSING, each, "calibrated", message, "correct the date")
+            if each.due is not None and each.due < today:
+                days = (today - each.due).days
+                ago = f"{days} day{'s' if days > 1 else ''} before this run"
+                message = f"the calibration of {_named(each)} was due on {each.due}, {ago}"
+                hint = "have it calibrated and enter the new certificate"
+                yield self._entered(Lack.OVERDUE, each, "due", message, hint)
+            yield from self._out_of_range(each)
 
     def _missing(self, each: Instrument) -> Iterator[Finding]:
         simulated = self._is_simulated(each.channel)
@@ -122,30 +124,34 @@ class _Register:
                 yield self._entered(Lack.RANGE, each, "", message, "enter range or points")
             return
         lowest, highest = bounds
-        outside = [use for use in self._uses(each) if not lowest <= use.value <= highest]
+        uses = self._uses(each)
+        outside = [(value, what) for value, what in uses if not lowest <= value <= highest]
         if outside:
-            worst = max(outside, key=lambda use: abs(use.value))
-            value = _short(worst.value, each.quantity)
-            message = f"{_named(each)} is calibrated {_span(bounds, each.quantity)}"
+            worst, what = max(outside, key=lambda use: abs(use[0]))
+            span = f"up to {_short(highest, each.quantity)}"
+            if not isinf(lowest):
+                span = f"from {_short(lowest, each.quantity)} to {_short(highest, each.quantity)}"
             hint = "use an instrument calibrated for this value, or have this one calibrated for it"
             field = "range" if each.range_ else "points" if each.points else "full_scale"
-            message = f"{message}, but {worst.what} {value}"
+            message = f"{_named(each)} is calibrated {span}"
+            message += f", but {what} {_short(worst, each.quantity)}"
             yield self._entered(Lack.RANGE, each, field, message, hint)
 
-    def _uses(self, each: Instrument) -> Iterator[_Use]:
-        """Yield what the plan will put on an instrument, as far as it is known beforehand."""
+    def _uses(self, each: Instrument) -> Iterator[tuple[float, str]]:
+        """Yield what the plan will put on an instrument, as far as it is known beforehand.
+
+        In the SI unit of the channel, with words for it.
+        """
         expected = [one for one in self.expected if one.channel == each.channel]
         for one in expected:
-            yield from (_Use(one.text, value) for value in (one.low, one.high))
-        if not expected:
-            yield from self._set_points(each.channel)
-
-    def _set_points(self, channel: Member) -> Iterator[_Use]:
-        """Yield what the drive of the same name is set to; zero needs no calibration point."""
+            yield from ((value, one.text) for value in (one.low, one.high))
+        if expected:
+            return
+        # Else the set-points of the drive of the same name; 0 needs no calibration point.
         for step in self.planned.plan.steps:
-            action = step.action
-            if action.led == channel:
-                yield from (_Use(f"{channel} is set to", value) for value in action.passes if value)
+            if step.action.led == each.channel:
+                said = f"{each.channel} is set to"
+                yield from ((value, said) for value in step.action.passes if value)
 
     def _is_simulated(self, channel: Member) -> bool:
         return self.planned.registry.is_simulated(*self._source(channel))
@@ -165,20 +171,8 @@ class _Register:
         problem = self._problem(path, message, f"{hint}; {_way(each.name)}")
         return Finding(lack, each.channel, names, problem)
 
-    def _unknown(self, channel: Member) -> Finding:
-        message = f"there is no instrument for {channel}, whose value enters the result"
-        problem = self._problem(("instruments",), message, f"enter it; {_way(channel)}")
-        return Finding(Lack.MISSING, channel, (channel,), problem)
-
     def _problem(self, path: Path, message: str, hint: str) -> Problem:
         return Problem(message, self.planned.station.document.where(path), dotted(path), hint)
-
-
-@dataclass(frozen=True)
-class _Use:
-    what: str
-    value: float
-    """In the SI unit of the channel."""
 
 
 def entering_channels(planned: Planned) -> tuple[Member, ...]:
@@ -236,12 +230,6 @@ def _way(name: str) -> str:
 def _named(each: Instrument) -> str:
     """Return 'TQ-7 (tester.torque)'."""
     return f"{each.name} ({each.channel})"
-
-
-def _span(bounds: tuple[float, float], dimension: str) -> str:
-    lowest, highest = bounds
-    top = _short(highest, dimension)
-    return f"up to {top}" if isinf(lowest) else f"from {_short(lowest, dimension)} to {top}"
 
 
 def _short(si: float, dimension: str) -> str:

@@ -124,9 +124,9 @@ def decide_again(
     """Decide on a stored run by other limits or another rule, and record that.
 
     `change` returns the new limits and rule from the present ones and the names of the analyses of
-    the run. Nothing is measured again, and
-    no existing file is changed. Raises UsageError if name or reason are missing or nothing changes,
-    and DataError for a run without anything to decide, or limits for other results.
+    the run. Nothing is measured again, and no existing file is changed. Raises UsageError if name
+    or reason are missing or nothing changes, and DataError for a run without anything to decide, or
+    limits for other results.
     """
     if not (decider.by.strip() and decider.reason.strip()):
         raise UsageError("a decision needs a name and a reason", hint="give --by and --reason")
@@ -147,8 +147,18 @@ def decide_again(
     result = analyse_run(folder, registry, acceptance=after)
     _refuse(result, after)
     _refuse_other_results(result, after, names)
-    held = _before(folder, stored, before)
-    content = _content(stored, decider, held, after, result)
+    assert result.decision is not None  # noqa: S101  (an acceptance was given)
+    content = {
+        "format": FORMAT,
+        "run": {"id": stored.header.run_id, "digest_sha256": stored.digest},
+        "decided_utc": utc_text(decider.at),
+        "by": decider.by,
+        "reason": decider.reason,
+        "program": f"Rigrunner {__version__}",
+        "before": _before(folder, stored, before),
+        "acceptance": after.as_written(),
+        "decision": decision_document(result.decision),
+    }
     return _read(_write(folder, content), stored.digest), result
 
 
@@ -210,27 +220,6 @@ def _before(folder: Path, stored: StoredRun, held: Acceptance | None) -> dict[st
         "file": later[-1].path.name if later else RUN_FILE,
         "acceptance": None if held is None else held.as_written(),
         **{key: words[key] for key in ("verdict", "rule", "limit")},
-    }
-
-
-def _content(
-    stored: StoredRun,
-    decider: Decider,
-    before: Mapping[str, Any],
-    after: Acceptance,
-    result: Result,
-) -> dict[str, Any]:
-    assert result.decision is not None  # noqa: S101  (an acceptance was given)
-    return {
-        "format": FORMAT,
-        "run": {"id": stored.header.run_id, "digest_sha256": stored.digest},
-        "decided_utc": utc_text(decider.at),
-        "by": decider.by,
-        "reason": decider.reason,
-        "program": f"Rigrunner {__version__}",
-        "before": before,
-        "acceptance": after.as_written(),
-        "decision": decision_document(result.decision),
     }
 
 

@@ -106,7 +106,9 @@ def finish(
     with kept(errors):
         writer.close()
     result = report = None
-    asked = bool(planned.procedure.model.analysis) and not _is_empty(planned, writer)
+    # A manual session, which has no planned step, may end without a point.
+    is_empty = not planned.plan.steps and not writer.recordings
+    asked = bool(planned.procedure.model.analysis) and not is_empty
     waited_for = {*later_partners(planned)} - partners.keys()
     waits = outcome is Outcome.COMPLETED and asked and bool(waited_for)
     with kept(errors):
@@ -153,11 +155,6 @@ def _result(
     if not asked and not any(row.limits or row.expected for row in stored.measurements):
         return None
     return analyse_stored(with_partners(stored, partners), planned.registry, progress=progress)
-
-
-def _is_empty(planned: Planned, writer: RunWriter) -> bool:
-    """Return whether a manual session, which has no planned step, ended without a point."""
-    return not planned.plan.steps and not writer.recordings
 
 
 def stoppable(progress: Progress, stop: StopToken) -> Progress:

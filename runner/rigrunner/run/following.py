@@ -19,9 +19,8 @@ from rigrunner.api.findings import Findings
 from rigrunner.run.listening import Detached
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Iterator
 
-    from rigrunner.api.data import Array, Block
     from rigrunner.api.events import Event, EventSink
     from rigrunner.api.figures import Curve
     from rigrunner.api.findings import LiveAnalysis
@@ -148,7 +147,12 @@ class Following:
         return self._read_run()
 
     def _take(self, event: Samples, started: StepStarted) -> None:
-        block = replace(event.block, channels=dict(self._readings(event.block)))
+        # As analyses take them: minus zero, and corrected.
+        channels = {
+            name: self._run.readings(name, np.asarray(values, float), self._zeros.get(name, 0.0))
+            for name, values in event.block.channels.items()
+        }
+        block = replace(event.block, channels=channels)
         begins = self._recording != event.recording
         self._recording = event.recording
         recording = Recording(
@@ -168,22 +172,11 @@ class Following:
                 curves = fold.take(block)
             except Exception as error:  # noqa: BLE001  (a stranger's may raise anything)
                 self._leave_out(name, fold, error)
-            else:
-                self._draw_all(event, curves)
-
-    def _draw_all(self, event: Samples, curves: Sequence[Curve]) -> None:
-        """Let a screen draw curves; the event is as late as the last sample of its block."""
-        if self._draw is not None:
-            block = event.block
-            end_s = (block.first_sample + block.samples) / block.rate_hz
-            for each in curves:
-                self._draw(event.recording, each, event.monotonic_s - (end_s - each.end_s))
-
-    def _readings(self, block: Block) -> Iterator[tuple[str, Array]]:
-        """Yield the channels of a block for an analysis: minus zero, and corrected."""
-        for name, values in block.channels.items():
-            zero = self._zeros.get(name, 0.0)
-            yield name, self._run.readings(name, np.asarray(values, float), zero)
+                continue
+            if self._draw is not None:
+                end_s = (block.first_sample + block.samples) / block.rate_hz
+                for each in curves:  # the event is as late as the last sample of its block
+                    self._draw(event.recording, each, event.monotonic_s - (end_s - each.end_s))
 
     def _tell(self, *, is_whole: bool) -> None:
         began_s = monotonic()

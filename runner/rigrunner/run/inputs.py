@@ -31,7 +31,11 @@ def answer_inputs(
     asked = procedure.inputs
     # First: nobody is asked anything before all that was given is accepted.
     taken = {name: _accepted(procedure, name, given[name]) for name in given}
-    return {name: taken.get(name) or _asked(name, asked[name], answers) for name in asked}
+    return {
+        name: taken.get(name)
+        or each.expected.accept(answers.ask(f"inputs.{name}", question_of(name, each)))
+        for name, each in asked.items()
+    }
 
 
 def with_operator(
@@ -61,10 +65,6 @@ def read_answers(path: Path, procedure: LoadedProcedure) -> dict[str, str]:
     if problems:
         raise InvalidFileError(problems)
     return dict(document.data)
-
-
-def _asked(name: str, wanted: Input, answers: AnswerSource) -> str:
-    return wanted.expected.accept(answers.ask(f"inputs.{name}", question_of(name, wanted)))
 
 
 def _accepted(procedure: LoadedProcedure, name: str, answer: str) -> str:

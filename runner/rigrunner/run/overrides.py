@@ -29,11 +29,27 @@ def overrides_for(
     without name or reason, or without a failed check.
     """
     by, reason = by.strip(), reason.strip()
-    _check_answered_for(wanted, by, reason)
+    if wanted and not (by and reason):
+        missing = " and ".join(
+            option for option, given in (("--by NAME", by), ("--reason TEXT", reason)) if not given
+        )
+        raise UsageError(
+            f"an override needs {missing}", hint="both are recorded in the run file and the report"
+        )
+    if (by or reason) and not wanted:
+        raise UsageError(
+            "--by and --reason need --override",
+            hint="give --override INSTRUMENT, or leave them out",
+        )
     findings = calibration_findings(planned)
     for word in wanted:
         if not any(_means(word, finding) for finding in findings):
-            raise UsageError(f"'--override {word}' matches nothing", hint=_open(findings))
+            left = ", ".join(f"{each.names[-1]} ({each.lack})" for each in findings)
+            hint = f"what prevents this run from starting: {left}"
+            raise UsageError(
+                f"'--override {word}' matches nothing",
+                hint=hint if findings else "nothing prevents this run from starting",
+            )
     found = tuple(
         Override(finding.key, finding.problem.message, by, reason)
         for finding in findings
@@ -54,30 +70,8 @@ def require_still_allowed(planned: Planned, started: datetime) -> None:
     require_calibrated(planned, {finding.key for finding in calibration_findings(at_start)})
 
 
-def _check_answered_for(wanted: Sequence[str], by: str, reason: str) -> None:
-    if wanted and not (by and reason):
-        missing = " and ".join(
-            option for option, given in (("--by NAME", by), ("--reason TEXT", reason)) if not given
-        )
-        raise UsageError(
-            f"an override needs {missing}", hint="both are recorded in the run file and the report"
-        )
-    if (by or reason) and not wanted:
-        raise UsageError(
-            "--by and --reason need --override",
-            hint="give --override INSTRUMENT, or leave them out",
-        )
-
-
 def _means(word: str, finding: Finding) -> bool:
     return word == finding.lack or word in finding.names
-
-
-def _open(findings: Iterable[Finding]) -> str:
-    what = [f"{finding.names[-1]} ({finding.lack})" for finding in findings]
-    if not what:
-        return "nothing prevents this run from starting"
-    return f"what prevents this run from starting: {', '.join(what)}"
 
 
 def without_time_limits(station: LoadedStation) -> tuple[Interference, ...]:

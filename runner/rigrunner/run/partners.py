@@ -201,7 +201,17 @@ def _first_fit(wanted: Wanted, names: Iterable[str], runs: Path, judge_age: Judg
             return runs / candidate
         if _is_of_the_procedure(runs / candidate, wanted.needed):
             refused.append(f"{candidate}: {objection}")
-    raise _none_found(wanted, runs, refused)
+    needed = wanted.needed
+    words = [f"{what.replace('_', ' ')} '{is_}'" for what, is_ in _common(wanted).items()]
+    common = ", ".join(words) or "anywhere"
+    seen = f"; looked at and refused: {'; '.join(refused)}" if refused else ""
+    raise DataError(
+        f"there is no {needed.words} in {runs}{seen}",
+        location=wanted.place,
+        hint=f"needed: a completed run of {needed.procedure}, {common}, begun within "
+        f"{_long(wanted.max_age)} of this run; run that procedure first, or name a run with "
+        f"--partner {needed.name}=RUN",
+    )
 
 
 def _objections(path: Path, wanted: Wanted, judge_age: JudgeAge) -> Iterator[str]:
@@ -275,10 +285,14 @@ def _later_age(age: timedelta, limit: timedelta, at: str) -> Iterator[str]:
 
 
 def _lacks(partner: RunData, wanted: Wanted) -> Iterator[str]:
-    """Yield what analyses need and its recordings and rows lack."""
+    """Yield what analyses need and its recordings and rows lack, and what they say against it."""
+    measured: list[tuple[Mapping[str, object], Recording | Measurement]] = [
+        *((each.channels, each) for each in partner.recordings),
+        *((each.values, each) for each in partner.measurements),
+    ]
     for asked in wanted.asked:
         channels = [each.name for each in asked.needed.channels]
-        there = [each for each in _measured(partner) if all(c in _values(each) for c in channels)]
+        there = [each for known, each in measured if all(name in known for name in channels)]
         if channels and not there:
             yield f"it has no {' and '.join(channels)}"
             continue
@@ -287,25 +301,12 @@ def _lacks(partner: RunData, wanted: Wanted) -> Iterator[str]:
             if not any(_is_there(values, each, asked.needed.within) for each in there):
                 where = ", ".join(f"{name} = {each}" for name, each in place.items())
                 yield f"it has no {' and '.join(channels) or 'value'} at {where}"
-    yield from _said_against(wanted.planned, wanted.needed.name, partner)
-
-
-def _said_against(planned: Planned, name: str, partner: RunData) -> Iterator[str]:
-    """Yield what the analyses that take a partner run of that name say against it."""
-    registry = planned.registry
+    planned, registry = wanted.planned, wanted.planned.registry
     for _, each in planned.procedure.model.analyses_at:
         needs = registry.requires(each.kind, each.name, each.settings)
-        if name in {one.name for one in needs.partners}:
+        if wanted.needed.name in {one.name for one in needs.partners}:
             given = planned.to_come()
             yield from registry.partner_problems(each.name, each.settings, given, partner)
-
-
-def _measured(run: RunData) -> tuple[Recording | Measurement, ...]:
-    return (*run.recordings, *run.measurements)
-
-
-def _values(of: Recording | Measurement) -> Mapping[str, object]:
-    return getattr(of, "channels", None) or getattr(of, "values", {})
 
 
 def _is_there(wanted: Mapping[str, Value], of: Recording | Measurement, within: float) -> bool:
@@ -326,20 +327,6 @@ def _is_of_the_procedure(path: Path, needed: NeededRun) -> bool:
         return read_info(path).header.procedure_id == needed.procedure
     except RigrunnerError:
         return bool(needed.procedure) and needed.procedure in path.name
-
-
-def _none_found(wanted: Wanted, runs: Path, refused: list[str]) -> DataError:
-    needed = wanted.needed
-    words = [f"{what.replace('_', ' ')} '{is_}'" for what, is_ in _common(wanted).items()]
-    common = ", ".join(words) or "anywhere"
-    seen = f"; looked at and refused: {'; '.join(refused)}" if refused else ""
-    return DataError(
-        f"there is no {needed.words} in {runs}{seen}",
-        location=wanted.place,
-        hint=f"needed: a completed run of {needed.procedure}, {common}, begun within "
-        f"{_long(wanted.max_age)} of this run; run that procedure first, or name a run with "
-        f"--partner {needed.name}=RUN",
-    )
 
 
 def _long(age: timedelta) -> str:

@@ -209,6 +209,7 @@ class _Problems(list[Problem]):
 
         Except those of roles whose devices could not be made, which follow from that.
         """
+        missing = [re.compile(rf"(?<!\w){re.escape(role)}(?!\w)") for role in but_of]
         try:
             return work()
         except InvalidFileError as error:
@@ -216,7 +217,7 @@ class _Problems(list[Problem]):
                 problem
                 for problem in error.problems
                 if problem not in self
-                and not any(_is_of(role, f"{problem.field} {problem.message}") for role in but_of)
+                and not any(each.search(f"{problem.field} {problem.message}") for each in missing)
             ]
             if isinstance(error, (InconsistentProcedureError, InconsistentStationError)):
                 return cast("_T", error.loaded)
@@ -226,10 +227,6 @@ class _Problems(list[Problem]):
         """Return whether there is a problem at a path, or below it."""
         at = ".".join(path)
         return any(each.field == at or each.field.startswith(f"{at}.") for each in self)
-
-
-def _is_of(role: str, text: str) -> bool:
-    return re.search(rf"(?<!\w){re.escape(role)}(?!\w)", text) is not None
 
 
 def _device(

@@ -15,7 +15,7 @@ from rigrunner.api.hooks import UnitRecord
 from rigrunner.runfile.added_units import unit_texts
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Mapping
 
     from rigrunner.api.devices import Identity
     from rigrunner.registry import Registry
@@ -69,26 +69,24 @@ def code_digest(*own: Path) -> str:
     `own` are folders of plugins of a lab. The digest covers paths, sizes and times of files: the
     same code elsewhere may have another one.
     """
+    names = {each.module.split(".")[0] for each in entry_points(group=PROJECT)} | {PROJECT}
+    specs = filter(None, map(find_spec, names))
+    installed = {Path(each) for spec in specs for each in spec.submodule_search_locations or ()}
     found = hashlib.sha256()
-    for folder in sorted({*_code_folders(), *own}):
+    for folder in sorted({*installed, *own}):
         for file in sorted(folder.rglob("*.py")):
             facts = file.stat()
             found.update(f"{file} {facts.st_size} {facts.st_mtime_ns}\n".encode())
     return found.hexdigest()[:16]
 
 
-def _code_folders() -> Iterator[Path]:
-    names = {each.module.split(".")[0] for each in entry_points(group=PROJECT)} | {PROJECT}
-    for name in names:
-        spec = find_spec(name)
-        yield from map(Path, (spec and spec.submodule_search_locations) or ())
-
-
 def identities(found: Mapping[str, Identity]) -> dict[str, str]:
     """Return the identities at each role and part, 'role/part', as text."""
     words: dict[str, str] = {}
     for role, identity in found.items():
-        words[f"device {role}"] = _identity(identity)
+        known = (identity.maker, identity.model, identity.serial, identity.firmware)
+        simulated = SIMULATED if identity.simulated else ""
+        words[f"device {role}"] = " ".join(filter(None, known)) + simulated
         words |= identities({f"{role}/{name}": part for name, part in identity.parts.items()})
     return words
 
@@ -98,9 +96,3 @@ def is_simulated(provenance: Mapping[str, str]) -> bool:
     return any(
         name.startswith("device ") and text.endswith(SIMULATED) for name, text in provenance.items()
     )
-
-
-def _identity(identity: Identity) -> str:
-    simulated = SIMULATED if identity.simulated else ""
-    words = (identity.maker, identity.model, identity.serial, identity.firmware)
-    return " ".join(word for word in words if word) + simulated

@@ -107,22 +107,21 @@ def _told(stored: StoredRun) -> Iterator[dict[str, str]]:
     """Yield questions, answers, actions and problems in order."""
     question = ""
     for event in stored.events:
-        if isinstance(event, Prompt):
-            question = event.text
-        elif isinstance(event, Answer):
-            yield _line(event, "answer", f"{question} — {event.text} ({event.by})")
-        elif isinstance(event, Intervention):
-            yield _line(event, event.action, event_text(event))
-        elif isinstance(event, (Alarm, Note)):
-            yield _line(event, _kind(event), event_text(event))
-        elif isinstance(event, RunEnded):
-            yield _line(event, "end", event_text(event))
-
-
-def _kind(event: Alarm | Note) -> str:
-    if isinstance(event, LimitMissed):
-        return "out of limits"
-    return "alarm" if isinstance(event, Alarm) else "note"
+        match event:
+            case Prompt():
+                question = event.text
+            case Answer():
+                yield _line(event, "answer", f"{question} — {event.text} ({event.by})")
+            case Intervention():
+                yield _line(event, event.action, event_text(event))
+            case LimitMissed():  # before the kind of event that it is one of
+                yield _line(event, "out of limits", event_text(event))
+            case Alarm():
+                yield _line(event, "alarm", event_text(event))
+            case Note():
+                yield _line(event, "note", event_text(event))
+            case RunEnded():
+                yield _line(event, "end", event_text(event))
 
 
 def _let_pass(partners: Mapping[str, StoredRun]) -> Iterator[dict[str, str]]:

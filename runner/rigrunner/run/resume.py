@@ -157,14 +157,7 @@ def _finish(run: ResumableRun, progress: Progress) -> FinishedRun:
         errors.append(DataError(f"the run had ended by an error: {info.reason}"))
     end = outcome, info.reason, tuple(passed_over(run.stored.events))
     with RunWriter(run.folder) as writer:
-        return finish(
-            run.planned,
-            writer,
-            end,
-            run.partners,
-            errors,
-            progress=progress,
-        )
+        return finish(run.planned, writer, end, run.partners, errors, progress=progress)
 
 
 def _file(stored: StoredRun, what: str) -> Path:

@@ -81,7 +81,8 @@ def station_lock(
             named = f"the instrument of '{place.role}' at {place.written}"
             # Several roles may have one address; a second lock on it would wait for the first.
             for address in sorted(place.addresses - taken):
-                lock = folder / f"{_file_name(address)}.lock"
+                # The dot keeps it apart from the ids of stations.
+                lock = folder / f".{hashlib.sha256(address.encode()).hexdigest()[:24]}.lock"
                 locks[lock] = _take(held, lock, holder, named)
             taken |= place.addresses
         # With the locks held: no other run can energise these instruments any more.
@@ -123,8 +124,12 @@ def _take(held: ExitStack, lock_file: Path, holder: Holder, named: str) -> int:
     try:
         (descriptor,) = held.enter_context(hold([lock_file], holder))
     except Busy as busy:
+        by, other = "", busy.holder
+        if other is not None:
+            station = "" if other.station == holder.station else f" on station {other.station}"
+            by = f": {other.procedure}{station}, process {other.process}, since {other.since}"
         raise DeviceError(
-            f"{named} is in use{_holder_text(busy.holder, holder)}",
+            f"{named} is in use{by}",
             hint="wait for that run, or stop it; two rigs need two station ids, and instruments of"
             " their own",
         ) from busy
@@ -147,16 +152,3 @@ def _refuse_left_by_others(station_id: str, places: list[Place]) -> None:
                     f" {marker.text}",
                     hint=f"'rigrunner devices {marker.owner.station_file}' makes it safe first",
                 )
-
-
-def _file_name(address: str) -> str:
-    """Return the name of the lock of an address; the dot keeps it apart from ids of stations."""
-    return f".{hashlib.sha256(address.encode()).hexdigest()[:24]}"
-
-
-def _holder_text(other: Holder | None, own: Holder) -> str:
-    """Return who holds the lock, as text; '' if unknown."""
-    if other is None:
-        return ""
-    station = "" if other.station == own.station else f" on station {other.station}"
-    return f": {other.procedure}{station}, process {other.process}, since {other.since}"

@@ -60,13 +60,9 @@ def listed_run(runs: Path, name: str) -> ListedRun:
     try:
         in_progress = is_in_progress(runs / name)
         info = read_info(runs / name)
-        return ListedRun(name, info, is_in_progress=in_progress, waits=_waits(info))
+        is_open = not info.sealed and info.outcome == Outcome.COMPLETED
+        # A partner run that does not exist yet has no path.
+        waits = is_open and not all(info.header.files.values())
+        return ListedRun(name, info, is_in_progress=in_progress, waits=waits)
     except RigrunnerError as error:
         return ListedRun(name, None, str(error))
-
-
-def _waits(info: RunInfo) -> bool:
-    if info.sealed or info.outcome != Outcome.COMPLETED:
-        return False
-    # A partner run that does not exist yet has no path.
-    return not all(info.header.files.values())

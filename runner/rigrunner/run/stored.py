@@ -107,18 +107,13 @@ def analyse_stored(
             progress=progress,
         )
     except PluginError as error:
-        if missing := _missing_providers(stored, registry):
+        recorded = stored.header.provenance.get(PROVIDERS, "")
+        names = [each.partition(" ")[0] for each in recorded.split(", ") if each]
+        known = {plugin.provider.name for plugin in registry.plugins}
+        if missing := " and ".join(name for name in names if name not in known):
             what = f"the run was made with {missing}, which is not available"
             error.add_note(f"{what}: name its station by --station, or install it")
         raise
-
-
-def _missing_providers(stored: StoredRun, registry: Registry) -> str:
-    """Return the providers of plugins of a run that the registry does not have, as text."""
-    recorded = stored.header.provenance.get(PROVIDERS, "")
-    known = {plugin.provider.name for plugin in registry.plugins}
-    names = [each.partition(" ")[0] for each in recorded.split(", ") if each]
-    return " and ".join(name for name in names if name not in known)
 
 
 def result_by_now(folder: Path, procedure: Procedure, registry: Registry, name: str) -> Estimate:
@@ -150,6 +145,7 @@ def run_data(stored: StoredRun) -> RunData:
     """Return the data of a stored run for analyses."""
     header, info = stored.header, stored.info
     station = parse_station(header.station_text, header.station_id, stored=True).model
+    name = header.inputs.get("operator")
     return RunData(
         run_id=header.run_id,
         procedure_id=header.procedure_id,
@@ -165,7 +161,7 @@ def run_data(stored: StoredRun) -> RunData:
             each.channel: each
             for each in sorted(station.instruments, key=lambda each: each.quantity != TORQUE)
         },
-        people=header.people or _operator(header.inputs),
+        people=header.people or ({"operator": name} if name else {}),
         approval=header.approval,
         imported=header.imported,
         zeros=stored.zeros,
@@ -175,8 +171,3 @@ def run_data(stored: StoredRun) -> RunData:
         measurements=stored.measurements,
         partners={name: run_data(each) for name, each in stored.partners.items()},
     )
-
-
-def _operator(inputs: Mapping[str, str]) -> dict[str, str]:
-    """Return the operator by their role, if an input names one."""
-    return {"operator": inputs["operator"]} if inputs.get("operator") else {}

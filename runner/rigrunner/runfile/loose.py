@@ -107,10 +107,18 @@ class SampleJournal:
         started = [one for one in mine if isinstance(one, StepStarted)]
         # With a damaged end it is incomplete, whatever its events say.
         ended = [one for one in mine if isinstance(one, StepEnded) and not self.is_damaged]
-        return facts_of(
-            self.number, self.shape, started[-1] if started else _unknown_start(self.name),
-            ended[-1] if ended else None,
-        )  # fmt: skip
+        unknown = StepStarted(
+            seq=0,
+            monotonic_s=0.0,
+            utc="",
+            step="",
+            index=0,
+            action="record",
+            text="",
+            recording=self.name,
+        )
+        start = started[-1] if started else unknown
+        return facts_of(self.number, self.shape, start, ended[-1] if ended else None)
 
 
 def read_journal(files: RunFolder) -> Journal:
@@ -291,12 +299,6 @@ def _read_part(path: Path, scratch: Scratch | None) -> tuple[RecordingFacts, Rec
 
 def _number(path: Path) -> int:
     return int(path.stem)
-
-
-def _unknown_start(name: str) -> StepStarted:
-    return StepStarted(
-        seq=0, monotonic_s=0.0, utc="", step="", index=0, action="record", text="", recording=name
-    )
 
 
 _FIXED = "<IdIq"

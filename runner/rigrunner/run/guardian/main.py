@@ -177,25 +177,25 @@ class _Patience:
 
     def end(self) -> None:
         """End an owner that hangs with its rig energised: it is asked first, then killed."""
+        process = f"the process of {self._task['what']} ({self._owner.pid})"
         if self._owner.is_traced or not _is_energised(self._task):
             self.beat(float(self._task["limit_s"]))
         elif not self.is_asked:
-            text = f"the process of {self._task['what']} ({self._owner.pid}) has shown no progress"
-            say(f"{text} for {self._silent_s:.0f} s; it is asked to end (SIGTERM)")
+            silent = f"has shown no progress for {self._silent_s:.0f} s"
+            say(f"{process} {silent}; it is asked to end (SIGTERM)")
             self.is_asked = True
             self._owner.send("SIGTERM")
             self._owner.send("SIGCONT")  # one that was stopped could not hear it
             self.beat(GRACE_S)
         else:
-            _kill(self._task, self._owner)
+            say(f"{process} does not end: it is killed")
+            self._owner.send("SIGKILL" if hasattr(signal, "SIGKILL") else "SIGTERM")
+            if not _dies_within(self._owner, DEATH_S):
+                say(
+                    "it cannot be killed, and keeps its devices:"
+                    " go to the rig and switch it off by hand"
+                )
             self.beat(DEATH_S)
-
-
-def _kill(task: dict[str, Any], owner: Owner) -> None:
-    say(f"the process of {task['what']} ({owner.pid}) does not end: it is killed")
-    owner.send("SIGKILL" if hasattr(signal, "SIGKILL") else "SIGTERM")
-    if not _dies_within(owner, DEATH_S):
-        say("it cannot be killed, and keeps its devices: go to the rig and switch it off by hand")
 
 
 def _dies_within(owner: Owner, seconds: float) -> bool:
