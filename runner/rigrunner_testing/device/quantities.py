@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from rigrunner_testing.device.subject import DeviceSubject
 
 PARTS = (0.1, 0.25)
-"""How far from its safe value a drive is set, as fractions of its range: not far, and twice."""
+"""How far from its safe value a drive is set, once and then again, as fractions of its range."""
 NO_SUCH = "no_such_name"
 GRACE_S = 1.0
 """Time allowed beyond what the drives state: the exchanges take time as well."""
@@ -60,12 +60,10 @@ def quantities_declared(subject: DeviceSubject) -> None:
     demand(
         not device.drives or isinstance(device, Settable), "it has drives, but no set and read_back"
     )
+    before = (list(device.channels), list(device.drives))
     with subject.connected() as connected:
-        stays = (list(connected.channels), list(connected.drives)) == (
-            list(device.channels),
-            list(device.drives),
-        )
-    demand(stays, "once connected it has other channels or drives than before")
+        after = (list(connected.channels), list(connected.drives))
+    demand(before == after, "once connected it has other channels or drives than before")
 
 
 def _objection(symbol: str) -> str:

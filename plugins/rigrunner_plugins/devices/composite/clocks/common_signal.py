@@ -102,7 +102,8 @@ def _least_squares(window: Array, other: Array, stride: float, start: float) -> 
     residual = window - design @ solved
     # What of the slope gain and offset cannot stand for: by that alone is the lag known.
     explained, *_ = np.linalg.lstsq(design[:, :2], slope, rcond=None)
-    spread = float(np.sum((slope - design[:, :2] @ explained) ** 2))
+    left = slope - design[:, :2] @ explained
+    spread = float(left @ left)
     if _correlation(window, here) < ALIKE or spread == 0:
         return None
     scatter = sqrt(float(residual @ residual) / max(count - 3, 1))
