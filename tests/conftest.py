@@ -29,7 +29,7 @@ if platform.machine() == "x86_64":
 
 from e2e.helpers_served import served_command
 from helpers_cli import Called, call, shell
-from helpers_figures import BLANK_FIGURES, blank, drawn
+from helpers_figures import BLANK_FIGURES, PAINTED, blank, drawn
 from helpers_tester import both, installed
 from helpers_workflow import START, quick_procedure, run
 from rigrunner.api import units
@@ -88,6 +88,8 @@ def pytest_configure(config) -> None:
         signal.signal(signal.SIGQUIT, signal.SIG_DFL)
     # else each of the thousand programs that tests start compiles all again
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+    if config.option.all:
+        os.environ[PAINTED] = "yes"
     worker = os.environ.get("PYTEST_XDIST_WORKER")
     if worker or not config.getoption(
         "numprocesses", None

@@ -1,4 +1,7 @@
-"""The figures of reports: most tests have no use for them, and they take longest of a run."""
+"""The figures of reports: most tests have no use for them, and they take longest of a run.
+
+With `--all` they are painted all the same, and only not laid out and written.
+"""
 
 from __future__ import annotations
 
@@ -9,17 +12,24 @@ from pathlib import Path
 import pytest
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 
+from rigrunner.plots import panels
+
 BLANK_FIGURES = Path(__file__).parent / "blank_figures"
 """On the PYTHONPATH of programs that tests start."""
 _BLANK = b'<svg xmlns="http://www.w3.org/2000/svg"/>'
 _PRINT_SVG = FigureCanvasSVG.print_svg
+_PAINT = panels.paint
+PAINTED = "RIGRUNNER_TESTS_PAINT"
+"""The environment variable by which figures that are left blank are painted."""
 
 
 @contextmanager
 def blank():
-    """Paint all as ever within the block, but leave out that matplotlib lays out and writes it."""
+    """Leave figures blank within the block."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(FigureCanvasSVG, "print_svg", lambda _, file, **_more: file.write(_BLANK))
+        if PAINTED not in os.environ:
+            patch.setattr(panels, "paint", lambda *_, **_more: None)
         yield
 
 
@@ -29,6 +39,7 @@ def drawn():
     path = os.environ.get("PYTHONPATH", "").split(os.pathsep)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(FigureCanvasSVG, "print_svg", _PRINT_SVG)
+        patch.setattr(panels, "paint", _PAINT)
         others = (each for each in path if each != str(BLANK_FIGURES))
         patch.setenv("PYTHONPATH", os.pathsep.join(others))
         yield

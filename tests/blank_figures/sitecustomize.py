@@ -4,15 +4,44 @@ It is what helpers_figures does in the process of the tests. A test that looks a
 such a program takes the folder off the path.
 """
 
+import os
 import sys
 from importlib.machinery import PathFinder
 
-NAME = "matplotlib.backends.backend_svg"
 BLANK = b'<svg xmlns="http://www.w3.org/2000/svg"/>'
 
 
+def write_nothing(svg):
+    """Let matplotlib paint a figure, but not lay it out and write it."""
+    svg.FigureCanvasSVG.print_svg = lambda _, file, **_more: file.write(BLANK)
+
+
+def paint_later(canvas):
+    """Paint a figure, and import matplotlib, when something other than its SVG is asked for."""
+    draw = canvas.draw
+    canvas.draw = lambda *given, **more: canvas.Plot(
+        given[0], Later(lambda: draw(*given, **more).figure)
+    )
+    canvas.Plot.svg = BLANK
+
+
+class Later:
+    """What is made when it is looked at."""
+
+    def __init__(self, make):
+        self._make = make
+
+    def __getattr__(self, name):
+        return getattr(self._make(), name)
+
+
+PAINTED = "RIGRUNNER_TESTS_PAINT" in os.environ
+NAME = "matplotlib.backends.backend_svg" if PAINTED else "rigrunner.plots.canvas"
+CHANGE = write_nothing if PAINTED else paint_later
+
+
 class Finder:
-    """Finds the module that writes figures, and takes the writing out of it."""
+    """Finds the module that draws figures, and changes it once it is loaded."""
 
     @classmethod
     def find_spec(cls, name, path=None, target=None):
@@ -22,11 +51,11 @@ class Finder:
         spec = PathFinder.find_spec(name, path, target)
         load = spec.loader.exec_module
 
-        def load_and_blank(module):
+        def load_and_change(module):
             load(module)
-            module.FigureCanvasSVG.print_svg = lambda _, file, **_more: file.write(BLANK)
+            CHANGE(module)
 
-        spec.loader.exec_module = load_and_blank
+        spec.loader.exec_module = load_and_change
         return spec
 
 

@@ -31,7 +31,14 @@ PEAKS = {"paper_peak", "peak_same_frequency"}
 HERTZ = (5.0, 10.0, 20.0, 28.0, 35.0)
 RIG = RigParameters()
 
-pytestmark = pytest.mark.parametrize("method", METHODS)
+pytestmark = pytest.mark.parametrize(
+    "method",
+    # template_inverse has all of model_inverse but how the bearing is found
+    [
+        pytest.param(each, marks=[pytest.mark.thorough] * (each == "model_inverse"))
+        for each in METHODS
+    ],
+)
 
 
 @lru_cache(maxsize=16)

@@ -13,6 +13,7 @@ from rigrunner.registry import load_registry
 from rigrunner_testing import checks, subject
 from unit.rigrunner_plugins.devices.helpers_conformance import (
     NOT_APPLICABLE,
+    SCANS,
     applicable,
     assert_it_conforms,
     assert_not_applicable,
@@ -48,11 +49,17 @@ def tried(kind, name, folder):
 LONG = {"truth_is_within_its_interval", "truth_is_within_it_on_another_rig"}
 LIKE_ANOTHER = {("compensation", "model_inverse")}
 """It takes as long as template_inverse, of which it has all but how the bearing is found."""
+SAME_RULE = "guard_band_fraction"
+"""The class of guard_band_u, with another factor."""
 
 
 def case(kind, name, check):
     """Return a case as a parameter: those that take long are thorough."""
-    is_long = (kind, name) in LIKE_ANOTHER or check.name in LONG
+    is_long = (
+        (kind, name) in LIKE_ANOTHER
+        or check.name in LONG
+        or (name == SAME_RULE and check.name in SCANS)
+    )
     marks = [pytest.mark.thorough] * is_long
     return pytest.param(kind, name, check, id=f"{kind}-{name}-{check}", marks=marks)
 

@@ -147,9 +147,19 @@ def test_names_units_and_covariance_belong_together(name):
     assert curve.formula.startswith("T = ")
 
 
+SLOW = {"expression", "inertia_physical"}
+"""The kit repeats these with even uncertainty too; with an uneven one they are repeated here."""
+
+
 @pytest.mark.parametrize(
     ("name", "uneven"),
-    [*((name, False) for name in FITS), *((name, True) for name in (*WEIGHABLE, "pchip"))],
+    [
+        *(
+            pytest.param(name, False, marks=[pytest.mark.thorough] * (name in SLOW))
+            for name in FITS
+        ),
+        *((name, True) for name in (*WEIGHABLE, "pchip")),
+    ],
 )
 def test_stated_uncertainty_is_the_scatter_of_repeated_fits(name, uneven):
     """Over 400 noisy repetitions, coefficients and curve, within four standard errors: 14 %."""

@@ -449,10 +449,15 @@ def test_one_mistake_in_a_device_is_one_failure(mistake, tmp_path):
     assert [word for word in words if word not in failure] == [], failure
 
 
-CASES = [(word, mistake) for word, mistakes in OTHERS.items() for mistake in mistakes]
+LONG = {("rule", "words in German alone"), ("rule", "a distance for all units")}
+"""All checks of a rule take longest; that with a pass outside the limits stays."""
+CASES = [
+    pytest.param(*each, id=" ".join(each), marks=[pytest.mark.thorough] * (each in LONG))
+    for each in ((word, mistake) for word, mistakes in OTHERS.items() for mistake in mistakes)
+]
 
 
-@pytest.mark.parametrize(("word", "mistake"), CASES, ids=[" ".join(each) for each in CASES])
+@pytest.mark.parametrize(("word", "mistake"), CASES)
 def test_one_mistake_in_any_other_plugin_is_one_failure(word, mistake, tmp_path):
     edits, words = OTHERS[word][mistake]
     (failure,) = failures(tmp_path, word, edits)

@@ -111,10 +111,10 @@ def test_an_unknown_run_gets_a_suggestion(demo):
     assert f"did you mean '{demo.loaded.name}'?" in called.err
 
 
-def test_the_stored_run_gives_the_same_result(demo):
-    called = call("analyse", demo.loaded, "--json")
+def test_the_stored_run_gives_the_same_result(quick):
+    called = call("analyse", quick.loaded, "--json")
     assert called.code == ExitCode.PASS
-    assert json.loads(called.out) == document(demo.loaded)
+    assert json.loads(called.out) == document(quick.loaded)
 
 
 @pytest.mark.thorough

@@ -131,6 +131,7 @@ def test_a_notebook_has_the_results(tested):
     assert analyse(tested[0]).results == rows
 
 
+@pytest.mark.usefixtures("drawn_figures")
 def test_a_notebook_draws_the_figures_of_the_report(tested):
     (values,) = open_run(tested[0]).plot_results("deviation").figure.axes
     stated = [

@@ -7,7 +7,6 @@ import itertools
 import json
 import re
 import shutil
-import subprocess
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
@@ -31,6 +30,7 @@ from rigrunner_bearings.torque.checks import LIMITS
 from rigrunner_bearings.torque.one_setup import LIMITS as SETUP_LIMITS
 from rigrunner_panel.jobs.preflight_paper import calibrations
 from rigrunner_panel.jobs.preflight_rig import rig_items
+from unit.rigrunner_panel.helpers_node import answering
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -264,19 +264,10 @@ def translated(tmp_path_factory):
       useDecimalSign(',');
       const say = translator(
         read('said.de.json'), read('en.json'), read('de.json'), shownNumber);
-      process.stdout.write(JSON.stringify(read(0).map(say)));
+      const answer = (texts) => texts.map((text) => say(text));
     """
-
-    def translate(*texts: str) -> list[str]:
-        done = subprocess.run(
-            ["node", "--input-type=module", "-e", program],
-            cwd=folder, input=json.dumps(texts), capture_output=True, text=True, check=False,
-            timeout=60,
-        )  # fmt: skip
-        assert done.returncode == 0, done.stderr
-        return json.loads(done.stdout)
-
-    return translate
+    with answering(folder, program) as ask:
+        yield lambda *texts: ask(texts)
 
 
 @pytest.mark.parametrize(

@@ -15,6 +15,7 @@ import pytest
 import rigrunner_panel
 from helpers_lacking import lacking
 from rigrunner_panel.live.curves import frame
+from unit.rigrunner_panel.helpers_node import answering
 
 ROOT = Path(__file__).parents[3]
 STATIC = Path(rigrunner_panel.__file__).parent / "static"
@@ -95,19 +96,6 @@ def scripts(tmp_path_factory):
     return folder
 
 
-def node(folder, *words, program=""):
-    """Run Node; a program comes by its input, since an argument of Linux ends at 128 kB."""
-    return subprocess.run(
-        ["node", *words],
-        cwd=folder,
-        input=program,
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=60,
-    )
-
-
 def test_every_module_parses(scripts):
     files = [str(each) for each in sorted(scripts.rglob("*.js"))]
     assert len(files) > 20
@@ -116,17 +104,25 @@ def test_every_module_parses(scripts):
         f"for (const file of {json.dumps(files)})"
         " new SourceTextModule(readFileSync(file, 'utf8'), { identifier: file });"
     )
-    checked = node(scripts, "--experimental-vm-modules", "--input-type=module", program=program)
+    words = ["node", "--experimental-vm-modules", "--input-type=module"]
+    checked = subprocess.run(
+        words, input=program, capture_output=True, text=True, check=False, timeout=60
+    )
     assert checked.returncode == 0, checked.stderr
 
 
-def evaluated(scripts, module, expression):
-    program = (
-        f"import * as m from './js/{module}.js';process.stdout.write(JSON.stringify({expression}));"
-    )
-    done = node(scripts, "--input-type=module", "-", program=program)
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout)
+@pytest.fixture(scope="module")
+def evaluated(scripts):
+    """Evaluate an expression of a module `m`, which is loaded anew for each."""
+    program = """
+      let asked = 0;
+      const answer = async ([module, expression]) => {
+        const m = await import(`./js/${module}.js?${asked += 1}`);
+        return new Function('m', `return (${expression});`)(m);
+      };
+    """
+    with answering(scripts, program) as ask:
+        yield lambda module, expression: ask([module, expression])
 
 
 @pytest.mark.parametrize(
@@ -150,11 +146,11 @@ def evaluated(scripts, module, expression):
         ("m.bytes(79100000000)", "79.1 GB"),
     ],
 )
-def test_numbers_are_shown_as_people_read_them(scripts, expression, expected):
-    assert evaluated(scripts, "format", expression) == expected
+def test_numbers_are_shown_as_people_read_them(evaluated, expression, expected):
+    assert evaluated("format", expression) == expected
 
 
-def test_the_screen_reads_the_frames_that_the_server_writes(scripts):
+def test_the_screen_reads_the_frames_that_the_server_writes(evaluated):
     sent = frame(
         {"kind": "curve", "recording": "ä", "t_s": 1.5},
         {"x": np.array([1.5, -2.25]), "y": np.array([0.5])},
@@ -162,7 +158,6 @@ def test_the_screen_reads_the_frames_that_the_server_writes(scripts):
     assert struct.unpack_from("<I", sent)[0] % 4 == 0
     buffer = f"new Uint8Array({list(sent)}).buffer"
     read = evaluated(
-        scripts,
         "link",
         f"(f => ({{...f, curves: Object.fromEntries("
         f"Object.entries(f.curves).map(([k, v]) => [k, [...v]]))}}))(m.decodeFrame({buffer}))",
@@ -171,7 +166,7 @@ def test_the_screen_reads_the_frames_that_the_server_writes(scripts):
     assert read["curves"] == {"x": [1.5, -2.25], "y": [0.5]}
 
 
-def test_columns_of_the_trend_are_joined_filled_in_and_bounded(scripts):
+def test_columns_of_the_trend_are_joined_filled_in_and_bounded(evaluated):
     expression = """(() => {
       const frame = (first, low, high) => ({ first, step_s: 0.1, reset: false,
         channel: "a.b", unit: "V",
@@ -185,7 +180,7 @@ def test_columns_of_the_trend_are_joined_filled_in_and_bounded(scripts):
       return { early, length: trend.minimum.length, first: trend.first,
         last: trend.maximum.at(-1), start: trend.minimum[0] };
     })()"""
-    read = evaluated(scripts, "store", expression)
+    read = evaluated("store", expression)
     known = {"first": 0, "stepS": 0.1, "channel": "a.b", "unit": "V", "minimum": [1, -2, 5]}
     assert read["early"] == {**known, "maximum": [3, 9, 6]}
     assert (read["length"], read["first"]) == (1200, 303)
@@ -208,14 +203,14 @@ def test_no_script_imports_itself_by_way_of_others():
 
 
 @pytest.mark.parametrize(("job", "kept"), [("{run: 'A', title: 'x'}", True), ("{run: ''}", False)])
-def test_a_curve_of_an_earlier_job_does_not_stay(scripts, job, kept):
+def test_a_curve_of_an_earlier_job_does_not_stay(evaluated, job, kept):
     done = (
         "m.takeState({job: {run: 'A'}})",
         "m.takeFrame({kind: 'curve', recording: '001'})",
         f"m.takeChanges(2, {{job: {job}}})",
         "m.store.lastCurve !== null",
     )
-    assert evaluated(scripts, "store", f"({', '.join(done)})") is kept
+    assert evaluated("store", f"({', '.join(done)})") is kept
 
 
 @pytest.mark.parametrize(
@@ -241,8 +236,8 @@ def test_a_curve_of_an_earlier_job_does_not_stay(scripts, job, kept):
         ('"a b": {c: ', {"path": ["a b", "c"], "kind": "value", "word": ""}),
     ],
 )
-def test_the_editor_knows_where_in_a_text_it_is(scripts, text, place):
-    assert evaluated(scripts, "editor/place", f"m.placeAt({json.dumps(text)})") == place
+def test_the_editor_knows_where_in_a_text_it_is(evaluated, text, place):
+    assert evaluated("editor/place", f"m.placeAt({json.dumps(text)})") == place
 
 
 SCHEMA = json.dumps(
@@ -285,20 +280,20 @@ SCHEMA = json.dumps(
         (["none", 1, "such"], "key", []),
     ],
 )
-def test_what_the_schema_lets_stand_is_offered(scripts, path, kind, labels):
+def test_what_the_schema_lets_stand_is_offered(evaluated, path, kind, labels):
     place = json.dumps({"path": path, "kind": kind})
     shown = f"m.offered({SCHEMA}, {place}).map((each) => each.label)"
-    assert evaluated(scripts, "editor/schema", shown) == labels
+    assert evaluated("editor/schema", shown) == labels
 
 
-def test_a_key_comes_with_what_it_needs_and_its_help(scripts):
+def test_a_key_comes_with_what_it_needs_and_its_help(evaluated):
     place = json.dumps({"path": ["main", 0], "kind": "key"})
-    first = evaluated(scripts, "editor/schema", f"m.offered({SCHEMA}, {place})[0]")
+    first = evaluated("editor/schema", f"m.offered({SCHEMA}, {place})[0]")
     assert (first["needed"], first["description"]) == (["time"], "Time passes.")
     asked = f"m.explained({SCHEMA}, {place}, 'wait')"
-    assert evaluated(scripts, "editor/schema", asked) == "Time passes."
+    assert evaluated("editor/schema", asked) == "Time passes."
     rule = json.dumps({"path": ["rule"], "kind": "value"})
-    assert evaluated(scripts, "editor/schema", f"m.explained({SCHEMA}, {rule}, 'v')") == "V."
+    assert evaluated("editor/schema", f"m.explained({SCHEMA}, {rule}, 'v')") == "V."
 
 
 def test_the_built_editor_has_what_is_used_and_its_parts_are_pinned():
@@ -327,11 +322,11 @@ AMEND = (
         ("de", "unter Zertifikate ändern, oder den Grund für eine weitere Ausfertigung angeben"),
     ],
 )
-def test_advice_of_the_command_line_is_said_as_the_screen_has_it(scripts, language, said):
+def test_advice_of_the_command_line_is_said_as_the_screen_has_it(evaluated, language, said):
     english, chosen = json.dumps(words("en")), json.dumps(words(language))
     say = "m.advice(en)" if language == "en" else f"m.translator({{}}, en, {chosen})"
     shown = f"((en) => [{json.dumps(AMEND)}, 'no advice'].map({say}))({english})"
-    assert evaluated(scripts, "said", shown) == [said, "no advice"]
+    assert evaluated("said", shown) == [said, "no advice"]
 
 
 def test_what_is_said_otherwise_on_the_screen_is_said_by_the_program():

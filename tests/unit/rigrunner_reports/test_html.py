@@ -9,6 +9,7 @@ from xml.etree import ElementTree as ET
 
 import pytest
 
+from helpers_figures import drawn
 from rigrunner.api.analysis import Bias, Check, Consequence
 from rigrunner.api.checks import skipped
 from rigrunner.api.texts import refused_character
@@ -25,8 +26,6 @@ from unit.rigrunner_reports.helpers_report import (
     torque_of,
 )
 
-pytestmark = pytest.mark.figures
-
 DOI = "https://doi.org/10.3390/machines13110976"
 PASSED = r"✓ pass\b"
 HOSTILE = "</style></title><script>alert(1)</script>\"'&"
@@ -34,7 +33,8 @@ HOSTILE = "</style></title><script>alert(1)</script>\"'&"
 
 @pytest.fixture(scope="module")
 def loaded_bytes():
-    return html(report_input())
+    with drawn():
+        return html(report_input())
 
 
 @pytest.fixture(scope="module")
@@ -44,7 +44,8 @@ def loaded(loaded_bytes):
 
 @pytest.fixture(scope="module")
 def no_load():
-    return read_html(html(report_input(no_load_result())))
+    with drawn():
+        return read_html(html(report_input(no_load_result())))
 
 
 def small(result):
@@ -61,6 +62,7 @@ def small(result):
     )
 
 
+@pytest.mark.usefixtures("drawn_figures")
 def test_the_same_input_gives_the_same_bytes(loaded_bytes):
     assert html(report_input()) == loaded_bytes
 
@@ -153,6 +155,7 @@ def test_a_no_load_run_has_peaks_and_fits_but_no_verdict(no_load):
     assert "no bearing is judged by it" in no_load.words
 
 
+@pytest.mark.usefixtures("drawn_figures")
 def test_what_a_lab_writes_is_shown_and_never_becomes_markup():
     base = small(loaded_result())
     run = replace(
@@ -254,6 +257,7 @@ def test_a_check_says_its_effect_and_a_note_is_no_failure():
     assert "· note cycles 8 of them" in page.words
 
 
+@pytest.mark.usefixtures("drawn_figures")
 def test_a_run_of_one_point_without_fits_is_reported():
     base = small(loaded_result())
     one = changed(

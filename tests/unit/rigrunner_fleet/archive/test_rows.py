@@ -145,6 +145,7 @@ def test_a_run_that_is_there_twice_makes_no_dataset(archive):
         twice.to_xarray()
 
 
+@pytest.mark.usefixtures("drawn_figures")
 def test_a_plot_has_a_series_for_each_value(archive):
     figure = query(runs=archive).plot(by="specimen").figure
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ["A", "B"]

@@ -9,6 +9,15 @@ from rigrunner.registry import load_registry
 from rigrunner_testing import checks, conform
 
 REGISTRY = load_registry()
+SCANS = {
+    "farther_within_is_no_worse",
+    "lower_and_upper_limit_are_alike",
+    "the_unit_does_not_matter",
+    "passes_nothing_outside_the_limits",
+    "less_certain_is_no_better",
+    "stated_risks_are_those_of_its_verdicts",
+}
+"""Checks of a decision rule that apply it to some ten thousand values."""
 _UNITS = {"wrong_unit_refused"}  # it has no settings with units
 _SETTINGS = {"wrong_type_refused", *_UNITS}  # it has none that are typed
 _STREAM = {

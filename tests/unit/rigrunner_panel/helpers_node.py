@@ -1,0 +1,44 @@
+"""Node.js, started once for many questions: its start takes longer than most of them."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from contextlib import contextmanager
+from select import select
+
+WITHIN_S = 60.0
+LOOP = r"""
+import { createInterface } from 'node:readline';
+for await (const line of createInterface({ input: process.stdin })) {
+  let told;
+  try {
+    told = { value: await answer(JSON.parse(line)) };
+  } catch (error) {
+    told = { error: `${error.stack}` };
+  }
+  process.stdout.write(`${JSON.stringify(told)}\n`);
+}
+"""
+
+
+@contextmanager
+def answering(folder, program):
+    """Give a function that asks Node; the program, a module in that folder, defines `answer`."""
+    words = ["node", "--input-type=module", "-e", program + LOOP]
+    with subprocess.Popen(
+        words, cwd=folder, stdin=subprocess.PIPE, stdout=subprocess.PIPE, encoding="utf-8"
+    ) as process:
+
+        def ask(asked):
+            process.stdin.write(f"{json.dumps(asked)}\n")
+            process.stdin.flush()
+            assert select([process.stdout], [], [], WITHIN_S)[0], "Node does not answer"
+            told = json.loads(process.stdout.readline())
+            assert "error" not in told, told["error"]
+            return told.get("value")
+
+        try:
+            yield ask
+        finally:
+            process.kill()
