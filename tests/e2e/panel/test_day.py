@@ -257,6 +257,11 @@ def test_the_overview_is_looked_at(new_screen, two_rigs, pictures, locale):
                 page.wait_for_timeout(800)
                 page.screenshot(path=pictures / f"{name}-{size}-{locale}.png")
                 assert page.evaluate("document.documentElement.scrollWidth") <= width
+                if name == "rigs" and width > height:  # read across the room, without scrolling
+                    state = page.locator(".rig-word").first
+                    points = state.evaluate("e => parseFloat(getComputedStyle(e).fontSize)")
+                    assert points > 0.085 * height
+                    assert page.evaluate("document.documentElement.scrollHeight") <= height
                 found = page.evaluate("axe.run(document, {resultTypes: ['violations']})")
                 grave += [
                     f"{name}: {each['id']}: {each['nodes'][0]['html'][:120]}"
