@@ -48,9 +48,8 @@ def command(
     """
     from rigrunner.analysis.document import document
     from rigrunner.cli.progress import shown_progress
-    from rigrunner.run.finish import verdict_code
     from rigrunner.run.lab_plugins import lab_registry
-    from rigrunner.run.stored import analyse_run
+    from rigrunner.run.stored import analyse_run, verdict_code
 
     others = {name: find_run(each, runs) for name, each in partners.items()}
     with shown_progress() as progress:
