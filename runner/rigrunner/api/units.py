@@ -63,7 +63,8 @@ _COMPOSED = re.compile(COMPOSED)
 _PART = re.compile(rf"({_NAME})({_POWER})?")
 _ADDED_SYMBOL = re.compile(r"[A-Za-zΩµ°%][A-Za-z0-9Ωµ°%]*")
 _ADDED_KIND = re.compile(r"[a-z]+(?: [a-z]+)*")
-_BASE = re.compile(rf"1|{COMPOSED}|{_NAME}")
+_BASE = re.compile(rf"1|{_NAME}")
+"""A base that is not composed."""
 _HIGHEST_POWER = 9  # a single superscript
 _LARGEST_FACTOR = 1e30
 """That of quetta, the largest prefix of the SI."""
@@ -256,7 +257,7 @@ def _objections_to_size(new: UnitDefinition, coherent: Iterable[UnitDefinition])
     if not math.isfinite(new.offset):
         yield f"has offset {new.offset!r}"
     names = {name for name, _ in _powers(new.base)} - set(_BASES)
-    if names or not _BASE.fullmatch(new.base):
+    if names or not (_BASE.fullmatch(new.base) or _COMPOSED.fullmatch(new.base)):
         yield f"has base '{clip(new.base)}'; expected 1, or products of {', '.join(_BASES)}"
     elif new.kind in _COHERENT:
         is_level = new.kind in LEVELS

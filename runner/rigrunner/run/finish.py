@@ -11,11 +11,10 @@ from rigrunner.analysis.document import document
 from rigrunner.api.cleanup import add_beside, error_text
 from rigrunner.api.errors import AbortedError, ExitCode, RigrunnerError
 from rigrunner.api.events import CONCLUDED, Outcome
-from rigrunner.api.verdict import Verdict
 from rigrunner.engine.pausing import Reasoned
 from rigrunner.run.partners import later_partners
 from rigrunner.run.report import write_report
-from rigrunner.run.stored import analyse_stored, with_partners
+from rigrunner.run.stored import analyse_stored, verdict_code, with_partners
 from rigrunner.runfile import read
 from rigrunner.runfile.durable import write_whole
 from rigrunner.runfile.folder import RunFolder
@@ -69,19 +68,6 @@ class FinishedRun:
         code = verdict_code(self.result)
         undecided = self.waits or (code is ExitCode.PASS and self.passed_over)
         return ExitCode.UNDECIDED if undecided else code
-
-
-def verdict_code(result: Result | None) -> ExitCode:
-    """Return the exit code of an analysed run: its verdict, if there is one.
-
-    A run that was interrupted neither passes nor fails, whatever its recordings show.
-    """
-    if result is None:
-        return ExitCode.PASS
-    if result.run.outcome not in CONCLUDED:
-        return ExitCode.UNDECIDED
-    codes = {None: ExitCode.PASS, Verdict.PASS: ExitCode.PASS, Verdict.FAIL: ExitCode.FAIL}
-    return codes.get(result.verdict, ExitCode.UNDECIDED)
 
 
 def finish(

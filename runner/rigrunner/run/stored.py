@@ -10,10 +10,11 @@ from rigrunner.analysis.analyse import analyse
 from rigrunner.analysis.named import findings_of, makers_of
 from rigrunner.analysis.scrutiny import Scrutiny
 from rigrunner.api.data import RunData
-from rigrunner.api.errors import DataError, PluginError
-from rigrunner.api.events import Outcome
+from rigrunner.api.errors import DataError, ExitCode, PluginError
+from rigrunner.api.events import CONCLUDED, Outcome
 from rigrunner.api.instruments import TORQUE
 from rigrunner.api.progress import unseen
+from rigrunner.api.verdict import Verdict
 from rigrunner.procedure import kinds_of, parse_procedure
 from rigrunner.run.interrupted import used_partners
 from rigrunner.run.provenance import PROVIDERS
@@ -114,6 +115,19 @@ def analyse_stored(
             what = f"the run was made with {missing}, which is not available"
             error.add_note(f"{what}: name its station by --station, or install it")
         raise
+
+
+def verdict_code(result: Result | None) -> ExitCode:
+    """Return the exit code of an analysed run: its verdict, if there is one.
+
+    A run that was interrupted neither passes nor fails, whatever its recordings show.
+    """
+    if result is None:
+        return ExitCode.PASS
+    if result.run.outcome not in CONCLUDED:
+        return ExitCode.UNDECIDED
+    codes = {None: ExitCode.PASS, Verdict.PASS: ExitCode.PASS, Verdict.FAIL: ExitCode.FAIL}
+    return codes.get(result.verdict, ExitCode.UNDECIDED)
 
 
 def result_by_now(folder: Path, procedure: Procedure, registry: Registry, name: str) -> Estimate:

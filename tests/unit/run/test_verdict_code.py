@@ -10,7 +10,8 @@ from rigrunner.api.errors import ExitCode
 from rigrunner.api.events import Outcome
 from rigrunner.api.results import Result
 from rigrunner.api.verdict import Decision, LimitDecision, Limits, Verdict
-from rigrunner.run.finish import FinishedRun, verdict_code
+from rigrunner.run.finish import FinishedRun
+from rigrunner.run.stored import verdict_code
 from unit.analysis.helpers_runs import run_of
 
 

@@ -48,9 +48,8 @@ def command(
     """
     from rigrunner.analysis.document import document
     from rigrunner.cli.progress import shown_progress
-    from rigrunner.run.finish import verdict_code
     from rigrunner.run.lab_plugins import lab_registry
-    from rigrunner.run.stored import analyse_run
+    from rigrunner.run.stored import analyse_run, verdict_code
     from rigrunner.runfile.durable import write_whole
 
     if out is not None and out.exists():

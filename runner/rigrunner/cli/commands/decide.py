@@ -70,8 +70,8 @@ def command(
     """
     from rigrunner.clock import WallClock
     from rigrunner.run.decisions import Decider, decide_again
-    from rigrunner.run.finish import verdict_code
     from rigrunner.run.lab_plugins import lab_registry
+    from rigrunner.run.stored import verdict_code
 
     if (file is None) == (rule is None):
         raise UsageError("give either --acceptance FILE or --rule RULE")
