@@ -12,7 +12,7 @@ from rigrunner.api.certificate import Amendment, Appearance, Certificate, Change
 from rigrunner.api.errors import UsageError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Mapping
 
     from rigrunner.api.certificate import Conformity
     from rigrunner.api.letterhead import Letterhead
@@ -45,7 +45,23 @@ def amended(
     value.
     """
     assert issue.amends is not None  # noqa: S101  (the caller amends)
-    changes = (*_changes(original, given), *_decided_otherwise(original, decided))
+    changes = []
+    for name, value in given.items():
+        part, field = PLACES[name]
+        before = getattr(getattr(original, part), field)
+        if value == before:
+            option = f"--{name.replace('_', '-')}"
+            raise UsageError(f"{option} is '{before}' in {original.number} already")
+        changes.append(Change(field=f"{part}.{field}", before=before, after=value))
+    if decided is not None:
+        if decided == original.conformity:
+            raise UsageError(f"{original.number} already states the decision in force")
+        was, now = _decision(original.conformity), _decision(decided)
+        changes += [
+            Change(field=f"conformity.{name}", before=was[name], after=value)
+            for name, value in now.items()
+            if was[name] != value
+        ]
     parts = {
         part: getattr(original, part).model_copy(
             update={
@@ -62,7 +78,7 @@ def amended(
             "conformity": decided or original.conformity,
             "number": issue.number,
             "issued_utc": issue.issued_utc,
-            "amends": issue.amends.model_copy(update={"changes": changes}),
+            "amends": issue.amends.model_copy(update={"changes": tuple(changes)}),
             "laboratory": letterhead.laboratory,
             "statements": letterhead.statements,
             "authorisation": issue.authorisation,
@@ -87,17 +103,6 @@ def amendment_of(original: Certificate, sha256: str, reason: str, by: str) -> Am
     )
 
 
-def _decided_otherwise(original: Certificate, decided: Conformity | None) -> Iterator[Change]:
-    if decided is None:
-        return
-    if decided == original.conformity:
-        raise UsageError(f"{original.number} already states the decision in force")
-    before, after = _decision(original.conformity), _decision(decided)
-    for name, value in after.items():
-        if before[name] != value:
-            yield Change(field=f"conformity.{name}", before=before[name], after=value)
-
-
 def _decision(found: Conformity | None) -> dict[str, str]:
     first = None if found is None else found.statements[0]
     return {
@@ -106,13 +111,3 @@ def _decision(found: Conformity | None) -> dict[str, str]:
         "limit": "" if first is None else first.limit,
         "source": "" if first is None else first.source,
     }
-
-
-def _changes(original: Certificate, given: Mapping[str, str]) -> Iterator[Change]:
-    for name, value in given.items():
-        part, field = PLACES[name]
-        before = getattr(getattr(original, part), field)
-        if value == before:
-            option = f"--{name.replace('_', '-')}"
-            raise UsageError(f"{option} is '{before}' in {original.number} already")
-        yield Change(field=f"{part}.{field}", before=before, after=value)

@@ -105,7 +105,14 @@ def make_certificate(
         customer=customer_of(order),
         item=item_of(order),
         method=_method(run, result, brought),
-        performance=_performance(result, order),
+        performance=Performance(
+            started_utc=result.run.started_utc,
+            ended_utc=result.run.ended_utc,
+            station=result.run.station_id,
+            mandrel=result.run.mandrel,
+            operator=order.operator,
+            inputs=dict(result.run.inputs),
+        ),
         conditions=conditions,
         conditions_stated=order.conditions,
         results=next((each.results for each in brought if each.results), None),
@@ -167,7 +174,10 @@ def restrictions_of(source: Source, *, requested: bool) -> Iterator[Restriction]
         yield Restriction(
             code="draft_procedure", detail=f"{words}: {approval.note or approval.state}"
         )
-    station, entered = source.stored.header.station_id, _entered_as(source)
+    station, tested = source.stored.header.station_id, source.result.run
+    # what the registers of all these runs say of calibrations: 'simulated', 'trial', ...
+    registered = instruments_of(tested, *tested.partners.values())
+    entered = {each.calibration for each in registered}
     simulated = source.simulated or "simulated" in entered
     if simulated:
         yield Restriction(code="simulated", detail=station)
@@ -185,13 +195,6 @@ def restrictions_of(source: Source, *, requested: bool) -> Iterator[Restriction]
         yield Restriction(code="inconclusive_check", detail=", ".join(inconclusive))
     if requested and not (drafts or simulated or "trial" in entered or replayed or inconclusive):
         yield Restriction(code="requested")
-
-
-def _entered_as(source: Source) -> set[str]:
-    """Return calibration states in the registers of both runs, such as 'simulated'."""
-    found = source.result
-    entries = instruments_of(found.run, *found.run.partners.values())
-    return {each.calibration for each in entries}
 
 
 def _runs(source: Source) -> tuple[StoredRun, ...]:
@@ -222,18 +225,6 @@ def _method(run: StoredRun, result: Result, brought: Sequence[CertifiedDetails])
         compensation=stating.method if stating else "",
         quantity=stating.quantity if stating else "",
         analysis=settings,
-    )
-
-
-def _performance(result: Result, order: Order) -> Performance:
-    run = result.run
-    return Performance(
-        started_utc=run.started_utc,
-        ended_utc=run.ended_utc,
-        station=run.station_id,
-        mandrel=run.mandrel,
-        operator=order.operator,
-        inputs=dict(run.inputs),
     )
 
 

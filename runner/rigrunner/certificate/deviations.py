@@ -41,7 +41,11 @@ def deviations_of(
     run_id = stored.header.run_id
     for each in (stored, *stored.partners.values()):
         yield from _of_run(each)
-    yield from _of_instruments(run_id, result, instruments)
+    for entry in instruments:
+        if entry.overdue:
+            text = f"{entry.serial}: due {entry.due}"
+            yield Deviation(kind="calibration", run_id=run_id, where=entry.channel, text=text)
+    yield from not_calibrated(result)
     if not (order.conditions or any(each.quantity in AMBIENT for each in conditions)):
         yield Deviation(kind="conditions", run_id=run_id, text="")
     for check in result.every_check:
@@ -57,16 +61,6 @@ def deviations_of(
         yield Deviation(kind="remark", run_id=run_id, text=text)
     for text in order.deviations:
         yield Deviation(kind="stated", run_id=run_id, text=text)
-
-
-def _of_instruments(
-    run_id: str, result: Result, instruments: Sequence[InstrumentEntry]
-) -> Iterator[Deviation]:
-    for entry in instruments:
-        if entry.overdue:
-            text = f"{entry.serial}: due {entry.due}"
-            yield Deviation(kind="calibration", run_id=run_id, where=entry.channel, text=text)
-    yield from not_calibrated(result)
 
 
 def _of_run(run: StoredRun) -> Iterator[Deviation]:

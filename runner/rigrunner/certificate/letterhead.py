@@ -10,13 +10,12 @@ numbers/             the numbers that were given: see `rigrunner.certificate.num
 from __future__ import annotations
 
 import hashlib
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field
 
 from rigrunner.api.certificate import Laboratory
-from rigrunner.api.errors import InvalidFileError, Location, Problem, UsageError
+from rigrunner.api.errors import InvalidFileError, Problem, UsageError
 from rigrunner.api.letterhead import Letterhead, Logo
 from rigrunner.api.names import Text
 from rigrunner.api.settings import ListOf, PlainText, Settings
@@ -24,7 +23,7 @@ from rigrunner.yamlfile import read, validate
 from rigrunner.yamlfile.reader import read_text
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from pathlib import Path
 
 FILE = "letterhead.yaml"
 STYLE = "style.css"
@@ -99,9 +98,19 @@ def read_letterhead(folder: Path, language: str = "") -> Letterhead:
     document = read(path)
     found = validate(LetterheadFile, document)
     entry = found.laboratory
+    texts, templates = _files(folder / "texts", "*.yaml"), _files(folder / "templates", "*.j2")
+    style = [folder / STYLE] if (folder / STYLE).is_file() else []
+    used = [path, *style, *templates, *texts]
     logo = None
     if found.logo is not None:
-        logo = _logo(folder, found.logo, document.where(("logo", "file")))
+        picture = folder / found.logo.file
+        media_type = MEDIA_TYPES.get(picture.suffix.lower(), "")
+        problem = _logo_problem(folder, picture, media_type)
+        if problem:
+            where = document.where(("logo", "file"))
+            raise InvalidFileError([Problem(problem, where, "logo.file")])
+        logo = Logo(picture.read_bytes(), media_type, found.logo.text)
+        used.insert(1, picture)
     return Letterhead(
         laboratory=Laboratory(
             name=entry.name,
@@ -114,37 +123,18 @@ def read_letterhead(folder: Path, language: str = "") -> Letterhead:
         prefix=found.prefix,
         logo=logo,
         statements=found.statements,
-        texts={
-            path.stem: validate(TextsFile, read(path)).texts
-            for path in _files(folder / "texts", "*.yaml")
+        texts={path.stem: validate(TextsFile, read(path)).texts for path in texts},
+        templates={path.name: read_text(path) for path in templates},
+        style="".join(map(read_text, style)),
+        files={
+            path.relative_to(folder).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
+            for path in used
         },
-        templates={path.name: read_text(path) for path in _files(folder / "templates", "*.j2")},
-        style=read_text(folder / STYLE) if (folder / STYLE).is_file() else "",
-        files={path.relative_to(folder).as_posix(): _sha256(path) for path in _used(folder, found)},
     )
-
-
-def _used(folder: Path, found: LetterheadFile) -> Iterator[Path]:
-    yield folder / FILE
-    if found.logo is not None:
-        yield folder / found.logo.file
-    if (folder / STYLE).is_file():
-        yield folder / STYLE
-    yield from _files(folder / "templates", "*.j2")
-    yield from _files(folder / "texts", "*.yaml")
 
 
 def _files(folder: Path, pattern: str) -> list[Path]:
     return sorted(path for path in folder.glob(pattern) if path.is_file())
-
-
-def _logo(folder: Path, entry: LogoEntry, where: Location) -> Logo:
-    path = folder / entry.file
-    media_type = MEDIA_TYPES.get(Path(entry.file).suffix.lower(), "")
-    problem = _logo_problem(folder, path, media_type)
-    if problem:
-        raise InvalidFileError([Problem(problem, where, "logo.file")])
-    return Logo(path.read_bytes(), media_type, entry.text)
 
 
 def _logo_problem(folder: Path, path: Path, media_type: str) -> str:
@@ -157,7 +147,3 @@ def _logo_problem(folder: Path, path: Path, media_type: str) -> str:
     if path.stat().st_size > MAX_LOGO_BYTES:
         return f"{path.name} is larger than {MAX_LOGO_BYTES:,} bytes"
     return ""
-
-
-def _sha256(path: Path) -> str:
-    return hashlib.sha256(path.read_bytes()).hexdigest()

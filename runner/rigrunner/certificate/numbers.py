@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
     from pathlib import Path
 
+    from rigrunner.api.letterhead import Letterhead
+
 FOLDER = "numbers"
 SPECIMEN = "SPECIMEN"
 """Prefix of documents that are not certificates, with their own sequence."""
@@ -40,13 +42,20 @@ class Numbers:
     letterhead: Path
     prefix: str
 
+    @classmethod
+    def of(cls, folder: Path, letterhead: Letterhead, *, is_specimen: bool) -> Numbers:
+        """Return the sequence of a letterhead's certificates, or that of its specimens."""
+        prefix = letterhead.prefix
+        return cls(folder, f"{SPECIMEN}-{prefix}" if is_specimen else prefix)
+
     def reserve(self, year: int, known: Mapping[str, str]) -> str:
         """Take the next number of a year permanently, and return it; `known` is stored with it.
 
         Raises DataError if the folder cannot be written.
         """
         stem = f"{self.prefix}-{year}-"
-        taken = [_sequence(path, stem) for path in self._folder.glob(f"{stem}*.json")]
+        names = (path.name.removeprefix(stem) for path in self._folder.glob(f"{stem}*.json"))
+        taken = [int(found[0]) for name in names if (found := re.match(r"\d+", name))]
         for sequence in count(max(taken, default=0) + 1):
             number = f"{stem}{sequence:04d}"
             try:
@@ -141,8 +150,3 @@ def _explained(path: Path, *passed: type[OSError]) -> Iterator[None]:
             f"cannot keep the number in {path}: {error.strerror or error}",
             hint="the letterhead's folder must be writable: it holds the sequence of numbers",
         ) from error
-
-
-def _sequence(path: Path, stem: str) -> int:
-    found = re.match(r"\d+", path.name.removeprefix(stem))
-    return int(found[0]) if found else 0

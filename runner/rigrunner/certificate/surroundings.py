@@ -76,6 +76,18 @@ def instruments_of(*runs: RunData | None) -> Iterator[InstrumentEntry]:
 
 def _entry(each: Instrument, day: str) -> InstrumentEntry:
     due = "" if each.due is None else each.due.isoformat()
+    limits = each.accuracy_.limits if each.accuracy_ is not None else {}
+    uncertainty = dict(_limit(each, name, stated) for name, stated in limits.items())
+    if each.points:
+        uncertainty["points"] = "; ".join(
+            f"{p.applied}: {p.indicated}, U = {p.U} (k = {p.k:.6g})" for p in each.points
+        )
+    conditions = {}
+    for name in ("temperature", "humidity"):
+        found = getattr(each.conditions, name, None)
+        if found is not None:
+            shown = _condition(name, name, found.min, found.max)
+            conditions[name] = f"{shown.printed_minimum} … {shown.printed_maximum} {shown.unit}"
     return InstrumentEntry(
         channel=each.channel,
         id=each.id,
@@ -87,8 +99,8 @@ def _entry(each: Instrument, day: str) -> InstrumentEntry:
         calibrated="" if each.calibrated is None else each.calibrated.isoformat(),
         due=due,
         range=_range(each),
-        uncertainty={**_accuracy(each), **_points(each)},
-        conditions=_conditions(each),
+        uncertainty=uncertainty,
+        conditions=conditions,
         overdue=bool(due) and due < day,  # the day itself is the last one of use
         calibration=each.calibration or "calibrated",
     )
@@ -101,12 +113,6 @@ def _range(each: Instrument) -> str:
     if each.full_scale_ is not None:
         return f"±{each.full_scale:.6g} {si_symbol(each.quantity)}"
     return ""
-
-
-def _accuracy(each: Instrument) -> dict[str, str]:
-    if each.accuracy_ is None:
-        return {}
-    return dict(_limit(each, name, stated) for name, stated in each.accuracy_.limits.items())
 
 
 def _limit(each: Instrument, name: str, stated: ErrorLimit) -> tuple[str, str]:
@@ -127,24 +133,3 @@ def _limit(each: Instrument, name: str, stated: ErrorLimit) -> tuple[str, str]:
     if name == "overall":
         return "accuracy", stated.limit
     return f"limit_{name}", f"±{stated.described}"
-
-
-def _points(each: Instrument) -> dict[str, str]:
-    lines = [f"{p.applied}: {p.indicated}, U = {p.U} (k = {p.k:.6g})" for p in each.points]
-    return {"points": "; ".join(lines)} if lines else {}
-
-
-def _conditions(each: Instrument) -> dict[str, str]:
-    if each.conditions is None:
-        return {}
-    ranges = {"temperature": each.conditions.temperature, "humidity": each.conditions.humidity}
-    return {
-        name: _in_shown_unit(name, found.min, found.max)
-        for name, found in ranges.items()
-        if found is not None
-    }
-
-
-def _in_shown_unit(quantity: str, lowest: float, highest: float) -> str:
-    shown = _condition(quantity, quantity, lowest, highest)
-    return f"{shown.printed_minimum} … {shown.printed_maximum} {shown.unit}"

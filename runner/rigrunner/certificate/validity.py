@@ -12,7 +12,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from rigrunner.api.certificate import InstrumentEntry
-    from rigrunner.api.data import RunData
     from rigrunner.api.results import Result
 
 
@@ -39,16 +38,10 @@ def not_calibrated(result: Result) -> Iterator[Deviation]:
     """Yield each channel that exceeded its calibrated range, or lacks data."""
     for each in certified_of(result):
         yield from each.deviations
-    if result.other_results and not _named(result):
-        yield from _beyond_measured(result.run)
-
-
-def _named(result: Result) -> frozenset[str]:
-    return frozenset[str]().union(*(each.channels for each in certified_of(result)))
-
-
-def _beyond_measured(run: RunData) -> Iterator[Deviation]:
-    """Yield those of all recorded or measured values of an instrument."""
+    if not result.other_results or _named(result):
+        return
+    # No analysis says which instruments enter: all recorded or measured values of each count.
+    run = result.run
     for instrument in run.instruments.values():
         name = instrument.channel
         values = [row.values[name] for row in run.measurements if name in row.values]
@@ -60,3 +53,7 @@ def _beyond_measured(run: RunData) -> Iterator[Deviation]:
         text = instrument.beyond_range(min(values), max(values), unit) if values else ""
         if text:
             yield Deviation(kind="range", run_id=run.run_id, where=name, text=text)
+
+
+def _named(result: Result) -> frozenset[str]:
+    return frozenset[str]().union(*(each.channels for each in certified_of(result)))

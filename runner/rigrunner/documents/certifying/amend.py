@@ -66,10 +66,22 @@ def amend(
     if not request.reason.strip():
         raise UsageError("an amendment needs its --reason", field="reason")
     file = path.with_suffix(".json")
-    content = _bytes_of(file)
+    try:
+        content = file.read_bytes()
+    except FileNotFoundError as error:
+        raise UsageError(
+            f"there is no {file}", hint="an amendment is made from the JSON of the original"
+        ) from error
+    except OSError as error:
+        raise DataError(f"{file} cannot be read: {error.strerror or error}") from error
     original = parse_certificate(content, str(file))
     if "received" in request.given:
-        received = _date(request.given["received"])
+        text = request.given["received"]
+        try:
+            received = date.fromisoformat(text)
+        except ValueError as error:
+            message = f"--received: '{text}' is not a date; write it as 2026-01-31"
+            raise UsageError(message, field="received") from error
         refuse_late_receipt(received, original.performance.started_utc)
     sha256 = hashlib.sha256(content).hexdigest()
     _refuse_not_issued(original, sha256, request.letterhead)
@@ -115,17 +127,6 @@ def _decided(original: Certificate, run: Path, registry: Registry) -> Conformity
     return conformity_of(source.result.decision, source.decided_again)
 
 
-def _bytes_of(file: Path) -> bytes:
-    try:
-        return file.read_bytes()
-    except FileNotFoundError as error:
-        raise UsageError(
-            f"there is no {file}", hint="an amendment is made from the JSON of the original"
-        ) from error
-    except OSError as error:
-        raise DataError(f"{file} cannot be read: {error.strerror or error}") from error
-
-
 def _refuse_not_issued(original: Certificate, sha256: str, folder: Path) -> None:
     numbers = Numbers(folder, prefix_of(original.number))
     issued = numbers.digests_of(original.number)
@@ -144,11 +145,3 @@ def _refuse_not_issued(original: Certificate, sha256: str, folder: Path) -> None
         raise UsageError(
             f"{original.number} was already replaced by {replaced}", hint="amend that one"
         )
-
-
-def _date(text: str) -> date:
-    try:
-        return date.fromisoformat(text)
-    except ValueError as error:
-        message = f"--received: '{text}' is not a date; write it as 2026-01-31"
-        raise UsageError(message, field="received") from error

@@ -18,7 +18,7 @@ from rigrunner.certificate.content import (
     restrictions_of,
 )
 from rigrunner.certificate.letterhead import read_letterhead
-from rigrunner.certificate.numbers import SPECIMEN, Numbers
+from rigrunner.certificate.numbers import Numbers
 from rigrunner.certificate.order import complete
 from rigrunner.certificate.validity import not_calibrated
 from rigrunner.clock import utc_text
@@ -26,21 +26,21 @@ from rigrunner.documents.certifying.derived_again import refuse_other_numbers
 from rigrunner.documents.certifying.office import Issued, Office
 from rigrunner.run.decision_records import record_of
 from rigrunner.run.decisions import later_decisions
+from rigrunner.run.locate import RUN_FILE
 from rigrunner.run.provenance import is_simulated, layouts, software
 from rigrunner.run.stored import analyse_stored
 from rigrunner.runfile import read_with_truth
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Mapping
     from pathlib import Path
 
-    from rigrunner.api.certificate import Authorisation, Certificate, Restriction
+    from rigrunner.api.certificate import Authorisation, Certificate
     from rigrunner.api.letterhead import Letterhead
     from rigrunner.api.progress import Progress
     from rigrunner.certificate.order import Order
     from rigrunner.registry import Registry
 
-RUN_FILE = "run.h5"
 _WHY = {
     "draft_procedure": "its procedure was not approved",
     "simulated": "its data are simulated",
@@ -88,7 +88,14 @@ def certify(
     certifiable(source)
     refuse_other_numbers(source.stored, source.result)
     restrictions = tuple(restrictions_of(source, requested=request.not_for_certification))
-    _refuse_restricted(source, restrictions, request)
+    run_id = source.stored.header.run_id
+    if restrictions and not request.not_for_certification:
+        why = " and ".join(dict.fromkeys(_WHY[each.code] for each in restrictions))
+        raise UsageError(
+            f"{run_id} cannot be certified: {why}",
+            hint="--not-for-certification makes a specimen that says so on every page",
+            field="not_for_certification",
+        )
     known = {**source.stored.header.inputs, **source.result.run.people}
     order = complete(request.order, request.given, known)
     if order.received is not None:
@@ -113,7 +120,14 @@ def certify(
     folder = run if run.is_dir() else run.parent
     office = Office(request.letterhead, letterhead, registry, now, progress)
     issued = office.issue(content, request.out or folder)
-    return replace(issued, notes=(*issued.notes, *_decided_again(source)))
+    if not source.decided_again:
+        return issued
+    last = source.decided_again[-1]
+    note = (
+        f"the certificate states '{last.verdict}' by {last.file}, decided again by {last.by}:"
+        f" {last.reason} (until then '{last.verdict_before}')"
+    )
+    return replace(issued, notes=(*issued.notes, note))
 
 
 def read_source(run: Path, registry: Registry) -> Source:
@@ -129,27 +143,6 @@ def read_source(run: Path, registry: Registry) -> Source:
         simulated=bool(truth) or is_simulated(stored.header.provenance),
         decided_again=tuple(map(record_of, later)),
     )
-
-
-def _decided_again(source: Source) -> Iterator[str]:
-    """Yield a note if the decision is not the one that was agreed before the run."""
-    for each in source.decided_again[-1:]:
-        yield (
-            f"the certificate states '{each.verdict}' by {each.file}, decided again by {each.by}:"
-            f" {each.reason} (until then '{each.verdict_before}')"
-        )
-
-
-def _refuse_restricted(
-    source: Source, restrictions: tuple[Restriction, ...], request: Request
-) -> None:
-    if restrictions and not request.not_for_certification:
-        why = " and ".join(dict.fromkeys(_WHY[each.code] for each in restrictions))
-        raise UsageError(
-            f"{source.stored.header.run_id} cannot be certified: {why}",
-            hint="--not-for-certification makes a specimen that says so on every page",
-            field="not_for_certification",
-        )
 
 
 def _refuse_early_issue(source: Source, now: datetime) -> None:
@@ -172,8 +165,8 @@ def _further_copy(
     (7.8.8.3).
     """
     run_id, reason = source.stored.header.run_id, request.further_copy.strip()
-    prefix = f"{SPECIMEN}-{letterhead.prefix}" if is_specimen else letterhead.prefix
-    number = Numbers(request.letterhead, prefix).in_force_for(run_id)
+    numbers = Numbers.of(request.letterhead, letterhead, is_specimen=is_specimen)
+    number = numbers.in_force_for(run_id)
     if not number:
         if reason:
             raise UsageError(

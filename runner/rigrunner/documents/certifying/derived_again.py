@@ -30,21 +30,24 @@ def refuse_other_numbers(stored: StoredRun, result: Result) -> None:
     """
     if stored.result_document is None:
         return
-    then = dict(_estimates(stored.result_document))
-    now = dict(_estimates(document(result)))
-    why = _changed(stored.result_document.get("revisions", {}), result)
-    for name in then.keys() | now.keys():
-        _compare(stored, name, then.get(name), now.get(name), why)
-
-
-def _changed(then: Mapping[str, int], result: Result) -> str:
-    """Return the methods with another revision than when the run was sealed, as text."""
-    other = (
-        f"{method} has revision {now}, the run was computed by revision {then.get(method, FIRST)}"
-        for method, now in result.revisions.items()
-        if now != then.get(method, FIRST)
-    )
-    return "; ".join(other) or "the program or a plugin changed"
+    before = dict(_estimates(stored.result_document))
+    after = dict(_estimates(document(result)))
+    for name in before | after:
+        was, now = before.get(name), after.get(name)
+        if was is not None and now is not None and _same(was, now):
+            continue
+        revisions = stored.result_document.get("revisions", {})
+        other = (
+            f"{method} has revision {here}, the run was computed by revision {then}"
+            for method, here in result.revisions.items()
+            if here != (then := revisions.get(method, FIRST))
+        )
+        raise DataError(
+            f"{stored.header.run_id} gives different numbers than when it was sealed:"
+            f" {name} was {_text(was)}, is {_text(now)}",
+            hint=f"{'; '.join(other) or 'the program or a plugin changed'}; certify with the"
+            " versions of the run, or repeat it",
+        )
 
 
 def _estimates(content: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, Any]]]:
@@ -53,22 +56,6 @@ def _estimates(content: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, A
     points = primary_points(content)
     yield from named_by_frequency((one["set_frequency"]["value"], one["torque"]) for one in points)
     yield from ((named_place(one), one["estimate"]) for one in other_results(content))
-
-
-def _compare(
-    stored: StoredRun,
-    name: str,
-    then: Mapping[str, Any] | None,
-    now: Mapping[str, Any] | None,
-    why: str,
-) -> None:
-    if then is not None and now is not None and _same(then, now):
-        return
-    raise DataError(
-        f"{stored.header.run_id} gives different numbers than when it was sealed:"
-        f" {name} was {_text(then)}, is {_text(now)}",
-        hint=f"{why}; certify with the versions of the run, or repeat it",
-    )
 
 
 def _same(then: Mapping[str, Any], now: Mapping[str, Any]) -> bool:

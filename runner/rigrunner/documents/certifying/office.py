@@ -12,7 +12,7 @@ from rigrunner.api.errors import DataError, MissingPackageError, RigrunnerError
 from rigrunner.api.hooks import CertificateFormatRecord
 from rigrunner.api.letterhead import CertificateInput
 from rigrunner.api.progress import unseen
-from rigrunner.certificate.numbers import SPECIMEN, Numbers
+from rigrunner.certificate.numbers import Numbers
 from rigrunner.clock import utc_text
 from rigrunner.proof.seal import FORMS, seal
 from rigrunner.runfile.durable import cannot_write
@@ -66,16 +66,25 @@ class Office:
         for done, make in enumerate(makers.values(), 1):
             make(CertificateInput(draft, self.letterhead))
             self.progress(MAKING, done, 2 * len(makers))
-        numbers = Numbers(self.folder, self._prefix(draft))
+        is_specimen = bool(draft.restrictions)
+        numbers = Numbers.of(self.folder, self.letterhead, is_specimen=is_specimen)
         broken = [f"{each} was reserved, but not issued" for each in numbers.interrupted()]
-        number = numbers.reserve(self.now.year, self._known(draft))
+        known = {
+            "by": draft.authorisation.by,
+            "utc": utc_text(self.now),
+            "run": draft.evidence.run.run_id,
+            **({"amends": draft.amends.number} if draft.amends else {}),
+        }
+        number = numbers.reserve(self.now.year, known)
         try:
             certificate = content(number)
             files = {".json": certificate_json(certificate).encode()}
             for done, (suffix, make) in enumerate(makers.items(), len(makers) + 1):
                 files[suffix] = make(CertificateInput(certificate, self.letterhead))
                 self.progress(MAKING, done, 2 * len(makers))
-            paths = _write(out, number, _sealed(files))
+            for suffix in files.keys() & FORMS:  # a plugin's own form takes no seal
+                files[suffix] = seal(files[suffix], suffix)
+            paths = _write(out, number, files)
         # After any other error the number has no outcome, and the next document reports that.
         except (RigrunnerError, OSError) as error:
             numbers.void(number, str(error))
@@ -83,18 +92,6 @@ class Office:
         sha256 = {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in paths}
         numbers.issued(number, {"folder": str(out), "sha256": sha256})
         return Issued(certificate, paths, (*notes, *broken))
-
-    def _prefix(self, draft: Certificate) -> str:
-        prefix = self.letterhead.prefix
-        return f"{SPECIMEN}-{prefix}" if draft.restrictions else prefix
-
-    def _known(self, draft: Certificate) -> dict[str, str]:
-        return {
-            "by": draft.authorisation.by,
-            "utc": utc_text(self.now),
-            "run": draft.evidence.run.run_id,
-            **({"amends": draft.amends.number} if draft.amends else {}),
-        }
 
     def _makers(self) -> tuple[dict[str, Callable[[CertificateInput], bytes]], list[str]]:
         """Return the maker of each printed form by suffix, and why some cannot be made."""
@@ -108,14 +105,6 @@ class Office:
             except MissingPackageError as error:
                 notes.append(f"no {record.suffix} was made: {error}")
         return makers, notes
-
-
-def _sealed(files: Mapping[str, bytes]) -> dict[str, bytes]:
-    """Return the files with their seals. A plugin's form that takes no seal stays as it is."""
-    return {
-        suffix: seal(content, suffix) if suffix in FORMS else content
-        for suffix, content in files.items()
-    }
 
 
 def _write(folder: Path, number: str, files: Mapping[str, bytes]) -> tuple[Path, ...]:

@@ -54,9 +54,20 @@ def sign(certificate: Path, signer: Signer, registry: Registry, now: datetime) -
         raise _is_signed(target)
     document = Document(certificate, forms, read_contents(found, forms))
     if not found.differences:
-        _refuse_unknown(document, signer.letterhead)
+        if not Numbers(signer.letterhead, prefix_of(document.certificate.number)).kept:
+            raise DataError(
+                f"{certificate} is not signed: {signer.letterhead} has no record of numbers, so it"
+                " is not known whether it was issued",
+                hint="name the laboratory's folder with --letterhead",
+            )
         check_document(found, document, registry, signer.letterhead, signed=False)
-    _refuse_unproven(certificate, found)
+    problems = [*found.differences, *found.replaced, *found.unproven]
+    if problems:
+        more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
+        raise DataError(
+            f"{certificate} is not signed: {problems[0]}{more}",
+            hint="'rigrunner verify' with the same --letterhead lists all",
+        )
     files = {form.name: form.content for form in forms}
     text = signature_json(sign_files(files, private, signer.by, utc_text(now)))
     try:
@@ -73,25 +84,3 @@ def _is_signed(target: Path) -> UsageError:
     return UsageError(
         f"{target} exists: the document is signed", hint="signatures are never overwritten"
     )
-
-
-def _refuse_unknown(document: Document, letterhead: Path) -> None:
-    """Raise DataError if no record shows that the document was issued."""
-    if not Numbers(letterhead, prefix_of(document.certificate.number)).kept:
-        raise DataError(
-            f"{document.path} is not signed: {letterhead} has no record of numbers, so it is not"
-            " known"
-            " whether it was issued",
-            hint="name the laboratory's folder with --letterhead",
-        )
-
-
-def _refuse_unproven(path: Path, found: Verification) -> None:
-    """Raise DataError for a document of which any form differs from the issued one."""
-    problems = [*found.differences, *found.replaced, *found.unproven]
-    if problems:
-        more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
-        raise DataError(
-            f"{path} is not signed: {problems[0]}{more}",
-            hint="'rigrunner verify' with the same --letterhead lists all",
-        )

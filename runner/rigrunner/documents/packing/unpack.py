@@ -8,7 +8,7 @@ import tempfile
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
-from zipfile import ZIP_STORED, BadZipFile, ZipFile, ZipInfo
+from zipfile import ZIP_STORED, BadZipFile, ZipFile
 
 from rigrunner.api.errors import DataError, UsageError
 from rigrunner.documents.packing.checking import require_sound
@@ -19,7 +19,7 @@ from rigrunner.runfile.durable import READ_ONLY, sync_file, sync_folder, writing
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from rigrunner.documents.packing.contents import Contents, PackedFile
+    from rigrunner.documents.packing.contents import Contents
 
 _ENCRYPTED = 0x1  # bit 0 of the general purpose flag (APPNOTE.TXT of PKWARE, 4.4.4)
 
@@ -59,7 +59,15 @@ def _contents(packed: Path, file: ZipFile) -> Contents:
         raise DataError(f"{packed} is a ZIP, but not a packed run")
     if entries[0].file_size > LONGEST_LISTING:  # before it is read into memory
         raise DataError(f"{packed}: its list of files is too long")
-    _refuse_odd(packed, entries)
+    for each in entries:
+        if each.compress_type != ZIP_STORED or each.flag_bits & _ENCRYPTED:
+            raise DataError(
+                f"{packed}: '{each.filename}' is compressed or encrypted",
+                hint="'rigrunner pack' writes neither",
+            )
+    # Entries that overlap give more than the file holds.
+    if sum(each.file_size for each in entries) > packed.stat().st_size:
+        raise DataError(f"{packed} states more data than the file has")
     try:
         found = parse_contents(file.read(entries[0]))
     except DataError as error:
@@ -68,18 +76,6 @@ def _contents(packed: Path, file: ZipFile) -> Contents:
     if names != found.members or RUN_FILE not in {each.name for each in found.files}:
         raise DataError(f"{packed} does not contain the files in its list")
     return found
-
-
-def _refuse_odd(packed: Path, entries: list[ZipInfo]) -> None:
-    """Raise DataError if more could come out than the file holds."""
-    for each in entries:
-        if each.compress_type != ZIP_STORED or each.flag_bits & _ENCRYPTED:
-            raise DataError(
-                f"{packed}: '{each.filename}' is compressed or encrypted",
-                hint="'rigrunner pack' writes neither",
-            )
-    if sum(each.file_size for each in entries) > packed.stat().st_size:
-        raise DataError(f"{packed} states more data than the file has")
 
 
 def _take_out(packed: Path, file: ZipFile, contents: Contents, place: Path) -> None:
@@ -91,13 +87,9 @@ def _take_out(packed: Path, file: ZipFile, contents: Contents, place: Path) -> N
             for block in blocks(source):  # type: ignore[arg-type]  # it reads as any binary file
                 digest.update(block)
                 out.write(block)
-        _require_digest(packed, each, digest.hexdigest())
+        if digest.hexdigest() != each.sha256:
+            raise DataError(f"{packed}: '{each.name}' does not match its SHA-256")
         sync_file(target)
-
-
-def _require_digest(packed: Path, each: PackedFile, found: str) -> None:
-    if found != each.sha256:
-        raise DataError(f"{packed}: '{each.name}' does not match its SHA-256")
 
 
 def _require_same(packed: Path, contents: Contents, sealed: Path) -> None:

@@ -27,6 +27,7 @@ from rigrunner.documents.verifying.verification import Verification
 from rigrunner.procedure import parse_procedure
 from rigrunner.proof.compare import mismatches
 from rigrunner.run.decision_records import acceptance_of
+from rigrunner.run.locate import RUN_FILE
 from rigrunner.run.provenance import is_simulated, software
 from rigrunner.run.stored import analyse_run
 from rigrunner.runfile import read_truth, sealed_file_of
@@ -35,14 +36,11 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
     from pathlib import Path
 
-    from rigrunner.api.certificate import Certificate, RunEvidence
+    from rigrunner.api.certificate import Certificate
     from rigrunner.api.results import Result
-    from rigrunner.documents.verifying.forms import Form
     from rigrunner.documents.verifying.run import CheckedRun
     from rigrunner.registry import Registry
-    from rigrunner.runfile import StoredRun
 
-RUN_FILE = "run.h5"
 _MARKS = (b"certificate/1", b"seal: sha256 ", b'"seal": "sha256 ')
 # Bytes and manifest of the run have checks of their own, which say more of a difference.
 _COMPARED_APART = ("evidence/run/file_sha256", "evidence/run/manifest_sha256")
@@ -69,7 +67,12 @@ def verify_certificate(path: Path, means: Means) -> Verification:
     """
     found = Verification()
     forms = list(read_forms(found, path))
-    _refuse_others(path, forms)
+    content = next((each.content for each in forms if each.path == path), b"")
+    if not any(mark in content for mark in _MARKS):
+        raise DataError(
+            f"{path} is not a certificate: it has neither a seal nor a certificate's content",
+            hint="'rigrunner certify' makes certificates; reports and results have no seal",
+        )
     document = Document(path, forms, read_contents(found, forms))
     signed = check_signature_of(found, signature_file_of(path), forms, means.trusted)
     if document.contents:
@@ -78,19 +81,10 @@ def verify_certificate(path: Path, means: Means) -> Verification:
     return found
 
 
-def _refuse_others(path: Path, forms: Sequence[Form]) -> None:
-    """Raise DataError for a file that was never a certificate."""
-    content = next((each.content for each in forms if each.path == path), b"")
-    if not any(mark in content for mark in _MARKS):
-        raise DataError(
-            f"{path} is not a certificate: it has neither a seal nor a certificate's content",
-            hint="'rigrunner certify' makes certificates; reports and results have no seal",
-        )
-
-
 def _check_run(found: Verification, certificate: Certificate, path: Path, means: Means) -> None:
     evidence = certificate.evidence.run
-    run = means.run or _run_beside(path, evidence.run_id, means.runs)
+    places = (path.parent, path.parent / evidence.run_id, means.runs / evidence.run_id)
+    run = means.run or next((each for each in places if (each / RUN_FILE).exists()), None)
     if run is None:
         found.unchecked.append(
             f"the run {evidence.run_id} is neither beside the certificate nor in {means.runs}:"
@@ -104,10 +98,27 @@ def _check_run(found: Verification, certificate: Certificate, path: Path, means:
     before = len(found.differences)
     of_run = Verification()
     checked = check_run(of_run, run, means.registry)
-    _take_over(found, of_run)
-    digest = _sha256_of(sealed)
-    sound = len(found.differences) == before
-    found.take(f"bytes of {sealed.name}", _bytes_differ(digest, evidence, sound=sound))
+    found.held.extend(of_run.held)
+    found.differences.extend(of_run.differences)
+    found.unchecked.extend(of_run.unchecked)
+    # The certificate's numbers have revisions of their own, which decide.
+    found.information.extend(
+        f"the run's own result was not recomputed: {each}" for each in of_run.not_recomputed
+    )
+    found.information.extend(of_run.information)
+    with sealed.open("rb") as file:
+        digest = hashlib.file_digest(file, "sha256").hexdigest()
+    changed = []
+    if digest != evidence.file_sha256:
+        where = "its differences are listed above"
+        if len(found.differences) == before:
+            where = (
+                "nothing recorded in it differs from its manifest: the change is in the layout of"
+                " the file, or manifest and content were changed together"
+            )
+        names = f"SHA-256 {digest}, and the certificate names {evidence.file_sha256}"
+        changed.append(f"{names}; {where}")
+    found.take(f"bytes of {sealed.name}", changed)
     if checked is None:
         return
     stored = checked.stored
@@ -116,26 +127,16 @@ def _check_run(found: Verification, certificate: Certificate, path: Path, means:
             f"run: the certificate names {evidence.run_id}, and {run} is {stored.header.run_id}"
         )
         return
-    if stored.manifest_sha256 or evidence.manifest_sha256:
-        found.take("manifest named by the certificate", _manifest_differs(stored, evidence))
+    there, named = stored.manifest_sha256, evidence.manifest_sha256
+    if there or named:
+        differs = (
+            f"the file's manifest has the SHA-256 {there or '(none)'}, not {named or '(none)'}"
+        )
+        found.take("manifest named by the certificate", [] if there == named else [differs])
     check_decisions(found, certificate, stored, run)
     _check_numbers(found, certificate, checked, digest, means.registry)
     now = software(means.registry)
     found.information.extend(versions(certificate.evidence.issued_with, now, "was issued"))
-
-
-def _take_over(found: Verification, of_run: Verification) -> None:
-    """Add the findings on the run, except the revision of *its* result.
-
-    Numbers of the certificate have their own revisions.
-    """
-    found.held.extend(of_run.held)
-    found.differences.extend(of_run.differences)
-    found.unchecked.extend(of_run.unchecked)
-    found.information.extend(
-        f"the run's own result was not recomputed: {each}" for each in of_run.not_recomputed
-    )
-    found.information.extend(of_run.information)
 
 
 def _check_numbers(
@@ -178,7 +179,11 @@ def _check_numbers(
             simulated=bool(read_truth(run)) or is_simulated(stored.header.provenance),
             decided_again=again,
         )
-        return _derived_differs(certificate, source)
+        made = _made_again(certificate, source)
+        recorded = certificate.model_dump(mode="json")
+        for each in mismatches(recorded, made.model_dump(mode="json")):
+            if each.where not in _COMPARED_APART:
+                yield each
 
     if content:
         what = "results and verdict recomputed from the run"
@@ -202,44 +207,6 @@ def _results_differ(certificate: Certificate, result: Result) -> Iterator[object
         )
     )
     return mismatches(recorded, derived)
-
-
-def _run_beside(path: Path, run_id: str, runs: Path) -> Path | None:
-    places = (path.parent, path.parent / run_id, runs / run_id)
-    return next((each for each in places if (each / RUN_FILE).exists()), None)
-
-
-def _sha256_of(path: Path) -> str:
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
-
-
-def _bytes_differ(digest: str, evidence: RunEvidence, *, sound: bool) -> Iterator[str]:
-    if digest != evidence.file_sha256:
-        where = (
-            "nothing recorded in it differs from its manifest: the change is in the layout of"
-            " the file, or manifest and content were changed together"
-            if sound
-            else "its differences are listed above"
-        )
-        yield f"SHA-256 {digest}, and the certificate names {evidence.file_sha256}; {where}"
-
-
-def _manifest_differs(stored: StoredRun, evidence: RunEvidence) -> Iterator[str]:
-    if stored.manifest_sha256 != evidence.manifest_sha256:
-        yield (
-            f"the file's manifest has the SHA-256 {stored.manifest_sha256 or '(none)'},"
-            f" not {evidence.manifest_sha256 or '(none)'}"
-        )
-
-
-def _derived_differs(certificate: Certificate, source: Source) -> Iterator[object]:
-    """Yield differences of the certificate from what its run and its entries give."""
-    derived = _made_again(certificate, source)
-    recorded, made = certificate.model_dump(mode="json"), derived.model_dump(mode="json")
-    for each in mismatches(recorded, made):
-        if each.where not in _COMPARED_APART:
-            yield each
 
 
 def _made_again(certificate: Certificate, source: Source) -> Certificate:
@@ -271,6 +238,10 @@ def _order_of(certificate: Certificate) -> Order:
     """Return the entries of people on the certificate, which no run knows."""
     item, customer = certificate.item, certificate.customer
     stated = (each.text for each in certificate.deviations if each.kind == "stated")
+    try:
+        received = date.fromisoformat(item.received)
+    except ValueError as error:
+        raise DataError(f"item.received: '{item.received}' is not a date") from error
     return Order(
         customer=customer.name,
         customer_contact=customer.contact,
@@ -278,7 +249,7 @@ def _order_of(certificate: Certificate) -> Order:
         item=item.description,
         item_id=item.identification,
         item_condition=item.condition,
-        received=_date(item.received),
+        received=received,
         sampling=item.sampling,
         conditions=certificate.conditions_stated,
         operator=certificate.performance.operator,
@@ -288,10 +259,3 @@ def _order_of(certificate: Certificate) -> Order:
             ExternalEntry(text=each.text, provider=each.provider) for each in certificate.external
         ),
     )
-
-
-def _date(text: str) -> date | None:
-    try:
-        return date.fromisoformat(text)
-    except ValueError as error:
-        raise DataError(f"item.received: '{text}' is not a date") from error

@@ -10,12 +10,10 @@ from rigrunner.run.decision_records import record_of
 from rigrunner.run.decisions import later_decisions
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
     from pathlib import Path
 
     from rigrunner.api.certificate import Certificate, DecisionRecord
     from rigrunner.documents.verifying.verification import Verification
-    from rigrunner.run.decisions import DecisionFile
     from rigrunner.runfile import StoredRun
 
 
@@ -44,36 +42,22 @@ def check_decisions(
             f"{', '.join(missing)} is not beside the run: the decision was recomputed, but"
             " only the certificate states who decided it and why"
         )
-    differs = [*_different(records, there), *_left_out(certificate, others)]
-    if (records and not missing) or differs:
-        found.take(what, differs)
-    found.information.extend(_since(certificate, others))
-
-
-def _different(
-    records: Sequence[DecisionRecord], there: dict[str, DecisionFile]
-) -> Iterator[object]:
-    for each in records:
-        if each.file in there:
-            wanted = record_of(there[each.file])
-            yield from mismatches(
-                each.model_dump(mode="json"), wanted.model_dump(mode="json"), each.file
-            )
-
-
-def _left_out(certificate: Certificate, others: Sequence[DecisionFile]) -> Iterator[str]:
-    for each in others:
-        if each.summary.decided_utc <= certificate.issued_utc:
-            yield (
-                f"{each.path.name} of {each.summary.decided_utc} decides '{each.summary.verdict}',"
+    differs: list[object] = []
+    for record in records:
+        if record.file in there:
+            wanted = record_of(there[record.file]).model_dump(mode="json")
+            differs.extend(mismatches(record.model_dump(mode="json"), wanted, record.file))
+    for other in others:
+        name, summary = other.path.name, other.summary
+        if summary.decided_utc <= certificate.issued_utc:
+            differs.append(
+                f"{name} of {summary.decided_utc} decides '{summary.verdict}',"
                 f" and the certificate of {certificate.issued_utc} does not state it"
             )
-
-
-def _since(certificate: Certificate, others: Sequence[DecisionFile]) -> Iterator[str]:
-    for each in others:
-        if each.summary.decided_utc > certificate.issued_utc:
-            yield (
-                f"the run was decided again after this certificate was issued: '"
-                f"{each.summary.verdict}' by {each.summary.by} in {each.path.name}"
+        else:
+            found.information.append(
+                f"the run was decided again after this certificate was issued:"
+                f" '{summary.verdict}' by {summary.by} in {name}"
             )
+    if (records and not missing) or differs:
+        found.take(what, differs)

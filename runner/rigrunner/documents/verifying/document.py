@@ -17,12 +17,16 @@ from rigrunner.proof.places import place_in
 from rigrunner.proof.seal import check_seal
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
     from pathlib import Path
 
     from rigrunner.api.certificate import Certificate
     from rigrunner.documents.verifying.verification import Verification
     from rigrunner.registry import Registry
+
+_LIKE_A_NUMBER = re.compile(r"(?<![A-Za-z0-9])(?:SPECIMEN-)?[A-Za-z0-9]{1,16}-\d{4}-\d{4,}(?!\d)")
+_LARGEST = 5_000_000
+"""Largest JSON of a certificate that is searched for what it replaces, in bytes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,18 +66,19 @@ def read_contents(found: Verification, forms: Sequence[Form]) -> dict[str, Certi
 
 
 def _content(found: Verification, form: Form) -> Certificate | None:
-    found.attempt(f"seal of {form.name}", lambda: _broken_places(form))
+    found.attempt(
+        f"seal of {form.name}",
+        lambda: (
+            f"changed at {place_in(form.issued, form.suffix, part.start, part.end)}"
+            for part in check_seal(form.issued, form.suffix)
+        ),
+    )
     try:
         return content_in(form.issued, form.suffix, form.name)
     except DataError as error:
         why = error.message.removeprefix(f"{form.name} ")
         found.differences.append(f"content of {form.name}: it {why}")
         return None
-
-
-def _broken_places(form: Form) -> Iterator[str]:
-    for part in check_seal(form.issued, form.suffix):
-        yield f"changed at {place_in(form.issued, form.suffix, part.start, part.end)}"
 
 
 def check_document(
@@ -89,7 +94,14 @@ def check_document(
     `signed`: a trusted key signed all of them.
     """
     certificate = document.certificate
-    _check_same_content(found, document)
+    wanted = certificate.model_dump(mode="json")
+    for name, other in document.contents.items():
+        if name != document.first:
+            differs: list[object] = [*mismatches(wanted, other.model_dump(mode="json"))]
+            # The tolerance is for what is computed again. These were made of one content.
+            if not differs and other != certificate:
+                differs.append("its content differs by less than is printed")
+            found.take(f"content of {name} is that of {document.first}", differs)
     check_name(found, document.path, certificate.number)
     maker = page_maker(found, certificate, registry, letterhead)
     for each in document.forms:
@@ -97,17 +109,6 @@ def check_document(
             check_page(found, each, maker, signed=signed)
             _check_appended(found, each)
     check_number(found, document.forms, certificate, letterhead)
-
-
-def _check_same_content(found: Verification, document: Document) -> None:
-    wanted = document.certificate.model_dump(mode="json")
-    for name, other in document.contents.items():
-        if name != document.first:
-            differs: list[object] = [*mismatches(wanted, other.model_dump(mode="json"))]
-            # The tolerance is for what is computed again. These were made of one content.
-            if not differs and other != document.certificate:
-                differs.append("its content differs by less than is printed")
-            found.take(f"content of {name} is that of {document.first}", differs)
 
 
 def _check_appended(found: Verification, form: Form) -> None:
@@ -131,11 +132,6 @@ def _check_appended(found: Verification, form: Form) -> None:
             f"{form.name} is as issued, plus a seal ({', '.join(appended.seals)}):"
             " a PDF reader shows who made it and whether it is valid"
         )
-
-
-_LIKE_A_NUMBER = re.compile(r"(?<![A-Za-z0-9])(?:SPECIMEN-)?[A-Za-z0-9]{1,16}-\d{4}-\d{4,}(?!\d)")
-_LARGEST = 5_000_000
-"""Largest JSON of a certificate that is searched for what it replaces, in bytes."""
 
 
 def check_name(found: Verification, path: Path, number: str) -> None:
@@ -164,7 +160,12 @@ def check_number(
     if letterhead is not None:
         numbers = Numbers(letterhead, prefix_of(number))
         if numbers.kept:
-            found.take(f"record of {number}", _differs(numbers, number, forms))
+            issued = numbers.digests_of(number)
+            changed = [each.name for each in forms if not each.digests & issued]
+            differs = [f"{name} is not as it was issued" for name in changed]
+            if not issued:
+                differs = [f"it was not issued under the letterhead in {letterhead}"]
+            found.take(f"record of {number}", differs)
         else:
             found.information.append(
                 f"{letterhead} has no record of numbers, so it was not checked"
@@ -175,16 +176,6 @@ def check_number(
         found.replaced.append(f"{number} is no longer in force: {other} replaced it")
     elif beside:
         found.replaced.append(f"{number} is no longer in force, as {beside} beside it says")
-
-
-def _differs(numbers: Numbers, number: str, forms: Iterable[Form]) -> Iterator[str]:
-    digests = numbers.digests_of(number)
-    if not digests:
-        yield f"it was not issued under the letterhead in {numbers.letterhead}"
-        return
-    for form in forms:
-        if not form.digests & digests:
-            yield f"{form.name} is not as it was issued"
 
 
 def _replaced_beside(forms: Sequence[Form], number: str) -> str:

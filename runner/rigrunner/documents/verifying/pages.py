@@ -79,7 +79,11 @@ class PageMaker:
 
     def _installed(self, suffix: str) -> str:
         """Return the installed format of such pages, with the layout of the issue."""
-        record = self._record(suffix)
+        records = (self.registry.find(KIND, name).record for name in self.registry.names(KIND))
+        formats = (each for each in records if isinstance(each, CertificateFormatRecord))
+        record = next((each for each in formats if each.suffix == suffix), None)
+        if record is None:
+            raise NotMadeAgainError(f"no plugin makes {suffix}")
         layout = self.certificate.appearance.layouts.get(record.name, FIRST)
         if layout != record.revision:
             then = self.certificate.evidence.issued_with
@@ -95,13 +99,6 @@ class PageMaker:
             return bytes(make(CertificateInput(self.certificate, letterhead)))
         except RigrunnerError as error:
             raise NotMadeAgainError(str(error)) from error
-
-    def _record(self, suffix: str) -> CertificateFormatRecord:
-        for name in self.registry.names(KIND):
-            record = self.registry.find(KIND, name).record
-            if isinstance(record, CertificateFormatRecord) and record.suffix == suffix:
-                return record
-        raise NotMadeAgainError(f"no plugin makes {suffix}")
 
 
 def page_maker(
@@ -245,7 +242,12 @@ def _same_certificate(one: bytes, other: bytes) -> bool:
 def _missing(form: Form, certificate: Certificate) -> Iterator[str]:
     """Yield results missing on a page that cannot be regenerated."""
     try:
-        text = _plain(_text(form))
+        if form.suffix == ".html":
+            text = _plain(_text_of_html(form.page))
+        else:
+            from rigrunner.proof.pdf import text_of  # noqa: PLC0415  (an extra)
+
+            text = _plain(text_of(form.page))
     except MissingPackageError:  # the page stays unproven all the same
         return
     except DataError as error:
@@ -265,14 +267,6 @@ def _missing(form: Form, certificate: Certificate) -> Iterator[str]:
             yield f"it does not show '{words}' of its content"
 
 
-def _text(form: Form) -> str:
-    if form.suffix == ".html":
-        return _text_of_html(form.page)
-    from rigrunner.proof.pdf import text_of  # noqa: PLC0415  (an extra)
-
-    return text_of(form.page)
-
-
 def _text_of_html(page: bytes) -> str:
     return unescape(_TAG.sub(" ", _HIDDEN.sub(" ", page.decode("utf-8", "replace"))))
 
@@ -283,7 +277,7 @@ def _plain(text: str) -> str:
 
 
 def _different_lines(shown: bytes, made: bytes) -> Iterator[str]:
-    ours, theirs = (_lines(page) for page in (shown, made))
+    ours, theirs = _lines(shown), _lines(made)
     if len(ours) > _FAR_MORE * len(theirs):  # to say where would take very long
         yield f"it has {len(ours)} lines, its content gives {len(theirs)}"
         return

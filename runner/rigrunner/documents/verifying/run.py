@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from rigrunner.analysis.document import document
 from rigrunner.api.errors import DataError, RigrunnerError
@@ -107,7 +107,10 @@ def _check_result(
     what = "result recomputed from the raw samples"
     result = None
     try:
-        other = list(_other_revisions(stored, recorded, registry))
+        header = stored.header
+        procedure = parse_procedure(header.procedure_text, header.procedure_id, stored=True).model
+        methods, then = methods_used(procedure, registry), recorded.get("revisions", {})
+        other = list(other_revisions(methods, then, header.provenance, registry))
         found.not_recomputed.extend(other)
         if not other:
             result = analyse_run(path, registry)
@@ -115,21 +118,13 @@ def _check_result(
         found.take(what, [f"it cannot be derived: {error}"])
         return None
     if result is not None:
-        found.take(what, mismatches(recorded, _plain(document(result))))
+        # as after writing and reading: the recorded one was read from its file
+        derived = json.loads(json.dumps(document(result)))
+        found.take(what, mismatches(recorded, derived))
     beside = (path if path.is_dir() else path.parent) / RESULT_FILE
     if path.is_dir() and beside.exists():
         found.attempt(RESULT_FILE, lambda: _differs_from_file(recorded, beside))
     return result
-
-
-def _other_revisions(
-    stored: StoredRun, recorded: Mapping[str, Any], registry: Registry
-) -> Iterator[str]:
-    header = stored.header
-    procedure = parse_procedure(header.procedure_text, header.procedure_id, stored=True).model
-    methods = methods_used(procedure, registry)
-    then = recorded.get("revisions", {})
-    return other_revisions(methods, then, header.provenance, registry)
 
 
 def _differs_from_file(recorded: Mapping[str, object], path: Path) -> Iterator[object]:
@@ -140,11 +135,6 @@ def _differs_from_file(recorded: Mapping[str, object], path: Path) -> Iterator[o
     if beside != recorded:
         named: list[object] = list(mismatches(recorded, beside))
         yield from named or ["it is not the result that is in the run file"]
-
-
-def _plain(content: object) -> object:
-    """Return a document as after writing and reading."""
-    return json.loads(json.dumps(content))
 
 
 def versions(then: Mapping[str, str], now: Mapping[str, str], what: str) -> Iterator[str]:

@@ -8,12 +8,11 @@ from rigrunner.api.errors import DataError
 from rigrunner.proof.signature import check_signature, parse_signature
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Sequence
     from pathlib import Path
 
     from rigrunner.documents.verifying.forms import Form
     from rigrunner.documents.verifying.verification import Verification
-    from rigrunner.proof.signature import Signature
 
 UNSIGNED = "unsigned: nothing shows who issued it"
 
@@ -42,7 +41,13 @@ def check_signature_of(
     )
 
     who = f"signed by {signature.signer} at {signature.signed_utc}, key {fingerprint(key)}"
-    if not found.take(f"signature {path.name}", _other_files(signature, forms)):
+    other = []
+    for form in forms:
+        if form.name not in signature.files:
+            other.append(f"{form.name} is not signed")
+        elif signature.files[form.name] not in form.digests:
+            other.append(f"{form.name} is not the file that was signed")
+    if not found.take(f"signature {path.name}", other):
         return False
     known = {public_pem(each) for file in trusted for each in read_public_keys(file)}
     if public_pem(key) in known:
@@ -53,11 +58,3 @@ def check_signature_of(
     else:
         found.information.append(f"{who}; whether that key is theirs is not known (--trust)")
     return False
-
-
-def _other_files(signature: Signature, forms: Sequence[Form]) -> Iterator[str]:
-    for form in forms:
-        if form.name not in signature.files:
-            yield f"{form.name} is not signed"
-        elif signature.files[form.name] not in form.digests:
-            yield f"{form.name} is not the file that was signed"
