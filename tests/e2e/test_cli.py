@@ -127,6 +127,14 @@ def test_a_new_analysis_is_a_new_file(demo, tmp_path):
     assert "never overwritten" in called.err
 
 
+def test_a_file_that_exists_is_refused_before_the_analysis(tmp_path):
+    out = tmp_path / "result.json"
+    out.touch()
+    called = call("analyse", "no-such-run", "--out", out)
+    assert called.code == ExitCode.USAGE
+    assert "never overwritten" in called.err
+
+
 @pytest.mark.thorough
 @pytest.mark.usefixtures("drawn_figures")
 def test_the_report_is_written_again_with_the_same_bytes(demo, tmp_path):

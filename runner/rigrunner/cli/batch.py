@@ -87,10 +87,8 @@ class CountedLines:
                 message(f"{done} of {of} {self._noun} were done before")
             return
         if done * LINES // of > (done - 1) * LINES // of:
-            message(f"{done} of {of} {self._noun}{self._left(done, of)}")
-
-    def _left(self, done: int, of: int) -> str:
-        new = done - (self._before or 0)
-        if done >= of or new < 1:
-            return ""
-        return f", {clock_text((of - done) * (self._now() - self._began_s) / new)} left"
+            new, left = done - self._before, ""
+            if new and done < of:
+                left_s = (of - done) * (self._now() - self._began_s) / new
+                left = f", {clock_text(left_s)} left"
+            message(f"{done} of {of} {self._noun}{left}")

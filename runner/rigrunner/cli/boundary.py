@@ -18,25 +18,21 @@ from rigrunner.cli.output import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Sequence
 
 
 def run_command(command: click.Command, arguments: Sequence[str] | None = None) -> int:
     """Call the command, show its error on stderr, and return the exit code."""
-    try:
-        return _call(command, arguments)
-    finally:
-        close_quietly()
-
-
-def _call(command: click.Command, arguments: Sequence[str] | None) -> int:
     try:
         return _invoke(command, sys.argv[1:] if arguments is None else list(arguments))
     except RigrunnerError as error:
         show_error(error)
         return error.exit_code
     except click.ClickException as error:
-        _show_usage_error(error)
+        message(f"{error_label()} {error.format_message()}")
+        context = getattr(error, "ctx", None)
+        if context is not None:
+            message(f"  hint: '{context.command_path} --help' lists the options")
         return ExitCode.USAGE
     except (KeyboardInterrupt, click.Abort):
         message("Interrupted.")
@@ -44,6 +40,8 @@ def _call(command: click.Command, arguments: Sequence[str] | None) -> int:
     except BaseException as error:  # noqa: BLE001  (a bug; also the exit that a plugin asks for)
         show_bug(error)
         return ExitCode.BUG
+    finally:
+        close_quietly()
 
 
 def _invoke(command: click.Command, arguments: list[str]) -> int:
@@ -77,40 +75,25 @@ def _refuse_unprintable(arguments: list[str]) -> None:
 
 def show_error(error: RigrunnerError) -> None:
     """Print an error with its place, its hint and all its problems, on stderr."""
-    for line in _lines(error):
-        message(line)
+    if isinstance(error, InvalidFileError):
+        problems = sorted(error.problems, key=_place)
+    else:
+        problems = [Problem(error.message, error.location, hint=error.hint)]
+    for problem in problems:
+        where = f"{problem.location}: " if problem.location else ""
+        field = f"{problem.field}: " if problem.field else ""
+        message(f"{where}{error_label()} {field}{problem.message}")
+        if problem.hint:
+            message(f"  hint: {problem.hint}")
+    if len(problems) > 1:
+        message(f"{len(problems)} problems found")
     for note in getattr(error, "__notes__", ()):
         message(f"  note: {note}")
-
-
-def _lines(error: RigrunnerError) -> Iterator[str]:
-    if not isinstance(error, InvalidFileError):
-        yield from _problem_lines(Problem(error.message, error.location, hint=error.hint))
-        return
-    for problem in sorted(error.problems, key=_place):
-        yield from _problem_lines(problem)
-    if len(error.problems) > 1:
-        yield f"{len(error.problems)} problems found"
 
 
 def _place(problem: Problem) -> tuple[str, int, int]:
     where = problem.location
     return (where.file, where.line or 0, where.column or 0) if where else ("", 0, 0)
-
-
-def _problem_lines(problem: Problem) -> Iterator[str]:
-    where = f"{problem.location}: " if problem.location else ""
-    field = f"{problem.field}: " if problem.field else ""
-    yield f"{where}{error_label()} {field}{problem.message}"
-    if problem.hint:
-        yield f"  hint: {problem.hint}"
-
-
-def _show_usage_error(error: click.ClickException) -> None:
-    message(f"{error_label()} {error.format_message()}")
-    context = getattr(error, "ctx", None)
-    if context is not None:
-        message(f"  hint: '{context.command_path} --help' lists the options")
 
 
 def show_bug(error: BaseException) -> None:

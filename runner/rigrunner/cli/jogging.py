@@ -31,10 +31,6 @@ HELP: Mapping[str, str] = {
 }
 
 
-class _Quit(Exception):  # noqa: N818  (no failure)
-    """Ends the prompt."""
-
-
 def converse(jog: Jog, stop: SignalStop) -> None:
     """Read commands and execute them. After an error of the rig, the rig was made safe.
 
@@ -44,24 +40,22 @@ def converse(jog: Jog, stop: SignalStop) -> None:
     while True:
         try:
             line = _answer(f"{jog.role}> ", jog, stop)
-            if line is None:
+            words = line.split() if line is not None else ["quit"]
+            if not words:
+                continue
+            name = words[0]
+            if name in _QUIT:
                 return
-            _do(jog, line.split())
-        except _Quit:
-            return
+            if name not in _COMMANDS:
+                hint = did_you_mean(name, (*_COMMANDS, *_QUIT), "'help' lists the commands")
+                raise UsageError(f"there is no command '{name}'", hint=hint)
+            _COMMANDS[name](jog, words[1:])
         except (AbortedError, DataError):
             raise
         except RigrunnerError as error:
             show_error(error)
             if not isinstance(error, UsageError):
-                message(_left(jog))
-
-
-def _left(jog: Jog) -> str:
-    """Report how the rig was left after an error."""
-    if jog.unsafe:
-        return unsafe_rig(jog.unsafe)
-    return "The rig was made safe."
+                message(unsafe_rig(jog.unsafe) if jog.unsafe else "The rig was made safe.")
 
 
 def show_values(jog: Jog, values: Mapping[str, float]) -> None:
@@ -74,27 +68,6 @@ def show_values(jog: Jog, values: Mapping[str, float]) -> None:
 def show_set(jog: Jog, drive: str, actual: float) -> None:
     """Print the read-back of a drive."""
     result(f"{drive} reads back {legible(actual, jog.drives[drive].unit)}")
-
-
-def _do(jog: Jog, words: list[str]) -> None:
-    if not words:
-        return
-    name, *rest = words
-    commands: dict[str, Callable[[Jog, list[str]], None]] = {
-        "set": _set,
-        "read": lambda jog, names: show_values(jog, jog.read(names)),
-        "watch": _watch,
-        "zero": _zero,
-        "stands": _stands,
-        "safe": _safe,
-        "help": lambda jog, _: _show_help(jog),
-        "quit": _quit,
-        "exit": _quit,
-    }
-    if name not in commands:
-        hint = did_you_mean(name, commands, "'help' lists the commands")
-        raise UsageError(f"there is no command '{name}'", hint=hint)
-    commands[name](jog, rest)
 
 
 def _set(jog: Jog, words: list[str]) -> None:
@@ -135,14 +108,6 @@ def _stands(jog: Jog, _: list[str]) -> None:
         show_set(jog, drive, value)
 
 
-def _safe(jog: Jog, _: list[str]) -> None:
-    jog.safe()
-
-
-def _quit(_jog: Jog, _words: list[str]) -> None:
-    raise _Quit
-
-
 def _show_help(jog: Jog) -> None:
     for words, text in HELP.items():
         message(f"  {words:22} {text}")
@@ -162,3 +127,15 @@ def _answer(question: str, jog: Jog, stop: SignalStop) -> str | None:
     if not sys.stdin.isatty():
         message(line.rstrip("\n"))  # what was piped in is seen like what is typed
     return line or None
+
+
+_QUIT = ("quit", "exit")
+_COMMANDS: Mapping[str, Callable[[Jog, list[str]], object]] = {
+    "set": _set,
+    "read": lambda jog, names: show_values(jog, jog.read(names)),
+    "watch": _watch,
+    "zero": _zero,
+    "stands": _stands,
+    "safe": lambda jog, _: jog.safe(),
+    "help": lambda jog, _: _show_help(jog),
+}

@@ -18,15 +18,11 @@ def line_may_be_read(within_s: float) -> bool:
     if not sys.stdin.isatty():
         return True
     if sys.platform == "win32":
-        return _key_was_pressed(within_s)
+        console = importlib.import_module("msvcrt")
+        end_s = time.monotonic() + within_s
+        while not console.kbhit():
+            if time.monotonic() >= end_s:
+                return False
+            time.sleep(_LOOK_EVERY_S)
+        return True
     return bool(select.select([sys.stdin], [], [], within_s)[0])
-
-
-def _key_was_pressed(within_s: float) -> bool:
-    console = importlib.import_module("msvcrt")
-    end_s = time.monotonic() + within_s
-    while not console.kbhit():
-        if time.monotonic() >= end_s:
-            return False
-        time.sleep(_LOOK_EVERY_S)
-    return True

@@ -47,14 +47,9 @@ def _table(name: str, measurements: Sequence[Measurement]) -> str:
         limits |= dict.fromkeys(one.limits) | dict.fromkeys(one.expected)
     if limits:
         header, align = [*header, "verdict"], f"{align}l"
-        cells = [[*cell, _verdict(one)] for cell, one in zip(cells, rows, strict=True)]
+        for cell, one in zip(cells, rows, strict=True):
+            missed = [each.of for each in one.decisions if not each.passes]
+            passed = "pass" if one.decisions else ""
+            cell.append(f"FAIL: {', '.join(missed)}" if missed else passed)
     allowed = [f"{limit.of}: limit {limit.limits.in_words}" for limit in limits]
     return "\n".join([f"Measured: {name}", table(header, cells, align), *allowed])
-
-
-def _verdict(row: Measurement) -> str:
-    """Return 'pass', or FAIL with the values of a row that are out of limits."""
-    missed = [each.of for each in row.decisions if not each.passes]
-    if missed:
-        return f"FAIL: {', '.join(missed)}"
-    return "pass" if row.decisions else ""

@@ -55,6 +55,17 @@ replay_option = click.option(
     metavar="FOLDER",
     help="Replay a tape; no instrument is used.",
 )
+debugger_option = click.option(
+    "--debugger",
+    is_flag=True,
+    help="Wait for each call of a device without limit, for debugging.",
+)
+json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+raw_option = click.option(
+    "--raw",
+    is_flag=True,
+    help="CSV: keep texts that a spreadsheet would take for formulas.",
+)
 
 
 def override_options(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -114,21 +125,6 @@ def _partners(pairs: Iterable[str]) -> dict[str, str]:
             raise UsageError(f"the partner run '{name}' is named twice", hint="leave one out")
         found[name] = run
     return found
-
-
-debugger_option = click.option(
-    "--debugger",
-    is_flag=True,
-    help="Wait for each call of a device without limit, for debugging.",
-)
-
-
-json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON.")
-raw_option = click.option(
-    "--raw",
-    is_flag=True,
-    help="CSV: keep texts that a spreadsheet would take for formulas.",
-)
 
 
 def named_values(given: Iterable[str]) -> dict[str, str]:

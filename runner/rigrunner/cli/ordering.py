@@ -45,7 +45,8 @@ out_option = click.option(
 def order_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Add the options of an order to a command."""
     for option, words in reversed(OPTIONS.items()):
-        command = click.option(option, help=words, metavar=_metavar(option))(command)
+        metavar = "DATE" if option == "--received" else "TEXT"
+        command = click.option(option, help=words, metavar=metavar)(command)
     return command
 
 
@@ -70,7 +71,3 @@ def tell_issued(issued: Issued) -> None:
     for path in issued.files:
         result(str(path))
     message(f"{issued.certificate.number} is issued: {len(issued.files)} files")
-
-
-def _metavar(option: str) -> str:
-    return "DATE" if option == "--received" else "TEXT"

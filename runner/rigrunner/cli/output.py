@@ -68,9 +68,15 @@ def result_json(document: Mapping[str, Any] | Sequence[Any]) -> None:
     result(text)
 
 
-def message(text: str) -> None:
-    """Print lines for the person on stderr; drop them if they cannot be written."""
-    _tell(text)
+def message(text: str, *, end: str = "\n") -> None:
+    """Print lines for the person on stderr; drop them if they cannot be written.
+
+    A full disk behind it must not end a run that is otherwise good.
+    """
+    try:
+        _print(text, sys.stderr, end)
+    except OSError:
+        _silence(sys.stderr)
 
 
 def unsafe_rig(problems: str) -> str:
@@ -88,7 +94,7 @@ def no_time_limits() -> str:
 
 def prompt(question: str) -> None:
     """Print a question on stderr and leave the cursor after it."""
-    _tell(question, end="")
+    message(question, end="")
 
 
 def error_label() -> str:
@@ -137,14 +143,6 @@ def _in_plain(sign: str, encoding: str) -> str:
     except UnicodeEncodeError:
         return _PLAIN.get(sign, sign)
     return sign
-
-
-def _tell(text: str, end: str = "\n") -> None:
-    """Print on stderr. A full disk behind it must not end a run that is otherwise good."""
-    try:
-        _print(text, sys.stderr, end)
-    except OSError:
-        _silence(sys.stderr)
 
 
 def _print(text: str, stream: TextIO, end: str = "\n") -> None:

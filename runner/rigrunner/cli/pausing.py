@@ -46,7 +46,11 @@ class TerminalPauses:
         """Ask until the answer is one of the choices, with its reason if one is needed."""
         self._stop.paused()
         with self._progress.paused():
-            _show(paused)
+            message(f"Paused at {paused.step}: {paused.reason}.")
+            for text in paused.moving:
+                message(f"  {text}")
+            for each in paused.choices:
+                message(f"  {each:9} {_HELP[each].format(point=paused.point)}")
             choice = self._choice(paused, watch)
             reason = self._reason(choice, watch) if choice in _WITH_REASON else ""
             if choice is not Choice.NOTE:
@@ -83,11 +87,3 @@ class TerminalPauses:
         if not line:
             raise AbortedError("paused, and no answer: the input has ended")
         return line.strip()
-
-
-def _show(paused: Paused) -> None:
-    message(f"Paused at {paused.step}: {paused.reason}.")
-    for text in paused.moving:
-        message(f"  {text}")
-    for choice in paused.choices:
-        message(f"  {choice:9} {_HELP[choice].format(point=paused.point)}")

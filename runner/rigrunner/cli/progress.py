@@ -153,33 +153,24 @@ class BarProgress:
         """Update the bar to the event's time."""
         match event:
             case RunStarted():
-                self._begin(event)
+                self._began_s, self._estimated_s = event.monotonic_s, event.estimated_s
+                self._task = self._progress.add_task(event.run_id, total=event.estimated_s, step="")
             case RunEnded():
-                self._end(event)
+                completed = event.outcome is Outcome.COMPLETED
+                end_s = self._began_s + self._estimated_s if completed else event.monotonic_s
+                self._advance(end_s, f"{event.outcome}")
             case StepStarted():
                 self._text = printable(event.text)
                 self._advance(event.monotonic_s, self._text)
             case Scanned():
-                self._scanned(event)
+                # as often as the bar is drawn: there may be thousands of points per second
+                if (now_s := monotonic()) >= self._due_s:
+                    self._due_s = now_s + _DRAWN_EVERY_S
+                    self._advance(event.monotonic_s, f"point {event.point + 1}: {self._text}")
             case Alarm() | Intervention() | Note():
                 _tell(event)
             case _:
                 self._advance(event.monotonic_s)
-
-    def _begin(self, event: RunStarted) -> None:
-        self._began_s, self._estimated_s = event.monotonic_s, event.estimated_s
-        self._task = self._progress.add_task(event.run_id, total=event.estimated_s, step="")
-
-    def _end(self, event: RunEnded) -> None:
-        completed = event.outcome is Outcome.COMPLETED
-        end_s = self._began_s + self._estimated_s if completed else event.monotonic_s
-        self._advance(end_s, f"{event.outcome}")
-
-    def _scanned(self, event: Scanned) -> None:
-        """Show a point as often as the bar is drawn: there may be thousands per second."""
-        if (now_s := monotonic()) >= self._due_s:
-            self._due_s = now_s + _DRAWN_EVERY_S
-            self._advance(event.monotonic_s, f"point {event.point + 1}: {self._text}")
 
     def _advance(self, monotonic_s: float, step: str | None = None) -> None:
         if self._task is None:

@@ -10,10 +10,6 @@ from rigrunner.engine import brought_back
 from rigrunner.run.resume import how_it_ended
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from rigrunner.engine import ResumePoint
-    from rigrunner.plan import Plan
     from rigrunner.run.resume import ResumableRun
     from rigrunner.runfile import StoredRun
 
@@ -25,8 +21,13 @@ def tell_resumable(run: ResumableRun) -> None:
     if run.resume_at is None:
         message("  the run had ended: only analysis, file and report are missing")
         return
-    for line in _next(run.planned.plan, run.resume_at):
-        message(f"  {line}")
+    steps, resume_at = run.planned.plan.steps, run.resume_at
+    if resume_at.before:
+        again = (brought_back(steps[index]).text for index in resume_at.before)
+        message(f"  once more: {'; '.join(again)}")
+    if resume_at.start < len(steps):
+        step, number = steps[resume_at.start], resume_at.start + 1
+        message(f"  resumes at {step.path}: {step.text} (step {number} of {len(steps)})")
 
 
 def on_disk(stored: StoredRun) -> str:
@@ -35,24 +36,11 @@ def on_disk(stored: StoredRun) -> str:
         f"interrupted: {each.name}, of which {each.samples / each.rate_hz:.1f} s are kept"
         for each in stored.incomplete
     )
-    finished = f"finished recordings: {_names(stored.info.recording_names)}"
+    names = stored.info.recording_names
+    finished = ", ".join(names) or "none"
+    if len(names) > 1:
+        finished = f"{len(names)}, {names[0]} to {names[-1]}"
     tables = Counter(each.name for each in stored.measurements)
     measured = (f"measured: {name}, {rows} rows" for name, rows in tables.items())
-    lines = [finished, *measured, *interrupted, *stored.notes]
+    lines = [f"finished recordings: {finished}", *measured, *interrupted, *stored.notes]
     return "\n".join(f"  {line}" for line in lines)
-
-
-def _next(plan: Plan, resume_at: ResumePoint) -> Iterator[str]:
-    if resume_at.before:
-        again = (brought_back(plan.steps[index]).text for index in resume_at.before)
-        yield f"once more: {'; '.join(again)}"
-    if resume_at.start < len(plan.steps):
-        step = plan.steps[resume_at.start]
-        number, count = resume_at.start + 1, len(plan.steps)
-        yield f"resumes at {step.path}: {step.text} (step {number} of {count})"
-
-
-def _names(names: tuple[str, ...]) -> str:
-    if len(names) > 1:
-        return f"{len(names)}, {names[0]} to {names[-1]}"
-    return names[0] if names else "none"

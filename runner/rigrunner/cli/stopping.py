@@ -19,6 +19,7 @@ from rigrunner.run.log import with_units
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+    from contextlib import AbstractContextManager
     from types import FrameType
 
 KEYBOARD = "keyboard"
@@ -59,7 +60,10 @@ class SignalStop:
             self._running, self._is_quiet, self._is_over = True, False, False
         elif isinstance(event, RunEnded):
             self._running, self._is_over, self._presses = False, True, 0
-            self.ended = _how_it_ended(event)
+            read_back = with_units(event.read_back, event.units)
+            drives = f" Drives read back: {read_back}." if read_back else ""
+            reason = f": {event.reason}" if event.reason else ""
+            self.ended = f"The run ended as {event.outcome}{reason}.{drives} "
 
     def is_set(self) -> bool:
         """Return whether the run is to stop."""
@@ -163,14 +167,12 @@ class BatchStop(SignalStop):
         self._stop(InterruptedRunError("interrupted from the keyboard", by=KEYBOARD))
 
 
-@contextmanager
-def stop_on_signals(*, attended: bool = False) -> Iterator[SignalStop]:
-    """Yield the stop token of a run that signals set, and restore the handlers at the end.
+def stop_on_signals(*, attended: bool = False) -> AbstractContextManager[SignalStop]:
+    """Return a context with the stop token of a run that signals set; it restores the handlers.
 
     `attended`: somebody can decide how a paused run continues.
     """
-    with _handled(SignalStop(attended=attended)) as stop:
-        yield stop
+    return _handled(SignalStop(attended=attended))
 
 
 @contextmanager
@@ -220,24 +222,13 @@ def _handled(stop: SignalStop) -> Iterator[SignalStop]:
         for number, handler in former.items():
             signal.signal(number, handler)
         if stop.suspended_by:
-            _suspend(stop.ended)
-
-
-def _suspend(ended: str) -> None:
-    """Suspend this program like Ctrl-Z, and report the end of the run when it continues.
-
-    Without a shell that could continue it the system ignores this, and the program ends.
-    """
-    _say(f"{ended}Suspended: the rig is closed. 'fg' continues the program to its end.")
-    os.kill(os.getpid(), signal.SIGTSTP)
-    _say(f"Continued. {ended or 'The rig was closed before the program was suspended. '}")
-
-
-def _how_it_ended(event: RunEnded) -> str:
-    read_back = with_units(event.read_back, event.units)
-    drives = f" Drives read back: {read_back}." if read_back else ""
-    reason = f": {event.reason}" if event.reason else ""
-    return f"The run ended as {event.outcome}{reason}.{drives} "
+            # Without a shell that could continue it, the system ignores this: the program ends.
+            _say(
+                f"{stop.ended}Suspended: the rig is closed. 'fg' continues the program to its end."
+            )
+            os.kill(os.getpid(), signal.SIGTSTP)
+            ended = stop.ended or "The rig was closed before the program was suspended. "
+            _say(f"Continued. {ended}")
 
 
 def _say(text: str) -> None:

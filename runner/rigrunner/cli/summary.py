@@ -50,10 +50,13 @@ def identity(document: Document) -> str:
     """Return the procedure and the run of the result."""
     run = document["run"]
     title, name, revision = (run["procedure"][key] for key in ("title", "id", "revision"))
+    state, approval = "draft: not for certification", run.get("approval", {})
+    if approval.get("state") == "approved":
+        state = f"approved by {approval['by']} on {approval['utc'][:10]}"
     return pairs(
         [
             ("procedure", f"{title} ({name}, revision {revision})"),
-            ("state", _state(run.get("approval", {}))),
+            ("state", state),
             ("run", run["id"]),
             *([("imported", f"recorded by {by}")] if (by := recorded_by(run)) else []),
         ]
@@ -63,13 +66,6 @@ def identity(document: Document) -> str:
 def recorded_by(run: Document) -> str:
     """Return the program that made the recordings of an imported run; '' for any other."""
     return str((run.get("imported") or {}).get("program", ""))
-
-
-def _state(approval: Mapping[str, str]) -> str:
-    """Return the state of the procedure when the run began; '' for older runs."""
-    if approval.get("state") == "approved":
-        return f"approved by {approval['by']} on {approval['utc'][:10]}"
-    return "draft: not for certification"
 
 
 def _verdict(document: Document) -> Iterator[tuple[str, str]]:
@@ -126,18 +122,12 @@ def _stated(decision: Document) -> Iterator[tuple[str, str]]:
         each = ", ".join(f"{count} {verdict}" for verdict, count in tally.items())
         yield "limits", f"{len(parts)}: {each}"
         mixed = len({part.get("named") for part in parts}) > 1
-        yield from ((_of(part, mixed=mixed), _part(part)) for part in parts)
-
-
-def _of(part: Document, *, mixed: bool) -> str:
-    """Return the result that a limit applies to: a torque by its name if others have limits too."""
-    return f"{part['named']}, {part['of']}" if mixed and part.get("measurand") else str(part["of"])
-
-
-def _part(part: Document) -> str:
-    unit = part["upper_limit"]["unit"]
-    shown = with_symbol(estimate_text(part["result"]), unit)
-    return f"{part['verdict']}: {shown} against {part['limit']}"
+        for part in parts:
+            # a torque by its name, if others have limits too
+            named = mixed and part.get("measurand")
+            of = f"{part['named']}, {part['of']}" if named else str(part["of"])
+            shown = with_symbol(estimate_text(part["result"]), part["upper_limit"]["unit"])
+            yield of, f"{part['verdict']}: {shown} against {part['limit']}"
 
 
 def stated_risk(decision: Document) -> str:
@@ -159,27 +149,18 @@ def _results(document: Document) -> str:
         unit = first["unit"] if "why" in first else first["estimate"]["unit"]
         caption = f"{first['text'] or name}{symbol}, in {unit}, with U (95 %)"
         header = [*first["coordinates"], name, "readings"]
-        rows = [
-            [
-                *(coordinate_text(each["coordinates"][key]) for key in first["coordinates"]),
-                *(
-                    ("no value", "")
-                    if "why" in each
-                    else (_with_known_u(each["estimate"]), str(each["readings"]))
-                ),
-            ]
-            for each in same
-        ]
-        reasons = [f"no value{_at(each)}: {each['why']}" for each in same if "why" in each]
+        rows, reasons = [], []
+        for each in same:
+            place = {key: coordinate_text(value) for key, value in each["coordinates"].items()}
+            found = ["no value", ""]
+            if "why" in each:
+                at = ", ".join(f"{key} = {text}" for key, text in place.items())
+                reasons.append(f"no value{f' at {at}' if at else ''}: {each['why']}")
+            else:
+                found = [_with_known_u(each["estimate"]), str(each["readings"])]
+            rows.append([*(place[key] for key in first["coordinates"]), *found])
         tables.append("\n".join([caption, table(header, rows, "r" * len(header)), *reasons]))
     return "\n\n".join(tables)
-
-
-def _at(missing: Document) -> str:
-    at = ", ".join(
-        f"{name} = {coordinate_text(each)}" for name, each in missing["coordinates"].items()
-    )
-    return f" at {at}" if at else ""
 
 
 def _with_known_u(estimate: Mapping[str, Any]) -> str:
@@ -202,10 +183,9 @@ def _failed_checks(document: Document, of_methods: Iterable[Document]) -> str:
         for check in (*document["checks"], *of_methods)
         if not check["ok"] or check.get("consequence")
     ]
-    return "\n".join(_check(each) for each in sorted(told, key=lambda each: bool(each["ok"])))
-
-
-def _check(check: Mapping[str, Any]) -> str:
-    kind = "note" if check["ok"] else "check"
-    words = (f"{kind}: {check['name']}: {check['text']}", check.get("effect"), check["advice"])
-    return "; ".join(each for each in words if each)
+    lines = []
+    for check in sorted(told, key=lambda each: bool(each["ok"])):
+        kind = "note" if check["ok"] else "check"
+        words = (f"{kind}: {check['name']}: {check['text']}", check.get("effect"), check["advice"])
+        lines.append("; ".join(each for each in words if each))
+    return "\n".join(lines)

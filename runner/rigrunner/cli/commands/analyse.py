@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -51,26 +51,21 @@ def command(
     from rigrunner.run.finish import verdict_code
     from rigrunner.run.lab_plugins import lab_registry
     from rigrunner.run.stored import analyse_run
+    from rigrunner.runfile.durable import write_whole
 
+    if out is not None and out.exists():
+        raise UsageError(f"{out} exists", hint="results are never overwritten; name another file")
     others = {name: find_run(each, runs) for name, each in partners.items()}
     with shown_progress() as progress:
         path, registry = find_run(run, runs), lab_registry(station)
         found = analyse_run(path, registry, others, progress=progress.analysing)
     content = document(found)
     if out is not None:
-        _write_new(out, content)
+        text = json.dumps(content, ensure_ascii=False, indent=2, allow_nan=False)
+        write_whole(out, f"{text}\n".encode())
+        message(f"Wrote {out}.")
     if as_json:
         result_json(content)
     else:
         result(f"{identity(content)}\n\n{summary(content)}")
     return verdict_code(found)
-
-
-def _write_new(path: Path, content: Mapping[str, Any]) -> None:
-    from rigrunner.runfile.durable import write_whole
-
-    text = json.dumps(content, ensure_ascii=False, indent=2, allow_nan=False)
-    if path.exists():
-        raise UsageError(f"{path} exists", hint="results are never overwritten; name another file")
-    write_whole(path, f"{text}\n".encode())
-    message(f"Wrote {path}.")

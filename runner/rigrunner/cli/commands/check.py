@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 @procedure_argument
 @click.option("--station", shell_complete=stations, help="Also check how it fits this station.")
 @runs_option
+@brief_command()
 def command(procedure: str, station: str | None, runs: Path) -> None:
     """Check a procedure, and how it fits a station, without a rig.
 
@@ -31,14 +32,9 @@ def command(procedure: str, station: str | None, runs: Path) -> None:
     folder of runs.
     """
     path = find_procedure(procedure)
-    with brief_command():
-        if station is None:
-            _check_alone(path)
-        else:
-            _check_on(path, station, runs)
-
-
-def _check_alone(path: Path) -> None:
+    if station is not None:
+        _check_on(path, station, runs)
+        return
     from rigrunner.run.approval import approval_state
     from rigrunner.run.checked import checked_alone
 

@@ -11,7 +11,6 @@ import click
 from rigrunner.cli.options import json_option, runs_option
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
     from pathlib import Path
 
     from rigrunner.api.errors import ExitCode
@@ -38,19 +37,12 @@ def command(before: str, after: str, runs: Path, *, as_json: bool) -> ExitCode:
         told = [asdict(each) for each in found.changes]
         result_json({"a": found.before, "b": found.after, "same": found.same, "changes": told})
     else:
-        result("\n".join(_lines(found)))
+        lines = [f"A  {found.before}", f"B  {found.after}"]
+        for section, group in groupby(found.changes, key=lambda each: each.section):
+            lines += [f"\n{section}", *(f"  {each.text}" for each in group)]
+        lines += ["", found.verdict if found.same else _count(found)]
+        result("\n".join(lines))
     return ExitCode.PASS if found.same else ExitCode.FAIL
-
-
-def _lines(found: Comparison) -> Iterator[str]:
-    yield f"A  {found.before}"
-    yield f"B  {found.after}"
-    for section, group in groupby(found.changes, key=lambda each: each.section):
-        yield f"\n{section}"
-        for each in group:
-            yield f"  {each.text}"
-    yield ""
-    yield found.verdict if found.same else _count(found)
 
 
 def _count(found: Comparison) -> str:

@@ -17,11 +17,7 @@ from rigrunner.cli.summary import stated_risk
 from rigrunner.run.locate import find_run
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from rigrunner.api.errors import ExitCode
-    from rigrunner.api.results import Result
-    from rigrunner.api.verdict import LaterDecision
     from rigrunner.procedure import Acceptance
     from rigrunner.registry import Registry
     from rigrunner.run.decisions import DecisionFile
@@ -81,7 +77,12 @@ def command(
         raise UsageError("--fraction is a setting of --rule", hint="give both, or a file")
     registry = lab_registry(station)
     if rule is not None:
-        _check_rule(rule, fraction, registry)
+        settings = {} if fraction is None else {"fraction": fraction}
+        try:
+            registry.validated("decision_rule", rule, settings)
+        except PluginError as error:
+            hint = error.hint or "such as --rule guard_band_fraction --fraction 0.5, for w = U/2"
+            raise UsageError(f"--rule: {error.message}", hint=hint) from error
     decider = Decider(by=by, reason=reason, at=WallClock().utc())
     written, found = decide_again(
         find_run(run, runs),
@@ -92,19 +93,11 @@ def command(
     if as_json:
         result_json(dict(written.document))
     else:
-        result(pairs([*_facts(written), *_limits(found)]))
+        facts = _facts(written)
+        if found.limits.missed:
+            facts.append(("the run", f"FAIL all the same. {found.limits.reason}"))
+        result(pairs(facts))
     return verdict_code(found)
-
-
-def _check_rule(rule: str, fraction: float | None, registry: Registry) -> None:
-    """Raise UsageError for an unknown rule, or if it does not accept its settings."""
-    try:
-        registry.validated(
-            "decision_rule", rule, {} if fraction is None else {"fraction": fraction}
-        )
-    except PluginError as error:
-        hint = error.hint or "such as --rule guard_band_fraction --fraction 0.5, for w = U/2"
-        raise UsageError(f"--rule: {error.message}", hint=hint) from error
 
 
 def _from_file(path: Path, registry: Registry) -> Acceptance:
@@ -140,7 +133,7 @@ def _facts(written: DecisionFile) -> list[tuple[str, str]]:
     stated = "not determined" if probability is None else probability_text(probability)
     return [
         ("run", written.document["run"]["id"]),
-        ("before", _before(found)),
+        ("before", f"{found.verdict_before.upper()} ({found.rule_before}; {found.limit_before})"),
         ("verdict", f"{found.verdict.upper()}: {found.reason}"),
         ("probability of conformity", stated),
         ("risk", stated_risk(decision)),
@@ -150,13 +143,3 @@ def _facts(written: DecisionFile) -> list[tuple[str, str]]:
         ("reason", found.why),
         ("on record in", str(written.path)),
     ]
-
-
-def _limits(found: Result) -> Iterator[tuple[str, str]]:
-    """Report that the run fails nevertheless if a measured value is out of its limits."""
-    if found.limits.missed:
-        yield "the run", f"FAIL all the same. {found.limits.reason}"
-
-
-def _before(found: LaterDecision) -> str:
-    return f"{found.verdict_before.upper()} ({found.rule_before}; {found.limit_before})"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -16,7 +16,7 @@ from rigrunner.cli.output import message, result, result_json
 from rigrunner.run.locate import find_station
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator
     from pathlib import Path
 
     from rigrunner.rig_state import RigMarks
@@ -57,12 +57,12 @@ def command(
     from rigrunner.tools.by_hand.devices import look_at
     from rigrunner.tools.by_hand.station import ready_station
 
+    if safe_by is not None and not (safe_by.strip() and reason.strip()):
+        raise UsageError("--safe-by needs a name, and --reason what that person saw or did")
     tape = tape_for(record, replay)
     if replay is not None:
         message(f"Replaying the tape {replay}: no instrument is asked.")
     reports: list[DeviceReport] = []
-    if safe_by is not None and not (safe_by.strip() and reason.strip()):
-        raise UsageError("--safe-by needs a name, and --reason what that person saw or did")
     found = ready_station(find_station(station), tape=tape)
     with stop_on_signals() as stop, found.held("devices") as ready:
         if ready.marks is not None and ready.marks.left is not None:
@@ -76,9 +76,13 @@ def command(
         unconfirmed = _unconfirmed(ready.marks, station, safe_by, reason)
     failed = [each.role for each in reports if each.state == "fail"]
     if as_json:
-        result_json([_document(each) for each in reports])
+        result_json([{"state": each.state, **asdict(each)} for each in reports])
     else:
-        result(_total(reports, failed))
+        count = f"{len(reports)} device{'s' if len(reports) != 1 else ''}"
+        if failed:
+            result(f"{count}, of which {len(failed)} failed: {', '.join(failed)}")
+        else:
+            result(f"{count}: all answer, and are left safe")
     for text in tape.notes() if tape else ():
         message(f"note: {text}")
     return ExitCode.DEVICE if failed or unconfirmed else ExitCode.PASS
@@ -104,7 +108,8 @@ def _unconfirmed(marks: RigMarks | None, station: str, safe_by: str | None, reas
 def _rows(report: DeviceReport) -> Iterator[tuple[str, str]]:
     yield f"{report.state:4}  {report.role}", f"plugin {report.plugin}"
     for place, who in report.who.items():
-        yield "", f"{_part(report.role, place)}{_words(who)}"
+        part = "" if place == report.role else f"part {place.removeprefix(f'{report.role}/')}: "
+        yield "", f"{part}{_words(who)}"
     if not report.connected:
         yield "", "not connected"
     for text in report.problems:
@@ -125,23 +130,8 @@ def _rows(report: DeviceReport) -> Iterator[tuple[str, str]]:
         yield "", f"{each.channel}{named}: {each.text}{fix}"
 
 
-def _part(role: str, place: str) -> str:
-    return "" if place == role else f"part {place.removeprefix(f'{role}/')}: "
-
-
 def _words(who: Who) -> str:
     serial = f"serial {who.serial}" if who.serial else ""
     firmware = f"firmware {who.firmware}" if who.firmware else ""
     known = ", ".join(each for each in (f"{who.maker} {who.model}", serial, firmware) if each)
     return f"{known} (simulated)" if who.simulated else known
-
-
-def _total(reports: Sequence[DeviceReport], failed: Sequence[str]) -> str:
-    count = f"{len(reports)} device{'s' if len(reports) != 1 else ''}"
-    if failed:
-        return f"{count}, of which {len(failed)} failed: {', '.join(failed)}"
-    return f"{count}: all answer, and are left safe"
-
-
-def _document(report: DeviceReport) -> dict[str, Any]:
-    return {"state": report.state, **asdict(report)}

@@ -16,10 +16,7 @@ from rigrunner.cli.output import result, result_json
 from rigrunner.run.locate import find_station
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
     from pathlib import Path
-
-    from rigrunner.tools.doctor import Finding
 
 
 @click.command(name="doctor")
@@ -42,17 +39,13 @@ def command(runs: Path, station: str | None, *, as_json: bool) -> ExitCode:
     if as_json:
         result_json([asdict(finding) for finding in findings])
     else:
-        result(_report(findings))
+        rows = []
+        for finding in findings:
+            rows.append((f"{finding.state:4}  {finding.name}", finding.found))
+            if finding.fix:
+                rows.append(("", f"fix: {finding.fix}"))
+        count = Counter(finding.state for finding in findings)
+        total = ", ".join(f"{count[state]} {state}" for state in ("ok", "warn", "fail"))
+        result(f"{pairs(rows)}\n\n{total}")
     failed = any(finding.state == "fail" for finding in findings)
     return ExitCode.FAIL if failed else ExitCode.PASS
-
-
-def _report(findings: Sequence[Finding]) -> str:
-    rows = []
-    for finding in findings:
-        rows.append((f"{finding.state:4}  {finding.name}", finding.found))
-        if finding.fix:
-            rows.append(("", f"fix: {finding.fix}"))
-    count = Counter(finding.state for finding in findings)
-    total = ", ".join(f"{count[state]} {state}" for state in ("ok", "warn", "fail"))
-    return f"{pairs(rows)}\n\n{total}"

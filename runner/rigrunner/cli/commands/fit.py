@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
 from rigrunner.api.summaries import pairs, table
 from rigrunner.cli.options import json_option, lab_option
 from rigrunner.cli.output import result, result_json
-
-if TYPE_CHECKING:
-    from rigrunner.api.analysis import Curve
 
 
 @click.command(name="fit")
@@ -54,11 +50,7 @@ def command(
     curve = fit_of_table(file, y=y, x=x, u=u, fit=reference, registry=lab_registry(station))
     if as_json:
         result_json(curve_of(curve))
-    else:
-        result(_text(curve))
-
-
-def _text(curve: Curve) -> str:
+        return
     rows = [
         [name, f"{value:.15g}", f"{variance**0.5:.6g}", "" if unit == "1" else unit]
         for name, value, variance, unit in zip(
@@ -73,4 +65,4 @@ def _text(curve: Curve) -> str:
             ("R²", f"{curve.r_squared:.6g}"),
         ]
     )
-    return f"{curve.formula}\n\n{found}\n\n{goodness}"
+    result(f"{curve.formula}\n\n{found}\n\n{goodness}")

@@ -58,10 +58,8 @@ def command(
     planned = checked.planned
     overrides = overrides_for(planned, overridden, by, reason)
     later = later_partners(planned)
-    before, after = (
-        {name: each for name, each in partners.items() if (name in later) is is_later}
-        for is_later in (False, True)
-    )
+    before = {name: run for name, run in partners.items() if name not in later}
+    after = {name: run for name, run in partners.items() if name in later}
     chosen = partners_for(planned, runs, before)
     chosen |= partners_after_for(planned, runs, after, planned.clock.utc())
     if planned.approval.is_draft:

@@ -80,12 +80,10 @@ def command(  # noqa: PLR0917  (click hands over each option)
     tape = tape_for(record, replay)
     if replay is not None:
         message(f"Replaying the tape {replay}: no instrument is asked.")
-    here = TerminalPerson(attended=not wanted and not names)
+    here, file = TerminalPerson(attended=not wanted and not names), find_station(station)
     if replay is None:
-        settle_left(find_station(station), here, always=record is not None)
-    ready = ready_station(
-        find_station(station), realtime=realtime, tape=tape, time_limits=not debugger
-    )
+        settle_left(file, here, always=record is not None)
+    ready = ready_station(file, realtime=realtime, tape=tape, time_limits=not debugger)
     with stop_on_signals() as stop, jogging(ready, role, log, stop, [_tell], person=here) as jog:
         if wanted or names:
             _once(jog, wanted, names, as_json=as_json)

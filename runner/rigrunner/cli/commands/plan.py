@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import asdict
 from textwrap import shorten
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-    from rigrunner.plan import PlannedStep, PredictedReading, Prediction
+    from rigrunner.plan import PredictedReading, Prediction
     from rigrunner.run.prepare import Planned
 
 
@@ -40,7 +40,19 @@ def command(procedure: str, station: str, runs: Path, *, as_json: bool) -> None:
     planned = planned_run(find_procedure(procedure), find_station(station))
     prediction = planned.prediction()
     if as_json:
-        result_json(_document(planned, prediction))
+        result_json(
+            {
+                "procedure": planned.procedure.model.id,
+                "station": planned.station.model.id,
+                "estimated_s": planned.plan.estimated_s,
+                "disk_bytes": prediction.disk_bytes,
+                "readings": [{**asdict(each), "share": each.share} for each in prediction.readings],
+                "steps": [
+                    {"do": type(step.action).__name__.lower(), **asdict(step)}
+                    for step in planned.plan.steps
+                ],
+            }
+        )
     else:
         result("\n\n".join(_sections(planned, prediction)))
         for reading in prediction.overloads:
@@ -55,9 +67,10 @@ def command(procedure: str, station: str, runs: Path, *, as_json: bool) -> None:
 
 def _sections(planned: Planned, prediction: Prediction) -> Iterator[str]:
     steps = planned.plan.steps
-    rows = [
-        [str(i), each.phase, _short(each.text), _seconds(each)] for i, each in enumerate(steps, 1)
-    ]
+    rows = []
+    for number, step in enumerate(steps, 1):
+        seconds = f"{step.estimated_s:.1f} s" if step.estimated_s else ""
+        rows.append([str(number), step.phase, shorten(step.text, 56, placeholder=" …"), seconds])
     header, align = ["step", "phase", "action", "time"], "rllr"
     if any(each.coordinates for each in steps):
         header, align = [*header, "coordinates"], f"{align}l"
@@ -84,14 +97,6 @@ def _sections(planned: Planned, prediction: Prediction) -> Iterator[str]:
             ("disk", f"{most}{prediction.disk_bytes / 1e6:.1f} MB of samples, before compression"),
         ]
     )
-
-
-def _short(text: str) -> str:
-    return shorten(text, 56, placeholder=" …")
-
-
-def _seconds(step: PlannedStep) -> str:
-    return f"{step.estimated_s:.1f} s" if step.estimated_s else ""
 
 
 def _reading_row(reading: PredictedReading) -> list[str]:
@@ -134,17 +139,3 @@ def _drive_rows(planned: Planned) -> list[list[str]]:
         for name, drive in allowed.items()
         if name in reached
     ]
-
-
-def _document(planned: Planned, prediction: Prediction) -> dict[str, Any]:
-    return {
-        "procedure": planned.procedure.model.id,
-        "station": planned.station.model.id,
-        "estimated_s": planned.plan.estimated_s,
-        "disk_bytes": prediction.disk_bytes,
-        "readings": [{**asdict(each), "share": each.share} for each in prediction.readings],
-        "steps": [
-            {"do": type(step.action).__name__.lower(), **asdict(step)}
-            for step in planned.plan.steps
-        ],
-    }

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
@@ -12,9 +11,6 @@ from rigrunner.cli.brief import short_command
 from rigrunner.cli.options import lab_option, run_argument, runs_option
 from rigrunner.cli.output import result
 from rigrunner.run.locate import find_run
-
-if TYPE_CHECKING:
-    from rigrunner.registry import Registry
 
 
 @click.command(name="report")
@@ -46,14 +42,10 @@ def command(run: str, runs: Path, station: str | None, kind: str | None, out: Pa
     if out is not None and not out.parent.is_dir():
         raise UsageError(f"there is no folder {out.parent}", hint="make it first")
     registry = lab_registry(station)
-    _require_known(wanted := kind or DEFAULT_FORMAT, registry)
+    wanted, names = kind or DEFAULT_FORMAT, registry.names("report_format")
+    if wanted not in names:
+        hint = registry.suggestion(wanted, names)
+        raise UsageError(f"there is no report format '{wanted}'", hint=hint)
     with shown_progress() as progress:
         written = write_report(folder, registry, out=out, kind=wanted, progress=progress.analysing)
     result(str(written))
-
-
-def _require_known(kind: str, registry: Registry) -> None:
-    names = registry.names("report_format")
-    if kind not in names:
-        hint = registry.suggestion(kind, names)
-        raise UsageError(f"there is no report format '{kind}'", hint=hint)

@@ -81,17 +81,12 @@ def command(
     if debugger:
         message(no_time_limits())
     tape = tape_for(record, replay)
-    planned = planned_run(
-        find_procedure(procedure),
-        find_station(station),
-        realtime=realtime,
-        tape=tape,
-        time_limits=not debugger,
-    )
+    path, file = find_procedure(procedure), find_station(station)
+    planned = planned_run(path, file, realtime=realtime, tape=tape, time_limits=not debugger)
     alone = unattended or replay is not None
     here = TerminalPerson(attended=not alone)
     if replay is None:
-        settle_left(find_station(station), here, always=record is not None)
+        settle_left(file, here, always=record is not None)
     overrides = overrides_on(tape) or overrides_for(planned, overridden, by, reason)
     named = with_operator(named_values(given), operator, planned.procedure)
     filed = read_answers(answers_file, planned.procedure) if answers_file else {}

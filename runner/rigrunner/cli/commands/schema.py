@@ -20,6 +20,7 @@ KINDS = ["procedure", "station", "import", "letterhead", "order", "certificate"]
 @click.command(name="schema")
 @click.argument("language", type=click.Choice(KINDS))
 @lab_option
+@brief_command()
 def command(language: str, station: str | None) -> None:
     """Print the JSON Schema of procedures, stations and other files.
 
@@ -28,8 +29,7 @@ def command(language: str, station: str | None) -> None:
     from rigrunner.run.lab_plugins import lab_registry
     from rigrunner.tools.schemas.files import certificate_schema, language_schema
 
-    with brief_command():
-        if language == "certificate":
-            result_json(certificate_schema())
-        else:
-            result_json(language_schema(cast("Language", language), lab_registry(station)))
+    if language == "certificate":
+        result_json(certificate_schema())
+    else:
+        result_json(language_schema(cast("Language", language), lab_registry(station)))

@@ -19,11 +19,10 @@ from rigrunner.cli.summary import summary
 from rigrunner.run.locate import find_run
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Iterator
     from pathlib import Path
 
     from rigrunner.api.data import Measurement
-    from rigrunner.api.verdict import LaterDecision
     from rigrunner.run.decisions import DecisionFile
     from rigrunner.runfile import StoredRun
 
@@ -49,15 +48,28 @@ def command(run: str, runs: Path, *, as_json: bool) -> ExitCode:
         stored = open_run(found).stored
     except DataError as error:
         return _show_damaged(found, error, as_json=as_json)
+    notes = [*salvaged_lines(stored.header.salvaged), *stored.notes]
     later: tuple[DecisionFile, ...] = ()
-    problem = ""
     try:
         later = later_decisions(stored, found if found.is_dir() else found.parent)
     except DataError as error:
-        problem = str(error)
+        notes.append(str(error))
     if as_json:
         result_json(
-            {**_document(stored), "later_decisions": [dict(each.document) for each in later]}
+            {
+                **info_document(stored.info),
+                "zeros": dict(stored.zeros),
+                "alarms": _alarms(stored),
+                "measurements": [_row(each) for each in stored.measurements],
+                "superseded_measurements": [_row(each) for each in stored.superseded_measurements],
+                "provenance": dict(stored.header.provenance),
+                "imported": dict(stored.header.imported),
+                "partner_runs": {
+                    name: info_document(run.info) for name, run in stored.partners.items()
+                },
+                "result": stored.result_document,
+                "later_decisions": [dict(each.document) for each in later],
+            }
         )
         return ExitCode.PASS
     result(pairs(list(_facts(stored))))
@@ -69,9 +81,13 @@ def command(run: str, runs: Path, *, as_json: bool) -> ExitCode:
     if stored.result_document is not None:
         result(f"\n{summary(stored.result_document)}")
     if later:
-        result(f"\n{pairs([_later(each.summary) for each in later])}")
-    salvaged = salvaged_lines(stored.header.salvaged)
-    for note in (*salvaged, *stored.notes, *([problem] if problem else [])):
+        decisions = []
+        for each in (written.summary for written in later):
+            words = f"{each.verdict.upper()} by {each.by}, {each.decided_utc}: {each.why}"
+            told = f"{words} ({each.rule}; {each.limit_text})"
+            decisions.append((f"decided again in {each.file}", told))
+        result(f"\n{pairs(decisions)}")
+    for note in notes:
         message(f"note: {note}")
     return ExitCode.PASS
 
@@ -120,11 +136,6 @@ def _show_damaged(path: Path, error: DataError, *, as_json: bool) -> ExitCode:
     return ExitCode.DATA
 
 
-def _later(found: LaterDecision) -> tuple[str, str]:
-    words = f"{found.verdict.upper()} by {found.by}, {found.decided_utc}: {found.why}"
-    return f"decided again in {found.file}", f"{words} ({found.rule}; {found.limit_text})"
-
-
 def _facts(stored: StoredRun) -> Iterator[tuple[str, str]]:
     from rigrunner.api.analysis.requirements import partner_words
 
@@ -142,13 +153,20 @@ def _facts(stored: StoredRun) -> Iterator[tuple[str, str]]:
     yield "outcome", f"{info.outcome}: {info.reason}" if info.reason else info.outcome
     yield "sealed", "yes" if info.sealed else "no"
     yield from header.inputs.items()
-    if header.imported:
-        yield "imported", _imported(header.imported)
+    if imported := header.imported:
+        files = sum(name.startswith("file ") for name in imported)
+        words = (
+            f"recorded by {imported.get('program')}; read by {imported.get('importer')}"
+            f" from {files} file{'s' if files > 1 else ''} on {imported.get('utc', '')[:10]};"
+            f" {imported.get('by')} answers for {imported.get('mapping')}"
+        )
+        yield "imported", words
     alarms = _alarms(stored)
     yield from (("alarm", text) for text in alarms[:MOST_ALARMS])
     if len(alarms) > MOST_ALARMS:
         yield "alarms", f"{len(alarms) - MOST_ALARMS} more: see --json"
-    yield "recordings", _recordings(info.recording_names)
+    names = info.recording_names
+    yield "recordings", f"{len(names)}, from {names[0]} to {names[-1]}" if names else "none"
     for name, run in stored.partners.items():
         yield partner_words(name), run.header.run_id
     yield "SHA-256", stored.digest
@@ -159,19 +177,6 @@ def _alarms(stored: StoredRun) -> list[str]:
     return [f"{one.source}: {one.text}" for one in stored.events if isinstance(one, Alarm)]
 
 
-def _imported(imported: Mapping[str, str]) -> str:
-    files = sum(name.startswith("file ") for name in imported)
-    return (
-        f"recorded by {imported.get('program')}; read by {imported.get('importer')} from {files}"
-        f" file{'s' if files > 1 else ''} on {imported.get('utc', '')[:10]};"
-        f" {imported.get('by')} answers for {imported.get('mapping')}"
-    )
-
-
-def _recordings(names: Sequence[str]) -> str:
-    return f"{len(names)}, from {names[0]} to {names[-1]}" if names else "none"
-
-
 def _row(row: Measurement) -> dict[str, Any]:
     judged = [
         {**asdict(limit), "verdict": str(limit.decision(row.values[limit.of]).verdict)}
@@ -179,17 +184,3 @@ def _row(row: Measurement) -> dict[str, Any]:
         if limit.of in row.values
     ]
     return {**asdict(row), "limits": judged}
-
-
-def _document(stored: StoredRun) -> dict[str, Any]:
-    return {
-        **info_document(stored.info),
-        "zeros": dict(stored.zeros),
-        "alarms": _alarms(stored),
-        "measurements": [_row(each) for each in stored.measurements],
-        "superseded_measurements": [_row(each) for each in stored.superseded_measurements],
-        "provenance": dict(stored.header.provenance),
-        "imported": dict(stored.header.imported),
-        "partner_runs": {name: info_document(run.info) for name, run in stored.partners.items()},
-        "result": stored.result_document,
-    }

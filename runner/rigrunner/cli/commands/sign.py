@@ -51,7 +51,13 @@ def command(
     if new_key is not None:
         if certificate is not None or key is not None:
             raise UsageError("--new-key creates a key and signs nothing", hint="do one at a time")
-        _make(new_key, protected=protected)
+        from rigrunner.proof import keys
+
+        public = keys.new_key(new_key, _passphrase(new=True) if protected else "")
+        message(f"Wrote {new_key}: keep it secret, and keep a copy. {public} is for everyone.")
+        if not protected:
+            message("The key has no passphrase: anyone who can read the file can sign with it.")
+        result(keys.fingerprint(keys.read_public_keys(public)[0]))
         return
     if certificate is None or key is None or not by.strip():
         raise UsageError(
@@ -67,16 +73,6 @@ def command(
     passphrase = _passphrase(new=False) if protected else ""
     signer = Signer(key=key, by=by.strip(), letterhead=letterhead, passphrase=passphrase)
     result(str(sign(certificate, signer, lab_registry(station), WallClock().utc())))
-
-
-def _make(path: Path, *, protected: bool) -> None:
-    from rigrunner.proof.keys import fingerprint, new_key, read_public_keys
-
-    public = new_key(path, _passphrase(new=True) if protected else "")
-    message(f"Wrote {path}: keep it secret, and keep a copy. {public} is for everyone.")
-    if not protected:
-        message("The key has no passphrase: anyone who can read the file can sign with it.")
-    result(fingerprint(read_public_keys(public)[0]))
 
 
 def _passphrase(*, new: bool) -> str:

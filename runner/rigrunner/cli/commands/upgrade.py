@@ -10,8 +10,6 @@ import click
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigrunner.tools.upgrading import Upgrade
-
 
 @click.command(name="upgrade")
 @click.argument("files", nargs=-1, required=True, type=click.Path(path_type=Path, dir_okay=False))
@@ -29,6 +27,8 @@ def command(files: Sequence[Path], out: Path | None, *, dry_run: bool) -> None:
     renewed.
     """
     from rigrunner.cli.output import message, result
+    from rigrunner.procedure import load_procedure
+    from rigrunner.run.approval import approval_state
     from rigrunner.tools.upgrading import upgrade_of, write_upgrades
 
     found = [upgrade_of(path, out) for path in files]
@@ -44,16 +44,8 @@ def command(files: Sequence[Path], out: Path | None, *, dry_run: bool) -> None:
     write_upgrades(needed)
     for each in needed:
         message(f"Wrote {each.target}; the older text is {each.kept}.")
-    _tell_approvals(needed)
-
-
-def _tell_approvals(upgrades: Sequence[Upgrade]) -> None:
-    """Load the new procedures, which may call each other, and report whether they are approved."""
-    from rigrunner.cli.output import result
-    from rigrunner.procedure import load_procedure
-    from rigrunner.run.approval import approval_state
-
-    for each in upgrades:
+    # Only now that all are written, since procedures call each other.
+    for each in needed:
         if each.is_procedure:
             loaded = load_procedure(each.target)
             model, state = loaded.model, approval_state(loaded)

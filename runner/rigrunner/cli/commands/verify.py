@@ -19,8 +19,6 @@ from rigrunner.run.locate import find_run
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from rigrunner.documents.verifying.verification import Verification
-
 FORMS = (".json", ".html", ".pdf")
 RUN_FILES = (".h5", ".hdf5")
 SHOWN = 12
@@ -69,39 +67,28 @@ def command(
     from rigrunner.documents.verifying.run import verify_run
     from rigrunner.run.lab_plugins import lab_registry
 
-    registry = lab_registry(station)
-    if Path(what).suffix in FORMS:
+    registry, path = lab_registry(station), Path(what)
+    if path.suffix in FORMS:
         other = None if run is None else find_run(run, runs)
         means = Means(
             run=other, runs=runs, registry=registry, trusted=trusted, letterhead=letterhead
         )
-        found = verify_certificate(Path(what), means)
+        found = verify_certificate(path, means)
     elif run is not None:
         raise UsageError(
             f"'{what}' is not a certificate",
             hint=f"the certificate comes first: a file {', '.join(FORMS)}",
         )
-    else:
-        found = verify_run(_run(what, runs), registry)
-    if as_json:
-        result_json({"verdict": found.conclusion, "match": found.matches, **asdict(found)})
-    else:
-        result(_text(found))
-    return found.exit_code
-
-
-def _run(what: str, runs: Path) -> Path:
-    """Return the run of that path or name; raise UsageError for a file of another kind."""
-    path = Path(what)
-    if path.is_file() and path.suffix not in RUN_FILES:
+    elif path.is_file() and path.suffix not in RUN_FILES:
         raise UsageError(
             f"{path} is neither a certificate nor a run",
             hint=f"a certificate is a file {', '.join(FORMS)}; a run is its folder or its run.h5",
         )
-    return find_run(what, runs)
-
-
-def _text(found: Verification) -> str:
+    else:
+        found = verify_run(find_run(what, runs), registry)
+    if as_json:
+        result_json({"verdict": found.conclusion, "match": found.matches, **asdict(found)})
+        return found.exit_code
     groups = {
         "OK       ": found.held,
         "DIFFERS  ": list(_shortened(found.differences)),
@@ -112,7 +99,8 @@ def _text(found: Verification) -> str:
         "info     ": found.information,
     }
     lines = [f"{mark}{each}" for mark, group in groups.items() for each in group]
-    return "\n".join([found.conclusion, "", *lines])
+    result("\n".join([found.conclusion, "", *lines]))
+    return found.exit_code
 
 
 def _shortened(differences: Sequence[str]) -> Iterator[str]:

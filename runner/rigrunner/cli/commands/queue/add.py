@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path, PurePath
-from typing import TYPE_CHECKING
 
 import click
 
@@ -17,11 +16,6 @@ from rigrunner.cli.options import (
 )
 from rigrunner.cli.queueing import by_option
 from rigrunner.run.locate import find_procedure, find_station
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from rigrunner.procedure import LoadedProcedure
 
 LONGEST_FILE = 1_000_000
 
@@ -60,35 +54,23 @@ def command(
     from rigrunner.cli.output import result
     from rigrunner.clock import WallClock
     from rigrunner.procedure import load_procedure
-    from rigrunner.queue import Draft, Queue
+    from rigrunner.queue import Draft, Queue, accepted_inputs, read_list
 
     loaded = load_procedure(find_procedure(procedure))
     find_station(station)
-    common = named_values(given)
+    common, asked = named_values(given), loaded.inputs
+    inputs = [accepted_inputs({**common, "specimen": each}, asked) for each in specimens]
+    if listed is not None:
+        items = read_list(_text(listed), asked, str(listed))
+        inputs += [{**accepted_inputs(common, asked), **item.inputs} for item in items]
+    elif not specimens:
+        inputs = [accepted_inputs(common, asked)]
     drafts = [
         Draft(procedure=procedure, station=PurePath(station).as_posix(), inputs=each)
-        for each in _inputs(loaded, specimens, listed, common)
+        for each in inputs
     ]
     for entry in Queue(runs).add(drafts, by, WallClock().utc(), proposed=propose):
         result(f"{entry.id}  {entry.specimen}  {entry.state}")
-
-
-def _inputs(
-    procedure: LoadedProcedure,
-    specimens: tuple[str, ...],
-    listed: Path | None,
-    common: dict[str, str],
-) -> Iterator[dict[str, str]]:
-    from rigrunner.queue import accepted_inputs, read_list
-
-    asked = procedure.inputs
-    if not specimens and listed is None:
-        yield accepted_inputs(common, asked)
-    for each in specimens:
-        yield accepted_inputs({**common, "specimen": each}, asked)
-    if listed is not None:
-        for item in read_list(_text(listed), asked, str(listed)):
-            yield {**accepted_inputs(common, asked), **item.inputs}
 
 
 def _text(path: Path) -> str:
