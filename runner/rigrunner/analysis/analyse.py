@@ -59,6 +59,15 @@ def analyse(
     if acceptance is not None:
         rule = AppliedRule.of(acceptance, known)
         decision = decide(acceptance, rule, _evidence(found, findings))
+    # What the details of an analysis record of its settings; else all, with their defaults.
+    told = [{k: v for one in each.details for k, v in one.settings().items()} for each in found]
+    recorded = {key: value for each in told for key, value in each.items()}
+    named = []
+    for each, own in zip(analyses, told, strict=True):
+        if not own:
+            settings = known.validated(each.kind, each.name, each.settings)
+            text = _as_text(settings.model_dump(exclude_none=True))
+            named.append({"name": each.name, "settings": text})
     return Result(
         run=run,
         measurand=context.measurand,
@@ -75,7 +84,7 @@ def analyse(
         sections=findings.sections,
         checks=findings.checks,
         notes=(*(each.sentence for each in findings.missing), *findings.notes),
-        settings=_settings_as_asked(analyses, found, known),
+        settings={**(recorded or ALWAYS_SETTINGS), **({"named": named} if named else {})},
         revisions=revisions_of(analyses, acceptance, known),
     )
 
@@ -145,26 +154,8 @@ def _evidence(found: Sequence[Findings], findings: Findings) -> Evidence:
     )
 
 
-def _settings_as_asked(
-    analyses: Sequence[AnalysisRef], found: Sequence[Findings], lookup: Lookup
-) -> dict[str, object]:
-    """Return the settings of analyses, each plugin's with its defaults, for JSON.
-
-    `found` is what each of them found: its details may record its settings.
-    """
-    own = [{k: v for one in each.details for k, v in one.settings().items()} for each in found]
-    named = [_resolved(lookup, each) for each, told in zip(analyses, own, strict=True) if not told]
-    recorded = {key: value for told in own for key, value in told.items()}
-    return {**(recorded or ALWAYS_SETTINGS), **({"named": named} if named else {})}
-
-
-def _resolved(lookup: Lookup, reference: AnalysisRef) -> dict[str, object]:
-    """Return an analysis with its settings, quantities as they are written."""
-    settings = lookup.validated(reference.kind, reference.name, reference.settings)
-    return {"name": reference.name, "settings": _as_text(settings.model_dump(exclude_none=True))}
-
-
 def _as_text(value: object) -> object:
+    """Return settings for JSON, with quantities as they are written."""
     if isinstance(value, dict):
         return {name: _as_text(each) for name, each in value.items()}
     if isinstance(value, list | tuple):

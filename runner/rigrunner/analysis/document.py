@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from rigrunner.api.data import RunData
-    from rigrunner.api.findings import MeasurementResult, MissingResult, ResultDefinition, Table
+    from rigrunner.api.findings import MeasurementResult, ResultDefinition
     from rigrunner.api.results import Result
     from rigrunner.signal.as_json.values import Json
 
@@ -62,6 +62,26 @@ def document(result: Result) -> Json:
     # Keys with a value of ALWAYS stand in every document; of the others below, where there is one.
     details = ALWAYS | {key: each for own in result.details for key, each in own.document().items()}
     named = [_named(each) for each in result.results]
+    missing = [
+        {
+            "name": each.name,
+            "symbol": each.of.symbol or None,
+            "text": each.of.text or None,
+            "unit": each.of.unit,
+            "coordinates": coordinates_of(each.coordinates),
+            "why": each.why,
+        }
+        for each in result.missing
+    ]
+    tables = [
+        {
+            "of": each.of,
+            "title": each.title,
+            "columns": list(each.columns),
+            "rows": plain(each.rows),
+        }
+        for each in result.tables
+    ]
     partners = {name: _run(run) for name, run in result.run.partners.items()}
     # result/1 has the key of the first of them in any case, of the other where there is such a run.
     stated = {key: partners.pop(name, None) for name, key in KEYS.items()}
@@ -75,8 +95,8 @@ def document(result: Result) -> Json:
         "revisions": dict(result.revisions),
         "headline": details.pop("headline"),
         **({"results": named} if named else {}),
-        **({"missing": [_missing(each) for each in result.missing]} if result.missing else {}),
-        **({"tables": [_table(each) for each in result.tables]} if result.tables else {}),
+        **({"missing": missing} if missing else {}),
+        **({"tables": tables} if tables else {}),
         **{
             name: [plain(asdict(each)) for each in given]
             for name, given in (("figures", result.figures), ("sections", result.sections))
@@ -104,31 +124,11 @@ def _named(result: MeasurementResult) -> Json:
     }
 
 
-def _missing(missing: MissingResult) -> Json:
-    return {
-        "name": missing.name,
-        "symbol": missing.of.symbol or None,
-        "text": missing.of.text or None,
-        "unit": missing.of.unit,
-        "coordinates": coordinates_of(missing.coordinates),
-        "why": missing.why,
-    }
-
-
 def _identity(definition: ResultDefinition) -> Json:
     """Return which measurand it is, for programs and in words, where that is known."""
     if definition.measurand is not None:
         return {"measurand": {"id": definition.measurand.id, "text": str(definition.measurand)}}
     return {"measurand": {"id": definition.id, "text": definition.words}} if definition.id else {}
-
-
-def _table(table: Table) -> Json:
-    return {
-        "of": table.of,
-        "title": table.title,
-        "columns": list(table.columns),
-        "rows": plain(table.rows),
-    }
 
 
 def _run(run: RunData) -> Json:

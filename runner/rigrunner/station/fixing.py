@@ -55,14 +55,13 @@ def as_if_fixed(
             return validate(Station, replace(document, data=data)), more
         except InvalidFileError as error:
             wrong = list(error.problems)
-            more += [each for each in wrong if _is_new(each) and each not in (*found, *more)]
+            for each in wrong:
+                entry = _ENTRY.fullmatch(each.field)
+                # A whole entry is inconsistent; single values were checked before.
+                is_new = entry is not None and entry["key"] is None
+                if is_new and each not in (*found, *more):
+                    more.append(each)
     return None, more
-
-
-def _is_new(problem: Problem) -> bool:
-    """Return whether a problem is one of consistency; single values were checked before."""
-    match = _ENTRY.fullmatch(problem.field)
-    return match is not None and match["key"] is None
 
 
 def _fixed(data: Any, field: str) -> bool:
@@ -90,11 +89,8 @@ def _fixed_instrument(instruments: Any, at: int, key: str | None) -> bool:
             entry.setdefault("accuracy", _ACCURACY)
     else:
         is_torque = entry.get("measures", "torque") == "torque"
-        _put(entry, key, _INSTRUMENT if is_torque else _OTHER)
+        instead = _INSTRUMENT if is_torque else _OTHER
+        entry.pop(key, None)
+        if key in instead:
+            entry[key] = instead[key]
     return True
-
-
-def _put(entry: dict[str, Any], key: str, instead: dict[str, Any]) -> None:
-    entry.pop(key, None)
-    if key in instead:
-        entry[key] = instead[key]

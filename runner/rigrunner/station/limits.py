@@ -12,7 +12,7 @@ from rigrunner.api.settings import AnyQuantity, ListOf, PlainText, Settings
 from rigrunner.api.units import si_symbol
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Mapping
 
     from rigrunner.api.devices import DriveInfo
 
@@ -86,12 +86,7 @@ class Combination(Settings):
 
     def words(self) -> str:
         """Return the allowed region as text."""
-        return " or ".join(_corner(corner) for corner in self.allowed)
-
-
-def _corner(corner: Mapping[Member, object]) -> str:
-    def parts() -> Iterator[str]:
-        for name, high in corner.items():
-            yield f"{name} up to {high}"
-
-    return " with ".join(parts())
+        return " or ".join(
+            " with ".join(f"{name} up to {high}" for name, high in corner.items())
+            for corner in self.allowed
+        )

@@ -31,20 +31,15 @@ def decide(acceptance: Acceptance, rule: AppliedRule, evidence: Evidence) -> Dec
         chosen = list(chosen_by(limit, evidence))
         found = [(each.order, _decided(limit, rule, evidence, each)) for each in chosen]
         if limit.worst:
-            worst = _worst(limit, [part for _, part in found])
-            found = [(-1, worst), *(found if limit.each else ())]
+            part = min((part for _, part in found), key=lambda each: each.badness)
+            place = ", ".join(f"{name} = {value}" for name, value in part.coordinates.items())
+            of = f"worst {limit.of} at {place}" if place else f"worst {limit.of}"
+            found = [(-1, replace(part, of=of)), *(found if limit.each else ())]
         parts += [(names.index(limit.of), *each) for each in found]
     parts.sort(key=lambda each: each[:2])
     return Decision(
         rule=str(rule), rule_in=rule.in_other_languages, parts=tuple(each for *_, each in parts)
     )
-
-
-def _worst(limit: Limit, parts: list[LimitDecision]) -> LimitDecision:
-    """Return the decision on the worst of some results, as one over all of them."""
-    part = min(parts, key=lambda each: each.badness)
-    place = ", ".join(f"{name} = {value}" for name, value in part.coordinates.items())
-    return replace(part, of=f"worst {limit.of} at {place}" if place else f"worst {limit.of}")
 
 
 def _sentence(text: str) -> str:
@@ -53,7 +48,13 @@ def _sentence(text: str) -> str:
 
 def _decided(limit: Limit, rule: AppliedRule, evidence: Evidence, chosen: Chosen) -> LimitDecision:
     found, details = chosen.estimate, evidence.details.get(limit.of)
-    limits, without = _limits(limit, chosen)
+    without = ""
+    try:
+        limits = limit.limits_at(chosen.coordinates, chosen.unit)
+    except DataError as error:
+        limits = Limits.between(None, None, chosen.unit)
+        # Where there is no result, that is the reason, and not what its limits lack.
+        without = "" if found is None else _sentence(error.message)
     problem = details.objection(limit.measurand) if details else _objection(limit, evidence)
     problem = problem or chosen.problem or evidence.problem(limit, chosen.coordinates) or without
     impossible = _impossible(details, limits, found)
@@ -66,7 +67,7 @@ def _decided(limit: Limit, rule: AppliedRule, evidence: Evidence, chosen: Chosen
     if details and details.corrects:
         impossible = _impossible(details, limits, chosen.uncorrected)
         raw, _ = _verdict(limits, rule, chosen.uncorrected, impossible)
-    decided = LimitDecision(
+    return LimitDecision(
         of=chosen.words,
         named=limit.of,
         verdict=verdict,
@@ -75,12 +76,14 @@ def _decided(limit: Limit, rule: AppliedRule, evidence: Evidence, chosen: Chosen
         source=limit.source,
         result=found,
         coordinates=chosen.coordinates,
+        guard_band=rule.guard(limits, known) if known else nan,
+        false_accept_risk=rule.false_accept_risk(limits, known) if known else nan,
+        false_reject_risk=rule.false_reject_risk(limits, known) if known else nan,
         probability=probability_within(limits, sure) if sure else nan,
         uncompensated=raw,
         marginal=bool(sure and rule.is_marginal(limits, sure)),
         measurand=limit.measurand,
     )
-    return _with_risks(decided, rule, known)
 
 
 def _objection(limit: Limit, evidence: Evidence) -> str:
@@ -91,29 +94,6 @@ def _objection(limit: Limit, evidence: Evidence) -> str:
         return ""
     message, _ = limit.objection_to(found)
     return _sentence(message) if message else ""
-
-
-def _limits(limit: Limit, chosen: Chosen) -> tuple[Limits, str]:
-    """Return the limits at the place of a result, or why there are none there, as a sentence."""
-    try:
-        return limit.limits_at(chosen.coordinates, chosen.unit), ""
-    except DataError as error:
-        # Where there is no result, that is the reason, and not what its limits lack.
-        why = "" if chosen.estimate is None else _sentence(error.message)
-        return Limits.between(None, None, chosen.unit), why
-
-
-def _with_risks(found: LimitDecision, rule: AppliedRule, known: Estimate | None) -> LimitDecision:
-    """Return a decision with guard band and risks; without, where the uncertainty is not known."""
-    if known is None:
-        return found
-    limits = found.limits
-    return replace(
-        found,
-        guard_band=rule.guard(limits, known),
-        false_accept_risk=rule.false_accept_risk(limits, known),
-        false_reject_risk=rule.false_reject_risk(limits, known),
-    )
 
 
 def _uncertainty_is_known(estimate: Estimate) -> bool:

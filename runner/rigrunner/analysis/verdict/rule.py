@@ -79,8 +79,12 @@ class AppliedRule:
             decimals = max(4, decimals - 1)
         decimals = max(places_apart(abs(margin), abs(zone.margin), decimals) for zone in zones)
         shown = partial(_shown, unit=limits.unit, decimals=decimals)
-        place = _place(limits, shown(abs(margin)), inside=margin >= 0)
-        reached = _reached(zones, margin)
+        # `proof.older_texts` knows the older words.
+        place = f"Margin to the limit {limits}: {shown(abs(margin))}"
+        if margin < 0:
+            place = f"Outside the limit {limits} by {shown(abs(margin))}"
+        # The place of the zone that the value is in; their number if it is in none.
+        reached = next((at for at, zone in enumerate(zones) if margin >= zone.margin), len(zones))
         if reached == len(zones) and margin >= 0 and not _reachable(zones, limits):
             width = _width(zones[-1], shown)
             why = f"the limits are too close for {width}, so no result can pass"
@@ -121,20 +125,8 @@ class AppliedRule:
         return max(_conforming(limits, estimate, edge) for edge in limits.edges(begins))
 
 
-def _place(limits: Limits, away: str, *, inside: bool) -> str:
-    """Return how far a value is from its limit; `proof.older_texts` knows the older words."""
-    if inside:
-        return f"Margin to the limit {limits}: {away}"
-    return f"Outside the limit {limits} by {away}"
-
-
 def _shown(value: float, unit: str, decimals: int) -> str:
     return with_symbol(printed(value, decimals), unit)
-
-
-def _reached(zones: Sequence[Zone], margin: float) -> int:
-    """Return the place of the zone that a value is in; their number if it is in none."""
-    return next((at for at, zone in enumerate(zones) if margin >= zone.margin), len(zones))
 
 
 def _reachable(zones: Sequence[Zone], limits: Limits) -> bool:
