@@ -108,15 +108,11 @@ def _answer(future: Future[Any]) -> Answer[Any] | None:
     except KilledWorker:
         return None
     except FutureCancelledError as error:
-        raise _lost() from error
+        raise DataError(
+            "the scheduler of the cluster is gone",
+            hint="finished work is kept: the same command continues with the rest",
+        ) from error
     return answer
-
-
-def _lost() -> DataError:
-    return DataError(
-        "the scheduler of the cluster is gone",
-        hint="finished work is kept: the same command continues with the rest",
-    )
 
 
 @contextmanager

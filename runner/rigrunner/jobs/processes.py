@@ -76,7 +76,12 @@ class _Crew:
             self.busy.remove(worker)
             answer = worker.answer()
             if answer is None:
-                yield from self._died(worker)
+                death = worker.death()
+                if worker.attempt < ATTEMPTS:
+                    # At the end: an item that kills its process does not hold up the others.
+                    self.waiting.append((worker.place, worker.attempt + 1))
+                else:
+                    yield worker.place, Answer(None, f"{death}, {ATTEMPTS} times")
                 continue
             place = worker.place
             if self.waiting:
@@ -94,11 +99,3 @@ class _Crew:
         place, attempt = self.waiting.popleft()
         worker.give(place, self.items[place], attempt)
         self.busy.append(worker)
-
-    def _died(self, worker: Worker) -> Iterator[tuple[int, Answer[Any]]]:
-        death = worker.death()
-        if worker.attempt < ATTEMPTS:
-            # At the end: an item that kills its process does not hold up the others.
-            self.waiting.append((worker.place, worker.attempt + 1))
-        else:
-            yield worker.place, Answer(None, f"{death}, {ATTEMPTS} times")

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
 
     from rigrunner.api.data import Array
-    from rigrunner.api.figures import Axis, Figure, Mark, Picture, Point, Series
+    from rigrunner.api.figures import Figure, Mark, Picture, Point, Series
 
 INK, GREY = "#1f2933", "#5F6B7A"
 STYLE: dict[str, Any] = {
@@ -107,16 +107,33 @@ def paint(canvas: Canvas, picture: Picture, *, titled: bool = False) -> None:
     panels = picture.panels
     grid = (1, len(panels)) if picture.in_a_row else (len(panels), 1)
     every = canvas.subplots(*grid, sharex=not picture.in_a_row, squeeze=False).ravel()
-    lines = _lines(panels)
+    named = dict.fromkeys(
+        series.name
+        for panel in panels
+        for series in panel.series
+        if series.name and series.kind not in _APART
+    )
+    # A series is drawn alike in all panels, by its name.
+    lines = {name: LINES[place % len(LINES)] for place, name in enumerate(named)}
+
+    def number(value: float, _: object) -> str:
+        return f"{value:.6g}".replace("-", "\N{MINUS SIGN}").replace(".", picture.decimal)
+
     for axes, figure in zip(every, panels, strict=True):
         _panel(axes, figure, lines, picture.limit)
         if (titled or len(panels) > 1) and figure.title:
             axes.set_title(figure.title)
-        _name_places(axes, figure.x, LETTERS // grid[1])
+        if ticks := figure.x.ticks:
+            # Of an axis of names as many are shown, evenly, as stand clear of each other.
+            room = max(1, LETTERS // grid[1] // (GAP + max(len(name) for _, name in ticks)))
+            shown = ticks[:: -(-len(ticks) // room)]
+            axes.set_xticks([place for place, _ in shown], [name for _, name in shown])
+            axes.grid(visible=False, axis="x")
         if figure.x.is_time:
             axes.xaxis.set_major_formatter(FuncFormatter(_date))
         if picture.decimal != ".":
-            _write_decimals(axes, picture.decimal)
+            axes.xaxis.set_major_formatter(FuncFormatter(number))
+            axes.yaxis.set_major_formatter(FuncFormatter(number))
         if not picture.in_a_row and axes is not every[-1]:
             axes.set_xlabel("")
     _legend(canvas, every)
@@ -143,17 +160,6 @@ def limit_lines(points: Iterable[Point]) -> Iterator[tuple[list[float], list[flo
 
 def _is_limited(point: Point) -> bool:
     return point.lower is not None or point.upper is not None
-
-
-def _lines(panels: Sequence[Figure]) -> dict[str, Line]:
-    """Return how each series is drawn: alike in all panels by its name."""
-    named = dict.fromkeys(
-        series.name
-        for panel in panels
-        for series in panel.series
-        if series.name and series.kind not in _APART
-    )
-    return {name: LINES[place % len(LINES)] for place, name in enumerate(named)}
 
 
 def _panel(axes: Axes, figure: Figure, lines: Mapping[str, Line], limit: str) -> None:
@@ -246,26 +252,8 @@ _PAINTERS = {
 }
 
 
-def _name_places(axes: Axes, axis: Axis, letters: int) -> None:
-    """Name the places of an axis of names: as many, evenly, as stand clear of each other."""
-    if not axis.ticks:
-        return
-    room = max(1, letters // (GAP + max(len(name) for _, name in axis.ticks)))
-    shown = axis.ticks[:: -(-len(axis.ticks) // room)]
-    axes.set_xticks([place for place, _ in shown], [name for _, name in shown])
-    axes.grid(visible=False, axis="x")
-
-
 def _date(seconds: float, _: object) -> str:
     return f"{datetime.fromtimestamp(seconds, UTC):%Y-%m-%d}"
-
-
-def _write_decimals(axes: Axes, sign: str) -> None:
-    def shown(value: float, _: object) -> str:
-        return f"{value:.6g}".replace("-", "\N{MINUS SIGN}").replace(".", sign)
-
-    axes.xaxis.set_major_formatter(FuncFormatter(shown))
-    axes.yaxis.set_major_formatter(FuncFormatter(shown))
 
 
 def _legend(canvas: Canvas, every: Iterable[Axes]) -> None:

@@ -36,6 +36,10 @@ _NAMES = ("recording", "name", "item", "symbol")
 _CHECK = {"name", "ok", "text"}
 _RESULT = {"name", "coordinates", "estimate"}
 _NUMBER = re.compile(r"\d+(?:\.\d+)?")
+_OLDER_DIGITS = 6
+"""Older programs wrote a limit with so many; the rest of it stands beside the text."""
+_LONGEST = 80
+"""Letters of a value in a message."""
 
 
 @dataclass(frozen=True, order=True)
@@ -59,22 +63,16 @@ def mismatches(
     is the resolution of a number given by its context.
     """
     if isinstance(recorded, dict) and isinstance(derived, dict):
-        yield from _of_mappings(recorded, derived, where)
+        for key, value in recorded.items():
+            place = f"{where}/{key}" if where else key
+            if key not in derived:
+                yield Mismatch(place, f"{_words(value)} is recorded, and was not derived")
+            else:
+                yield from mismatches(value, derived[key], place, _resolution(recorded, key))
     elif isinstance(recorded, list) and isinstance(derived, list):
         yield from _of_lists(recorded, derived, where)
     elif not _same(recorded, derived, width):
         yield Mismatch(where, f"{_words(recorded)} is recorded, {_words(derived)} was derived")
-
-
-def _of_mappings(
-    recorded: Mapping[str, Any], derived: Mapping[str, Any], where: str
-) -> Iterator[Mismatch]:
-    for key, value in recorded.items():
-        place = f"{where}/{key}" if where else key
-        if key not in derived:
-            yield Mismatch(place, f"{_words(value)} is recorded, and was not derived")
-        else:
-            yield from mismatches(value, derived[key], place, _resolution(recorded, key))
 
 
 def _of_lists(recorded: Sequence[Any], derived: Sequence[Any], where: str) -> Iterator[Mismatch]:
@@ -87,9 +85,13 @@ def _of_lists(recorded: Sequence[Any], derived: Sequence[Any], where: str) -> It
     if len(recorded) != len(derived):
         yield Mismatch(where, f"{len(recorded)} are recorded, {len(derived)} were derived")
         return
-    width = SIGNIFICANT * _largest(recorded)
+    rows = (each if isinstance(each, list) else [each] for each in recorded)
+    numbers = (abs(each) for row in rows for each in row if _is_number(each))
+    width = SIGNIFICANT * max(numbers, default=0.0)
     for index, (one, other) in enumerate(zip(recorded, derived, strict=True)):
-        yield from mismatches(one, other, f"{where}/{_label(one, index)}", width)
+        known = [one.get(name) for name in _NAMES] if isinstance(one, dict) else []
+        label = next((each for each in known if isinstance(each, str) and each), index)
+        yield from mismatches(one, other, f"{where}/{label}", width)
 
 
 def _are(members: Sequence[Any], keys: set[str]) -> bool:
@@ -116,11 +118,6 @@ def _of_checks(
             yield Mismatch(f"{where}/{name}", words)
 
 
-def _label(member: object, index: int) -> str:
-    names = (member.get(name) for name in _NAMES) if isinstance(member, dict) else ()
-    return next((name for name in names if isinstance(name, str) and name), str(index))
-
-
 def _same(recorded: object, derived: object, width: float) -> bool:
     if _is_number(recorded) and _is_number(derived):
         largest = max(abs(recorded), abs(derived))
@@ -136,10 +133,6 @@ def _same_text(recorded: str, derived: str) -> bool:
         return False
     pairs = zip(_NUMBER.findall(recorded), _NUMBER.findall(derived), strict=True)
     return all(_near(one, other) for one, other in pairs)
-
-
-_OLDER_DIGITS = 6
-"""Older programs wrote a limit with so many; the rest of it stands beside the text."""
 
 
 def _near(one: str, other: str) -> bool:
@@ -161,17 +154,6 @@ def _resolution(numbers: Mapping[str, Any], key: str) -> float:
     return 0.5 * 10.0 ** -places(width) if width > 0 else 0.0
 
 
-def _largest(members: Sequence[Any]) -> float:
-    found = [max(abs(each) for each in flat) for one in members if (flat := _numbers(one))]
-    return max(found, default=0.0)
-
-
-def _numbers(member: object) -> list[float]:
-    """Return the numbers of a row of an array, or the only number."""
-    row = member if isinstance(member, list) else [member]
-    return [each for each in row if _is_number(each)]
-
-
 def _is_number(value: object) -> TypeGuard[float]:
     return isinstance(value, (int, float)) and not isinstance(value, bool) and isfinite(value)
 
@@ -179,6 +161,3 @@ def _is_number(value: object) -> TypeGuard[float]:
 def _words(value: object) -> str:
     text = f"{value:.10g}" if isinstance(value, float) else repr(value)
     return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}…"
-
-
-_LONGEST = 80

@@ -30,8 +30,8 @@ def content_in(content: bytes, suffix: str, name: str) -> Certificate:
     if suffix == ".json":
         found = parse_certificate(content, name)
     else:
-        texts = _in_html(content) if suffix == ".html" else _in_pdf(content)
-        text = next(texts, None)
+        in_html = (each[1] for each in _SCRIPT.finditer(content))
+        text = next(in_html if suffix == ".html" else _in_pdf(content), None)
         if text is None:
             raise DataError(f"{name} carries no content of a certificate")
         found = parse_certificate(text, name)
@@ -42,10 +42,6 @@ def without_content(page: bytes) -> bytes:
     """Return an HTML page without the content that `content_in` reads from it."""
     found = _SCRIPT.search(page)
     return page if found is None else page[: found.start(1)] + page[found.end(1) :]
-
-
-def _in_html(content: bytes) -> Iterator[bytes]:
-    return (found[1] for found in _SCRIPT.finditer(content))
 
 
 def _in_pdf(content: bytes) -> Iterator[bytes]:

@@ -143,16 +143,14 @@ class _Appended:
             if not all(map(_same, before, after)) or len(after) < len(before):
                 yield f"an annotation of page {page} was changed"
             for each in after[len(before) :]:
-                yield from self._new_annotation(each, page)
+                added = each.get_object()
+                if not isinstance(added, DictionaryObject) or not _is_signature_field(added):
+                    yield f"an annotation that is not a signature was added to page {page}"
+                elif not _is_hidden(added):
+                    name = added.get("/T", "")
+                    self.result.drawn.append(f"the signature '{name}' on page {page}")
 
         return check
-
-    def _new_annotation(self, added: PdfObject, page: int) -> Iterator[str]:
-        found = added.get_object()
-        if not isinstance(found, DictionaryObject) or not _is_signature_field(found):
-            yield f"an annotation that is not a signature was added to page {page}"
-        elif not _is_hidden(found):
-            self.result.drawn.append(f"the signature '{found.get('/T', '')}' on page {page}")
 
     def _check_form(self) -> None:
         if "/AcroForm" in self.before.root_object:

@@ -26,22 +26,17 @@ def place_in(content: bytes, suffix: str, start: int, end: int) -> str:
     line = content.count(b"\n", 0, start) + 1
     last = content.count(b"\n", 0, max(start, end - 1)) + 1
     lines = f", line {line}" if last == line else f", lines {line} to {last}"
-    sections = _sections(content, suffix, start, end)
-    named = f" ({_listed(sections)})" if sections else ""
-    return f"bytes {start} to {end - 1}{'' if suffix == '.pdf' else lines}{named}"
-
-
-def _sections(content: bytes, suffix: str, start: int, end: int) -> list[str]:
     find = {".json": _json_members, ".html": _html_headings, ".pdf": _pdf_objects}[suffix]
     marks = [(0, "beginning"), *find(content), (len(content), "")]
-    found = (name for (at, name), (next_at, _) in pairwise(marks) if at < end and next_at > start)
-    return list(dict.fromkeys(found))
-
-
-def _listed(sections: list[str]) -> str:
-    shown = sections[:_MOST]
-    rest = len(sections) - len(shown)
-    return ", ".join(shown) + (f" and {rest} more" if rest else "")
+    sections = list(
+        dict.fromkeys(
+            name for (at, name), (next_at, _) in pairwise(marks) if at < end and next_at > start
+        )
+    )
+    rest = len(sections) - _MOST
+    more = f" and {rest} more" if rest > 0 else ""
+    named = f" ({', '.join(sections[:_MOST])}{more})" if sections else ""
+    return f"bytes {start} to {end - 1}{'' if suffix == '.pdf' else lines}{named}"
 
 
 def _json_members(content: bytes) -> Iterator[tuple[int, str]]:

@@ -22,6 +22,8 @@ _MOST_SEALS = 10
 _SHORT = 8
 """Hexadecimal digits of the digest of a block, which locates changes; the whole digest proves them.
 """
+_LONGEST = 200 + MOST_BLOCKS * _SHORT
+"""Bytes of the end that holds a seal: its words, digest and size take less than 200."""
 _SEAL = rb"sha256 ([0-9a-f]{64}) blocks ([1-9]\d{0,9}) ([0-9a-f]*)"
 
 
@@ -153,7 +155,3 @@ def _form(suffix: str) -> _Form:
             f"'{suffix}' is not a kind of certificate", hint=f"there are: {', '.join(FORMS)}"
         )
     return FORMS[suffix]
-
-
-_LONGEST = 200 + MOST_BLOCKS * _SHORT
-"""Bytes of the end that holds a seal: its words, digest and size take less than 200."""
