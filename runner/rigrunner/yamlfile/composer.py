@@ -20,6 +20,10 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 
+MAX_DEPTH = 40
+TOO_DEEP = f"nested more than {MAX_DEPTH} deep"
+MAX_VALUES = 20_000  # what is read within a second
+MAX_PROBLEMS = 50
 _CONSTANTS: dict[str, bool | None] = {
     "": None, "~": None, "null": None, "Null": None, "NULL": None,
     "true": True, "True": True, "TRUE": True, "false": False, "False": False, "FALSE": False,
@@ -29,6 +33,11 @@ _FLOAT = re.compile(r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
 _NOT_FINITE = re.compile(r"[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN)")
 _LEADING_ZERO = re.compile(r"[-+]?0+[0-9]")
 _MAX_DIGITS = 40
+_LONGEST = 40
+"""Letters of a key in a message."""
+_TURNING = re.compile(f"[{TURNING}]")
+_MERGE = "<<"
+_DIGITS_THEN_TEXT = re.compile(r"[0-9]+\b.*")
 
 
 class ScalarError(ValueError):
@@ -58,26 +67,13 @@ def _number(text: str) -> float:
     if len(text) > _MAX_DIGITS:
         raise ScalarError(f"a number of {len(text)} characters", "put it in quotes if it is a text")
     if _LEADING_ZERO.match(text):
-        hint = f"write {_stripped(text)} for the number, or '{text}' in quotes for the text"
+        bare = re.sub(r"^([-+]?)0+(?=[0-9])", r"\1", text)
+        hint = f"write {bare} for the number, or '{text}' in quotes for the text"
         raise ScalarError(f"{text} has a leading zero", hint)
     value = int(text) if _INTEGER.fullmatch(text) else float(text)
     if not math.isfinite(value):
         raise ScalarError(f"{text} is too large a number", "write a smaller number")
     return value
-
-
-def _stripped(text: str) -> str:
-    sign = text[0] if text[0] in "+-" else ""
-    return sign + re.sub("^0+(?=[0-9])", "", text.removeprefix(sign))
-
-
-MAX_DEPTH = 40
-TOO_DEEP = f"nested more than {MAX_DEPTH} deep"
-MAX_VALUES = 20_000  # what is read within a second
-MAX_PROBLEMS = 50
-_TURNING = re.compile(f"[{TURNING}]")
-_MERGE = "<<"
-_DIGITS_THEN_TEXT = re.compile(r"[0-9]+\b.*")
 
 
 def compose(events: Iterator[yaml.Event], text: str, name: str) -> Document:
@@ -109,21 +105,18 @@ class _Composer:
         return Document(self._name, data, self._marks, text=self._text)
 
     def _value(self, event: yaml.Event, path: Path, key: yaml.Event) -> Any:
-        self._remember(event, path, key)
-        self._refuse_machinery(event, path)
-        if isinstance(event, yaml.MappingStartEvent):
-            return self._mapping(path)
-        if isinstance(event, yaml.SequenceStartEvent):
-            return self._sequence(path)
-        return self._scalar(event, path)
-
-    def _remember(self, event: yaml.Event, path: Path, key: yaml.Event) -> None:
         if len(path) > MAX_DEPTH:
             self._stop(TOO_DEEP, event)
         if len(self._marks) >= MAX_VALUES:
             self._stop(f"the file has more than {MAX_VALUES:,} values", event)
         begins = event.start_mark.index if event.start_mark else 0
         self._marks[path] = Marks(_place(event), _place(key), begins)
+        self._refuse_machinery(event, path)
+        if isinstance(event, yaml.MappingStartEvent):
+            return self._mapping(path)
+        if isinstance(event, yaml.SequenceStartEvent):
+            return self._sequence(path)
+        return self._scalar(event, path)
 
     def _refuse_machinery(self, event: yaml.Event, path: Path) -> None:
         anchor, tag = getattr(event, "anchor", None), getattr(event, "tag", None)
@@ -252,5 +245,5 @@ def _read_or_none(text: str) -> bool | float | str | None:
         return None
 
 
-def _clip(text: str, length: int = 40) -> str:
-    return text if len(text) <= length else f"{text[:length]}…"
+def _clip(text: str) -> str:
+    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}…"

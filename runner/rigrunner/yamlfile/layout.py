@@ -32,15 +32,13 @@ def lines_below(text: str, key: yaml.Node, value: yaml.Node) -> tuple[int, int]:
     """Return the first and last line of a block, with the comments in it and at its end."""
     first = text.index("\n", key.end_mark.index) + 1
     last = _after_line(text, len(text[: end_of(value)].rstrip()))
-    while text[last:] and _is_comment(
-        text[last : _after_line(text, last)], value.start_mark.column
-    ):
-        last = _after_line(text, last)
+    while last < len(text):
+        end = _after_line(text, last)
+        words = text[last:end].lstrip(" ")
+        if not words.startswith("#") or end - last - len(words) < value.start_mark.column:
+            break
+        last = end
     return first, last
-
-
-def _is_comment(line: str, column: int) -> bool:
-    return line.lstrip(" ").startswith("#") and len(line) - len(line.lstrip(" ")) >= column
 
 
 def _after_line(text: str, index: int) -> int:

@@ -24,7 +24,10 @@ def _inside(annotation: Any, step: int | str) -> Any:
             if hasattr(known, "inside"):  # it knows itself what stands under a key
                 return known.inside(step)
     for part in alternatives:
-        if len(alternatives) > 1 and step in _names(part):
+        # pydantic names an alternative of a union in a location: by its tag, or by its type
+        tags = [tag.tag for tag in get_args(part)[1:] if isinstance(tag, Tag)]
+        names = [*tags, getattr(unannotated(part), "__name__", "")]
+        if len(alternatives) > 1 and step in names:
             return part
     for part in alternatives:
         if _is_model(part) and step in _fields(part):
@@ -44,12 +47,6 @@ def _alternatives(annotation: Any) -> list[Any]:
 def unannotated(annotation: Any) -> Any:
     """Return the type in an annotation, without its metadata."""
     return get_args(annotation)[0] if get_origin(annotation) is Annotated else annotation
-
-
-def _names(annotation: Any) -> list[str]:
-    """Return the names that pydantic may give an alternative of a union in a location."""
-    tags = [part.tag for part in get_args(annotation)[1:] if isinstance(part, Tag)]
-    return [*tags, getattr(unannotated(annotation), "__name__", "")]
 
 
 def _is_model(annotation: Any) -> bool:

@@ -118,12 +118,8 @@ def _older_limits(data: object) -> list[dict[str, Any]]:
 def _older_in(acceptance: dict[str, Any]) -> list[dict[str, Any]]:
     if "limits" not in acceptance and isinstance(acceptance.get("limit"), dict):
         return [acceptance["limit"]]
-    several = acceptance.get("limits")
-    return [each for each in _list(several) if isinstance(each, dict) and _is_older(each)]
-
-
-def _is_older(limit: dict[str, Any]) -> bool:
-    return "measurand" in limit and limit.get("of") in _OF_TORQUE
+    several = [each for each in _list(acceptance.get("limits")) if isinstance(each, dict)]
+    return [each for each in several if "measurand" in each and each.get("of") in _OF_TORQUE]
 
 
 def _list(value: object) -> list[Any]:
@@ -151,18 +147,13 @@ def _wanted(data: dict[str, Any]) -> dict[str, Any]:
     if "acceptance" in data:
         now["acceptance"] = upgraded_acceptance(data["acceptance"])
     if data[MARK] in TODAY and isinstance(data.get("analysis"), dict):
-        now["analysis"] = _analyses(data["analysis"])
+        analysis = data["analysis"]
+        starts = analysis.get("starts")
+        rest = {key: value for key, value in analysis.items() if key != "starts"}
+        now["analysis"] = [{"swing_torque": analysis}] if analysis else []
+        if starts is not None:
+            now["analysis"] = [{"breakaway": {**(starts or {"window": _FIRST_TRAVEL}), **rest}}]
     return now
-
-
-def _analyses(analysis: dict[str, Any]) -> list[dict[str, Any]]:
-    if not analysis:
-        return []
-    starts = analysis.get("starts")
-    if starts is None:
-        return [{"swing_torque": analysis}]
-    rest = {key: value for key, value in analysis.items() if key != "starts"}
-    return [{"breakaway": {**(starts or {"window": _FIRST_TRAVEL}), **rest}}]
 
 
 def _edited(text: str, data: dict[str, Any]) -> str:
@@ -171,24 +162,18 @@ def _edited(text: str, data: dict[str, Any]) -> str:
         text = _with_limits(text, data["acceptance"], older)
     if data[MARK] not in TODAY:
         return text
-    text = _with_header(text, TODAY[data[MARK]])
-    analysis = data.get("analysis")
-    return _with_analyses(text, analysis) if isinstance(analysis, dict) else text
-
-
-def _with_header(text: str, mark: str) -> str:
     _, value = layout.pair_at(text, (MARK,))
     begin = text.index(value.value, value.start_mark.index)
-    return layout.put(text, begin, begin + len(value.value), mark)
-
-
-def _with_analyses(text: str, analysis: dict[str, Any]) -> str:
+    text = layout.put(text, begin, begin + len(value.value), TODAY[data[MARK]])
+    analysis = data.get("analysis")
+    if not isinstance(analysis, dict):
+        return text
     if not analysis:
         _, value = layout.pair_at(text, ("analysis",))
         return layout.put(text, value.start_mark.index, value.end_mark.index, "[]")
-    starts = analysis.get("starts") is not None
-    inside = _without_level(text, ("analysis", "starts")) if starts else text
-    return _as_item(inside, ("analysis",), "breakaway" if starts else "swing_torque")
+    if analysis.get("starts") is None:
+        return _as_item(text, ("analysis",), "swing_torque")
+    return _as_item(_without_level(text, ("analysis", "starts")), ("analysis",), "breakaway")
 
 
 def _with_limits(text: str, acceptance: dict[str, Any], older: list[dict[str, Any]]) -> str:

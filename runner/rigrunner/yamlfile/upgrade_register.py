@@ -36,16 +36,14 @@ def station_today(data: Any) -> Any:
     """Return the content of a station in the current form."""
     if not is_older(data):
         return data
-    older = set(older_entries(data))
-    entries = data["instruments"]
-    return {**data, "instruments": [_today(e) if i in older else e for i, e in enumerate(entries)]}
-
-
-def _today(entry: dict[str, Any]) -> dict[str, Any]:
-    stated = entry.get("accuracy") or {}
-    parts = {"overall": stated} if isinstance(stated, str) else stated
-    rest = {key: value for key, value in entry.items() if key not in {"accuracy", "errors"}}
-    return {**rest, "accuracy": {**parts, **entry["errors"]}}
+    entries = list(data["instruments"])
+    for index in older_entries(data):
+        entry = entries[index]
+        stated = entry.get("accuracy") or {}
+        parts = {"overall": stated} if isinstance(stated, str) else stated
+        rest = {key: value for key, value in entry.items() if key not in {"accuracy", "errors"}}
+        entries[index] = {**rest, "accuracy": {**parts, **entry["errors"]}}
+    return {**data, "instruments": entries}
 
 
 def edited_station(text: str, data: Any) -> str:

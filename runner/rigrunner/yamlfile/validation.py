@@ -11,7 +11,7 @@ from pydantic import BaseModel, ValidationError
 from rigrunner.api.errors import InvalidFileError, Problem
 from rigrunner.yamlfile.document import dotted, has_part
 from rigrunner.yamlfile.models import known_keys
-from rigrunner.yamlfile.wording import ALLOWED, Finding, describe
+from rigrunner.yamlfile.wording import ALLOWED, describe
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
@@ -42,7 +42,12 @@ def validate(
     try:
         return model_type.model_validate({} if data is None else data, context=context)
     except ValidationError as error:
-        found = [each for each in error.errors(include_url=False) if not _is_echo(each)]
+        found = [
+            each
+            for each in error.errors(include_url=False)
+            # A list is called too short also where items of it are wrong.
+            if each["type"] != "too_short" or len(each["input"]) < each["ctx"]["min_length"]
+        ]
         found = _of_another_kind(found) or found
         problems = [_problem(model_type, document, at, details) for details in found[:MAX_PROBLEMS]]
         if len(found) > MAX_PROBLEMS:
@@ -76,13 +81,6 @@ def _of_another_kind(found: list[ErrorDetails]) -> list[ErrorDetails]:
     return []
 
 
-def _is_echo(details: ErrorDetails) -> bool:
-    """Return whether a list is called too short only because items of it are wrong."""
-    if details["type"] != "too_short":
-        return False
-    return bool(len(details["input"]) >= details["ctx"]["min_length"])
-
-
 def _problem(
     model_type: type[BaseModel], document: Document, at: Path, details: ErrorDetails
 ) -> Problem:
@@ -99,13 +97,9 @@ def _problem(
     path += getattr(error, "key", ())  # of a validator of the whole that knows the part
     column = getattr(error, "column", None)
     where = document.where(path) if column is None else document.within(path, column)
-    return Problem(finding.message, where, dotted(path), _hint(document, path, finding))
-
-
-def _hint(document: Document, path: Path, finding: Finding) -> str:
     origin = document.origin(path)
-    written = f"it is written at {origin}" if origin else ""
-    return "; ".join(part for part in (finding.hint, written) if part)
+    hints = (finding.hint, f"it is written at {origin}" if origin else "")
+    return Problem(finding.message, where, dotted(path), "; ".join(filter(None, hints)))
 
 
 def _path_in_file(data: Any, loc: tuple[int | str, ...], *, keep_last: bool) -> Path:

@@ -64,7 +64,10 @@ def describe(details: ErrorDetails, keys: Sequence[str] = ()) -> Finding:
     if isinstance(error := context.get("error"), RigrunnerError):
         return Finding(error.message, error.hint)
     if kind not in _ALLOWED:
-        return Finding(_own_words(details, context), str(context.get("hint", "")))
+        message = str(context.get("error", details["msg"]))
+        if kind != "value_error":  # pydantic's own words
+            message = message[:1].lower() + message[1:]
+        return Finding(message, str(context.get("hint", "")))
     allowed = _ALLOWED[kind].format(**context)
     return Finding(f"got {show(got)}{ALLOWED}{allowed}", _scalar_hint(kind, got, context))
 
@@ -96,21 +99,14 @@ def key_hint(got: str, known: Sequence[str]) -> str:
     return f"{meant}known keys: {', '.join(known)}" if known else ""
 
 
-def _own_words(details: ErrorDetails, context: Mapping[str, Any]) -> str:
-    message = str(context.get("error", details["msg"]))
-    return message if details["type"] == "value_error" else message[:1].lower() + message[1:]
-
-
 def _scalar_hint(kind: str, got: object, context: Mapping[str, Any]) -> str:
     if kind == "string_type" and isinstance(got, (bool, int, float)):
         return f"put it in quotes: '{show(got)}'"
     if kind == "literal_error" and isinstance(got, str):
         allowed = re.findall("'([^']*)'", str(context["expected"]))
-        return did_you_mean(got, allowed, _other_kind(got, allowed))
+        kinds = [found[1] for text in (got, *allowed) if (found := _FILE_MARK.fullmatch(text))]
+        other = ""
+        if len(kinds) > 1:
+            other = f"this is a file of the kind '{kinds[0]}'; '{kinds[1]}' is needed"
+        return did_you_mean(got, allowed, other)
     return ""
-
-
-def _other_kind(got: str, allowed: list[str]) -> str:
-    """Report a file of another kind than the one that is asked for."""
-    kinds = [found[1] for text in (got, *allowed) if (found := _FILE_MARK.fullmatch(text))]
-    return f"this is a file of the kind '{kinds[0]}'; '{kinds[1]}' is needed" if kinds[1:] else ""
