@@ -197,9 +197,14 @@ class _Near:
 
     def holds(self) -> bool:
         """Return whether all samples between the crossings are on the side that the look says."""
-        if len(self.look.values) >= LONG * len(self.up[0]):
-            return self._holds_by_halves()
-        look, (begin, end) = self.look, self.up
+        look = self.look
+        if len(look.values) >= LONG * len(self.up[0]):
+            # the same by fewer looks: the one extreme of each half that could say otherwise
+            no_high, no_low = self._halves()
+            return all(
+                np.maximum.reduce(look.values[begin:end]) < look.high for begin, end in no_high
+            ) and all(np.minimum.reduce(look.values[begin:end]) > look.low for begin, end in no_low)
+        begin, end = self.up
         ends = [begin, self.down[0]] if self.one_cut else [begin, end, *self.down]
         cuts = np.sort(np.concatenate(ends))
         edges = np.concatenate([[look.first], cuts, [look.last + 1]])
@@ -208,15 +213,10 @@ class _Near:
         turn = len(ends)
         low_first = 0 if begin[0] == cuts[0] else turn // 2
         stretch = (np.arange(len(least)) + low_first) % turn
-        no_high, no_low = greatest < look.high, least > look.low
-        return bool((no_high | (stretch == turn // 2)).all() and (no_low | (stretch == 0)).all())
-
-    def _holds_by_halves(self) -> bool:
-        """Return the same, by the one extreme of each half of a cycle that could say otherwise."""
-        look, (no_high, no_low) = self.look, self._halves()
-        return all(
-            np.maximum.reduce(look.values[begin:end]) < look.high for begin, end in no_high
-        ) and all(np.minimum.reduce(look.values[begin:end]) > look.low for begin, end in no_low)
+        may_be_high, may_be_low = stretch == turn // 2, stretch == 0
+        return bool(
+            ((greatest < look.high) | may_be_high).all() and ((least > look.low) | may_be_low).all()
+        )
 
     def _halves(self) -> tuple[list[list[int]], list[list[int]]]:
         """Return from where to where no sample may be high, and where none may be low.

@@ -58,10 +58,16 @@ def model_of(
     inputs, (m, m), in the order of the effects.
     """
     inputs = (*(each.input for each in effects), *scales)
+    correlation: Array | None = None
+    if correlations:
+        correlation = np.eye(len(inputs))
+        for ensemble, part in correlations.items():
+            rows = [i for i, each in enumerate(inputs) if each.ensemble == ensemble]
+            correlation[np.ix_(rows, rows)] = part
     return MeasurementModel(
         inputs=inputs,
         equation=Corrected(value, tuple(effects), tuple(each.name for each in scales)),
-        correlation=_whole(inputs, correlations or {}),
+        correlation=correlation,
         lines=lines or {},
     )
 
@@ -88,13 +94,3 @@ class _Extended:
 
     def __call__(self, inputs: Mapping[str, Array]) -> Array:
         return np.asarray(self.equation(inputs) + self.more(inputs))
-
-
-def _whole(inputs: Sequence[Input], correlations: Mapping[str, Array]) -> Array | None:
-    if not correlations:
-        return None
-    whole = np.eye(len(inputs))
-    for ensemble, part in correlations.items():
-        rows = [i for i, each in enumerate(inputs) if each.ensemble == ensemble]
-        whole[np.ix_(rows, rows)] = part
-    return whole

@@ -128,8 +128,16 @@ def ranked(parts: Parts, ranks: Sequence[int]) -> list[float]:
         if sum(held.values()) <= KEPT:
             break
     if not opened:
-        return [float(each) for each in _values(known)]
-    ordered = _gathered(parts, set(known), opened)
+        # All bits are known: the values themselves, by the inverse of `_keys`.
+        bits = np.array(known, np.uint64)
+        values = np.where(bits >> 63, bits ^ SIGN, ~bits).view(np.float64)
+        return [float(each) for each in values]
+    found: dict[int, list[Array]] = {first: [] for first in known}
+    for part in parts():
+        keys = _keys(part)
+        for first, some in found.items():
+            some.append(part[keys >> opened == first])
+    ordered = {first: np.sort(np.concatenate(some)) for first, some in found.items()}
     return [float(ordered[k][r - b]) for k, r, b in zip(known, ranks, below, strict=True)]
 
 
@@ -148,22 +156,8 @@ def _counted(
     return tables
 
 
-def _gathered(parts: Parts, known: set[int], opened: int) -> dict[int, Array]:
-    found: dict[int, list[Array]] = {first: [] for first in known}
-    for part in parts():
-        keys = _keys(part)
-        for first, some in found.items():
-            some.append(part[keys >> opened == first])
-    return {first: np.sort(np.concatenate(some)) for first, some in found.items()}
-
-
 def _keys(values: Array) -> Keys:
     """Return whole numbers that have the order of the values (IEEE 754)."""
     bits = np.ascontiguousarray(values).view(np.uint64)
     # The bits of a negative number rise as it falls, so they are turned; others come above these.
     return np.where(bits >> 63, ~bits, bits | SIGN)
-
-
-def _values(keys: Sequence[int]) -> Array:
-    bits = np.array(keys, np.uint64)
-    return np.where(bits >> 63, bits ^ SIGN, ~bits).view(np.float64)

@@ -167,41 +167,22 @@ def _uncertain_numbers(model: MeasurementModel) -> Sequence[Any]:
         None if isnan(x.u) else GTC.ureal(x.value, x.u, x.dof, independent=x.dof < inf)
         for x in model.inputs
     ]
-    for rows in _ensembles(model).values():
+    for ensemble in dict.fromkeys(x.ensemble for x in model.inputs if x.ensemble):
+        rows = [row for row, x in enumerate(model.inputs) if x.ensemble == ensemble]
         inputs = [model.inputs[row] for row in rows]
-        values, u = [x.value for x in inputs], [x.u for x in inputs]
-        made = GTC.multiple_ureal(values, u, _shared_dof(inputs))
+        dof = inputs[0].dof
+        if any(x.dof != dof for x in inputs):
+            raise ValueError(f"the inputs of {ensemble} differ in their degrees of freedom")
+        made = GTC.multiple_ureal([x.value for x in inputs], [x.u for x in inputs], dof)
         for row, number in zip(rows, made, strict=True):
             numbers[row] = number
-    _correlate(model, numbers)
+    if model.correlation is not None:
+        for i, j in combinations(range(len(numbers)), 2):
+            r, one, other = float(model.correlation[i, j]), model.inputs[i], model.inputs[j]
+            if r != 0 and one.u > 0 and other.u > 0:
+                _refuse_without_dof(one, other)
+                GTC.set_correlation(r, numbers[i], numbers[j])
     return numbers
-
-
-def _ensembles(model: MeasurementModel) -> Mapping[str, list[int]]:
-    ensembles: dict[str, list[int]] = {}
-    for row, each in enumerate(model.inputs):
-        if each.ensemble:
-            ensembles.setdefault(each.ensemble, []).append(row)
-    return ensembles
-
-
-def _shared_dof(inputs: Sequence[Input]) -> float:
-    first = inputs[0]
-    if any(each.dof != first.dof for each in inputs):
-        raise ValueError(f"the inputs of {first.ensemble} differ in their degrees of freedom")
-    return first.dof
-
-
-def _correlate(model: MeasurementModel, numbers: Sequence[Any]) -> None:
-    import GTC  # noqa: PLC0415  (see above)
-
-    if model.correlation is None:
-        return
-    for i, j in combinations(range(len(numbers)), 2):
-        r = float(model.correlation[i, j])
-        if r != 0 and model.inputs[i].u > 0 and model.inputs[j].u > 0:
-            _refuse_without_dof(model.inputs[i], model.inputs[j])
-            GTC.set_correlation(r, numbers[i], numbers[j])
 
 
 def _refuse_without_dof(one: Input, other: Input) -> None:

@@ -26,17 +26,17 @@ THINNED = " Of many samples the least and the greatest of equal stretches are dr
 
 def of_recording(recording: Recording) -> Picture:
     """Return the picture of a recording: each channel over time, one above the other."""
-    time = Axis("time", "s")
+    time, units, written_in = Axis("time", "s"), recording.units, recording.written_in
     panels, alt = [], []
     for name, samples in list(recording.channels.items())[:MOST_CHANNELS]:
-        si_unit, written_in = recording.units.get(name, ""), recording.written_in.get(name, "")
-        values, unit = _shown(np.asarray(samples), si_unit, written_in)
+        values, unit = _shown(np.asarray(samples), units.get(name, ""), written_in.get(name, ""))
         places = places_of_extremes(values, most=MOST_SAMPLES)
         series = Series.over(places / recording.rate_hz, values[places], kind="line")
         panels.append(Figure("", time, Axis(name, unit), (series,)))
         alt.append(_span(name, values, unit))
     where = ", ".join(
-        f"{name} {_set_text(recording, name, value)}" for name, value in recording.setpoints.items()
+        f"{name} {written_text(value, units.get(name, ''), written_in.get(name, ''))}"
+        for name, value in recording.setpoints.items()
     )
     more = len(recording.channels) - len(panels)
     left_out = f" {more} more channels are not drawn." if more else ""
@@ -69,10 +69,6 @@ def of_table(rows: Sequence[Measurement]) -> Picture | None:
         alt.append(_span(name, values, unit))
     caption = f"Table {rows[0].name}, over {axis or 'its rows'}."
     return Picture(caption, "; ".join(alt), tuple(panels))
-
-
-def _set_text(recording: Recording, name: str, value: float) -> str:
-    return written_text(value, recording.units.get(name, ""), recording.written_in.get(name, ""))
 
 
 def _common(rows: Sequence[Measurement], name: str) -> str:

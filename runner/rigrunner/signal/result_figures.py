@@ -37,7 +37,18 @@ def over_coordinate(found: Sequence[Limited]) -> tuple[Figure, ...]:
     for result, limits, missed in found:
         others = [str(value) for name, value in result.coordinates.items() if name != axis]
         x = float(result.coordinates[axis].in_unit(x_unit).value)
-        groups.setdefault(", ".join(others), []).append(_point(result, x, limits, missed))
+        width = expanded(result.estimate)
+        ends = (None, None) if limits is None else (limits.lower, limits.upper)
+        lower, upper = (end if end is not None and isfinite(end) else None for end in ends)
+        point = Point(
+            x=x,
+            y=result.estimate.value,
+            U=width if isfinite(width) else None,
+            lower=lower,
+            upper=upper,
+            missed=missed,
+        )
+        groups.setdefault(", ".join(others), []).append(point)
     series = tuple(
         Series(name, tuple(sorted(points, key=lambda point: point.x)), "joined")
         for name, points in groups.items()
@@ -69,20 +80,6 @@ def _from_middle(point: Point) -> Point:
     assert point.upper is not None  # noqa: S101  (checked by the caller)
     middle, half = (point.lower + point.upper) / 2, (point.upper - point.lower) / 2
     return replace(point, y=point.y - middle, lower=-half, upper=half)
-
-
-def _point(result: MeasurementResult, x: float, limits: Limits | None, missed: bool) -> Point:  # noqa: FBT001  (as a row has it)
-    width = expanded(result.estimate)
-    ends = (None, None) if limits is None else (limits.lower, limits.upper)
-    lower, upper = (end if end is not None and isfinite(end) else None for end in ends)
-    return Point(
-        x=x,
-        y=result.estimate.value,
-        U=width if isfinite(width) else None,
-        lower=lower,
-        upper=upper,
-        missed=missed,
-    )
 
 
 def _axis(results: Sequence[MeasurementResult]) -> str | None:

@@ -150,16 +150,12 @@ class _Stretch:
     def spikes(self, usual: float, threshold: float) -> _Spikes:
         # Few samples pass this, and only these need their window's own deviation, which is costly.
         suspects = np.flatnonzero(self.deviation > threshold * usual)
-        local = MAD_TO_SIGMA * self._local_mad(suspects)
+        width = len(self.around) - len(self.centre) + 1
+        windows = sliding_window_view(self.around, width)[suspects]
+        centre = np.median(windows, axis=1, keepdims=True)
+        local = MAD_TO_SIGMA * np.median(np.abs(windows - centre), axis=1)
         mine = suspects[self.deviation[suspects] > threshold * local]
         return _Spikes(self.first + mine, self.deviation[mine], self.centre[mine])
-
-    def _local_mad(self, index: IntArray) -> Array:
-        """Return the median absolute deviation in the windows around some samples."""
-        width = len(self.around) - len(self.centre) + 1
-        windows = sliding_window_view(self.around, width)[index]
-        centre = np.median(windows, axis=1, keepdims=True)
-        return np.asarray(np.median(np.abs(windows - centre), axis=1))
 
 
 def _stretches(values: Samples, half: int) -> Iterator[_Stretch]:

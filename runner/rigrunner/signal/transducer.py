@@ -16,9 +16,8 @@ from rigrunner.api.uncertainty import Distribution, Effect, Input
 from rigrunner.api.units import si_symbol
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Sequence
 
-    from rigrunner.api.accuracy import ErrorLimit
     from rigrunner.api.instruments import Instrument
 
 
@@ -44,28 +43,18 @@ def transducer_effects(
         ("temperature effect on zero", errors.temperature_zero, slowly, 1.0),
         ("temperature effect on sensitivity", errors.temperature_sensitivity, as_the_gain, 1.0),
     )
-    return tuple(
-        effect
-        for name, stated, sensitivities, share in acting
-        if stated is not None
-        for effect in _effects(name, stated, instrument, sensitivities, share)
-    )
-
-
-def _effects(
-    name: str,
-    stated: ErrorLimit,
-    instrument: Instrument,
-    sensitivities: tuple[float, float],
-    share: float,
-) -> Iterator[Effect]:
-    shape = Distribution(stated.distribution)
-    parts = stated.in_parts(instrument.full_scale)
-    limits = zip(parts, ("1", si_symbol(instrument.quantity)), sensitivities, strict=True)
-    for half_width, unit, sensitivity in limits:
-        if half_width > 0:
-            u = share * half_width / OVER_U[shape]
-            named = f"transducer {name}" + (f" ({stated.source})" if stated.source else "")
-            known = Input(named, 0.0, u, distribution=shape, unit=unit, common=True)
-            # The result is the reading less its error.
-            yield Effect(known, -sensitivity)
+    effects = []
+    for name, stated, sensitivities, share in acting:
+        if stated is None:
+            continue
+        shape = Distribution(stated.distribution)
+        parts = stated.in_parts(instrument.full_scale)
+        limits = zip(parts, ("1", si_symbol(instrument.quantity)), sensitivities, strict=True)
+        for half_width, unit, sensitivity in limits:
+            if half_width > 0:
+                u = share * half_width / OVER_U[shape]
+                named = f"transducer {name}" + (f" ({stated.source})" if stated.source else "")
+                known = Input(named, 0.0, u, distribution=shape, unit=unit, common=True)
+                # The result is the reading less its error.
+                effects.append(Effect(known, -sensitivity))
+    return tuple(effects)

@@ -10,7 +10,7 @@ from rigrunner.signal.as_json.values import number
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from rigrunner.api.analysis import Bias, Check
+    from rigrunner.api.analysis import Check
     from rigrunner.signal.as_json.values import Json
 
 
@@ -25,18 +25,17 @@ def checks_of(checks: Iterable[Check]) -> list[Json]:
             "value": None if each.value is None else number(each.value),
             "threshold": None if each.threshold is None else number(each.threshold),
             "unit": each.unit or None,
-            "biases": [_bias(bias) for bias in each.biases],
+            "biases": [
+                {
+                    "of": bias.of,
+                    "value": number(bias.value),
+                    "standard_uncertainty": number(bias.u),
+                    "unit": bias.unit,
+                }
+                for bias in each.biases
+            ],
             "consequence": each.consequence or None,
             "effect": effect_words(each),
         }
         for each in checks
     ]
-
-
-def _bias(bias: Bias) -> Json:
-    return {
-        "of": bias.of,
-        "value": number(bias.value),
-        "standard_uncertainty": number(bias.u),
-        "unit": bias.unit,
-    }

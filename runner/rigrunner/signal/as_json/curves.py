@@ -16,6 +16,22 @@ if TYPE_CHECKING:
 
 def curve_of(curve: Curve) -> Json:
     """Return a curve with its coefficients, covariance and goodness."""
+    chosen_from: Json | None = None
+    if isinstance(curve, Chosen):
+        chosen_from = {
+            "criterion": curve.criterion,
+            "candidates": [
+                {
+                    "formula": each.formula,
+                    "parameters": each.parameters,
+                    "score": number(each.score),
+                    "residual_standard_deviation": number(each.residual_s),
+                    "chosen": each.chosen,
+                    "problem": each.problem or None,
+                }
+                for each in curve.candidates
+            ],
+        }
     standard = np.sqrt(np.diag(curve.covariance))
     return {
         "formula": curve.formula,
@@ -33,22 +49,5 @@ def curve_of(curve: Curve) -> Json:
         "r_squared": number(curve.r_squared),
         "valid_from": number(curve.valid_x[0]),
         "valid_to": number(curve.valid_x[1]),
-        "chosen_from": _candidates(curve) if isinstance(curve, Chosen) else None,
-    }
-
-
-def _candidates(curve: Chosen) -> Json:
-    return {
-        "criterion": curve.criterion,
-        "candidates": [
-            {
-                "formula": each.formula,
-                "parameters": each.parameters,
-                "score": number(each.score),
-                "residual_standard_deviation": number(each.residual_s),
-                "chosen": each.chosen,
-                "problem": each.problem or None,
-            }
-            for each in curve.candidates
-        ],
+        "chosen_from": chosen_from,
     }

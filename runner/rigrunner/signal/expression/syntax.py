@@ -36,6 +36,8 @@ DEEPEST = 100
 """Operations within operations; a sum of terms counts one for each."""
 LARGEST_POWER = 100
 
+_KNOWN_FUNCTIONS = (*FUNCTIONS, *OF_SEVERAL, *ALIASES)
+_DEPTH_HINT = f"at most {DEEPEST} operations are nested"
 _OPERATORS: dict[type[ast.operator], str] = {
     ast.Add: "+",
     ast.Sub: "-",
@@ -130,10 +132,6 @@ def parse_any(text: str) -> Expression:
     """Return the formula of a text, whatever it calls its quantities; raise ExpressionError."""
     words = {each["name"] for each in _WORD.finditer(text) if each["name"]}
     return parse(text, words - set(_KNOWN_FUNCTIONS) - set(CONSTANTS))
-
-
-_KNOWN_FUNCTIONS = (*FUNCTIONS, *OF_SEVERAL, *ALIASES)
-_DEPTH_HINT = f"at most {DEEPEST} operations are nested"
 
 
 def _nodes(node: Node) -> Iterator[Node]:
@@ -259,12 +257,9 @@ class _Reading:
             hint = did_you_mean(name, _KNOWN_FUNCTIONS, f"functions are {known}")
             _refuse(self.text, column, what, hint)
         name = ALIASES.get(name, name)
-        self._refuse_other_number(name, len(node.args), column)
-        operands = tuple(self.node(each, depth + 1) for each in node.args)
-        return Operation(name, operands, column)
-
-    def _refuse_other_number(self, name: str, count: int, column: int) -> None:
-        allowed = OF_SEVERAL.get(name, 1)
+        count, allowed = len(node.args), OF_SEVERAL.get(name, 1)
         if count < 1 or (allowed and count != allowed):
             needed = ("at least one number", "one number", "two numbers")[allowed]
             _refuse(self.text, column, f"takes {needed}, not {count}")
+        operands = tuple(self.node(each, depth + 1) for each in node.args)
+        return Operation(name, operands, column)

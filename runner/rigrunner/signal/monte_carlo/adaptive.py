@@ -76,11 +76,26 @@ def propagate(output: Callable[[Generator, int], Array], how: Adaptive) -> Propa
         trials = len(blocks) * BLOCK
         if trials < how.least_trials or len(blocks) == 1:  # a single block has no scatter
             continue
-        tolerance = numerical_tolerance(_pooled_u(found), how.digits)
-        stable = _is_stable(found, how.tolerance_share * tolerance)
+        tolerance = how.tolerance_share * numerical_tolerance(_pooled_u(found), how.digits)
+        # Stable: twice the deviation of each mean over the blocks is within the tolerance.
+        of_mean = np.std(found, axis=0, ddof=1) / sqrt(len(found))
+        stable = bool(np.all(2 * of_mean <= tolerance))
         if stable or trials >= how.most_trials:
             break
-    return _result(blocks, found, how, stable=stable)
+    means, deviations = np.array(found)[:, :2].T
+    mean = float(means.mean())
+    squares = (BLOCK - 1) * (deviations**2).sum() + BLOCK * ((means - mean) ** 2).sum()
+    u = sqrt(squares / (trials - 1))
+    both = intervals(blocks, how.p)
+    return Propagated(
+        trials=trials,
+        mean=mean,
+        u=u,
+        symmetric=both.symmetric,
+        shortest=both.shortest,
+        tolerance=numerical_tolerance(u, how.digits),
+        stable=stable,
+    )
 
 
 def _blocks(output: Callable[[Generator, int], Array], seed: int) -> Iterator[Array]:
@@ -111,28 +126,3 @@ def _pooled_u(found: list[tuple[float, ...]]) -> float:
     """Return the standard deviation of all values, from those of equal blocks (7.9.4 i)."""
     means, deviations = np.array(found)[:, :2].T
     return float(np.sqrt(np.mean(deviations**2) + means.var()))
-
-
-def _is_stable(found: list[tuple[float, ...]], tolerance: float) -> bool:
-    """Return whether twice the deviation of each mean over the blocks is within the tolerance."""
-    of_mean = np.std(found, axis=0, ddof=1) / sqrt(len(found))
-    return bool(np.all(2 * of_mean <= tolerance))
-
-
-def _result(
-    blocks: list[Array], found: list[tuple[float, ...]], how: Adaptive, *, stable: bool
-) -> Propagated:
-    means, deviations = np.array(found)[:, :2].T
-    trials, mean = len(blocks) * BLOCK, float(means.mean())
-    squares = (BLOCK - 1) * (deviations**2).sum() + BLOCK * ((means - mean) ** 2).sum()
-    u = sqrt(squares / (trials - 1))
-    both = intervals(blocks, how.p)
-    return Propagated(
-        trials=trials,
-        mean=mean,
-        u=u,
-        symmetric=both.symmetric,
-        shortest=both.shortest,
-        tolerance=numerical_tolerance(u, how.digits),
-        stable=stable,
-    )

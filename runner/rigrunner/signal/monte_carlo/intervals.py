@@ -44,23 +44,14 @@ def intervals(blocks: Sequence[Array], p: float) -> Intervals:
     """
     total = sum(map(len, blocks))
     count = total - _count(total, p)
-    low, high = _least_and_greatest(blocks, count)
-    middle, narrowest = count // 2, int(np.argmin(high - low))
-    return Intervals(*(Interval(float(low[k]), float(high[k])) for k in (middle, narrowest)))
-
-
-def _least_and_greatest(blocks: Sequence[Array], count: int) -> tuple[Array, Array]:
-    """Return so many of the least values of equal, ordered blocks, and of the greatest, in order.
-
-    At least `count` values lie within the greatest of the blocks' own values of that rank.
-    """
+    # At least `count` values lie within the greatest of the blocks' own values of that rank.
     rank = -(-count // len(blocks))
     most, least = max(each[rank - 1] for each in blocks), min(each[-rank] for each in blocks)
     low = np.concatenate([each[: np.searchsorted(each, most, "right")] for each in blocks])
     high = np.concatenate([each[np.searchsorted(each, least, "left") :] for each in blocks])
-    low.sort()
-    high.sort()
-    return low[:count], high[-count:]
+    low, high = np.sort(low)[:count], np.sort(high)[-count:]
+    middle, narrowest = count // 2, int(np.argmin(high - low))
+    return Intervals(*(Interval(float(low[k]), float(high[k])) for k in (middle, narrowest)))
 
 
 def _count(n: int, p: float) -> int:
