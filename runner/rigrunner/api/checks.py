@@ -54,13 +54,16 @@ class Limit:
         values = list(found)
         bad = [words for value, words in values if self._margin(value) < 0]
         worst = min((value for value, _ in values), key=self._margin, default=None)
+        nearer = None
+        if worst is not None:
+            nearer = self.lower if worst - self.lower < self.upper - worst else self.upper
         return Check(
             f"{prefix}{self.name}",
             ok=not bad,
             text="; ".join(bad) or self.good,
             advice=self.advice if bad else "",
             value=worst,
-            threshold=None if worst is None else self._nearer(worst),
+            threshold=nearer,
             unit=self.unit,
             decisive=self.decisive,
         )
@@ -68,9 +71,6 @@ class Limit:
     def _margin(self, value: float) -> float:
         """Return the distance of a value inside the limits; negative outside, and for a NaN."""
         return -inf if isnan(value) else min(value - self.lower, self.upper - value)
-
-    def _nearer(self, value: float) -> float:
-        return self.lower if value - self.lower < self.upper - value else self.upper
 
 
 def skipped(name: str, why: str) -> Check:

@@ -342,14 +342,10 @@ def _need_several(what: str, infos: Iterable[object]) -> None:
 def _find(kind: str, name: str, known: Mapping[str, _Info]) -> _Info:
     if name not in known:
         raise DeviceRejectedError(
-            f"there is no {kind} '{name}'", hint=f"there are: {_listing(known)}"
+            f"there is no {kind} '{name}'", hint=f"there are: {', '.join(known) or 'none'}"
         )
     return known[name]
 
 
 def _named(identity: Identity) -> str:
     return " ".join(each for each in (identity.maker, identity.model, identity.serial) if each)
-
-
-def _listing(names: Iterable[str]) -> str:
-    return ", ".join(names) or "none"

@@ -103,17 +103,14 @@ class LineLink:
         if self._failed:
             raise DeviceLostError(f"{self._name} was abandoned after an earlier failure")
         if self._port.ready(0.0):
-            self._refuse_what_was_not_asked_for()
+            waiting = self._port.receive()
+            if not waiting:
+                raise DeviceLostError(f"{self._name} closed the connection")
+            raise DeviceLostError(
+                f"{self._name} sent {waiting[:40]!r} without being asked",
+                hint="is it the answer to an earlier command that should have none?",
+            )
         self._port.transmit(request.encode("ascii") + self._end, self._answer_s)
-
-    def _refuse_what_was_not_asked_for(self) -> None:
-        waiting = self._port.receive()
-        if not waiting:
-            raise DeviceLostError(f"{self._name} closed the connection")
-        raise DeviceLostError(
-            f"{self._name} sent {waiting[:40]!r} without being asked",
-            hint="is it the answer to an earlier command that should have none?",
-        )
 
     def _line(self, request: str) -> str:
         """Return one complete line, within the time-out from the first byte to the last."""
@@ -122,7 +119,14 @@ class LineLink:
         while not got.endswith(self._end):
             remaining_s = until_s - time.monotonic()
             if remaining_s <= 0 or not self._port.ready(remaining_s):
-                raise self._unfinished(request, got)
+                within = f"within {self._answer_s:g} s"
+                if not got:
+                    raise DeviceTimeoutError(f"{self._name} did not answer '{request}' {within}")
+                raise DeviceTimeoutError(
+                    f"{self._name} answered '{request}' by {got[:40]!r} and no {self._end!r}"
+                    f" {within}",
+                    hint="does the instrument use this line terminator?",
+                )
             more = self._port.receive()
             if not more:
                 raise DeviceLostError(f"{self._name} closed the connection at '{request}'")
@@ -136,14 +140,3 @@ class LineLink:
                 f"'{request}' was answered by {line[:40]!r}, expected one line of text"
             )
         return line.decode("ascii")
-
-    def _unfinished(self, request: str, got: bytes) -> DeviceTimeoutError:
-        if not got:
-            return DeviceTimeoutError(
-                f"{self._name} did not answer '{request}' within {self._answer_s:g} s"
-            )
-        return DeviceTimeoutError(
-            f"{self._name} answered '{request}' by {got[:40]!r}"
-            f" and no {self._end!r} within {self._answer_s:g} s",
-            hint="does the instrument use this line terminator?",
-        )

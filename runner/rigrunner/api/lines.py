@@ -156,16 +156,16 @@ class LineDriver(Driver):
             self._instrument = self._instrument or self.simulator()
             self._link = _Simulated(self._instrument)
         else:
-            self._link = link = self._over(timeout_s)
-            if self.settings.is_serial and self.is_reconnecting:
+            settings, serial = self.settings, self.settings.is_serial
+            port = (
+                SerialPort(settings.address, settings.baud)
+                if serial
+                else TcpPort(settings.address, timeout_s)
+            )
+            self._link = link = LineLink(settings.address, port, self.terminator, settings.timeout)
+            if serial and self.is_reconnecting:
                 # It waits up to three times as long, within the patience of the station.
-                link.wait_for_silence(min(self.settings.timeout, self._patience.answer_s / 4))
-
-    def _over(self, timeout_s: float) -> LineLink:
-        settings, address = self.settings, self.settings.address
-        serial = settings.is_serial
-        port = SerialPort(address, settings.baud) if serial else TcpPort(address, timeout_s)
-        return LineLink(address, port, self.terminator, settings.timeout)
+                link.wait_for_silence(min(settings.timeout, self._patience.answer_s / 4))
 
     def _linked(self) -> _Link:
         if self._link is None:

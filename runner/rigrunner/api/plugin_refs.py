@@ -44,14 +44,10 @@ class PluginRef(Settings):
             raise ValueError("a plugin is written as 'name', or as 'name: {setting: value}'")
         settings = value[names[0]]
         if not isinstance(settings, dict | None):
-            raise _at(cls, names[0], settings)
+            # placed where the settings stand
+            details = InitErrorDetails(type="dict_type", loc=(names[0],), input=settings)
+            raise ValidationError.from_exception_data(cls.__name__, [details])
         return {"name": names[0], "settings": settings or {}, LABEL: value.get(LABEL, names[0])}
-
-
-def _at(model: type[PluginRef], name: str, settings: object) -> ValidationError:
-    """Return the refusal of settings that are no mapping, placed where they stand."""
-    details = InitErrorDetails(type="dict_type", loc=(name,), input=settings)
-    return ValidationError.from_exception_data(model.__name__, [details])
 
 
 class OutlierRuleRef(PluginRef):

@@ -16,7 +16,7 @@ from rigrunner.api.verdict import worst
 from rigrunner.moved import moved
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
+    from collections.abc import Iterable, Mapping
 
     from rigrunner.api.analysis import Check
     from rigrunner.api.data import Estimate, Measurement, RunData
@@ -69,7 +69,12 @@ class MeasuredLimits:
     @classmethod
     def of(cls, rows: Iterable[Measurement]) -> MeasuredLimits:
         """Return the limited values of tables."""
-        return cls(tuple(_judged(rows)))
+        numbers = Counter[str]()
+        values = []
+        for row in rows:
+            numbers[row.name] += 1
+            values += [JudgedValue(each, row, numbers[row.name]) for each in row.decisions]
+        return cls(tuple(values))
 
     @cached_property
     def missed(self) -> tuple[JudgedValue, ...]:
@@ -92,14 +97,6 @@ class MeasuredLimits:
         more = f", and {missed - 1} more" if missed > 1 else ""
         first = self.missed[0].decision.reason
         return f"Measured values out of limits: {missed} of {count} ({first}{more})."
-
-
-def _judged(rows: Iterable[Measurement]) -> Iterator[JudgedValue]:
-    numbers = Counter[str]()
-    for row in rows:
-        numbers[row.name] += 1
-        for decision in row.decisions:
-            yield JudgedValue(decision, row, numbers[row.name])
 
 
 @dataclass(frozen=True, eq=False)

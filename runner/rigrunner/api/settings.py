@@ -104,22 +104,15 @@ def _read(dimension: str | None, value: object) -> Quantity:
         return parse_quantity(value, dimension)
     such_as = f"10 {units_of(dimension)[0]}" if dimension else "10 Hz"
     if isinstance(value, (int, float)) and not isinstance(value, bool):
-        hint = (
-            f"write it as {_with_units(value, dimension)}"
-            if dimension
-            else f"such as '{such_as}'; a number without a unit is written '{value} 1'"
-        )
+        hint = f"such as '{such_as}'; a number without a unit is written '{value} 1'"
+        if dimension:
+            # A bare 0.3 is 0.3 % at least as often as 30 %.
+            first, *others = units_of(dimension)
+            units = [first] if first != "1" else [*others, first]
+            hint = "write it as " + " or ".join(f"'{value} {each}'" for each in units)
         raise QuantityError(f"{value} is not a number with a unit", hint=hint)
     what = "nothing" if value is None else _KINDS.get(type(value), f"a {type(value).__name__}")
     raise QuantityError(f"got {what}, expected a number with a unit", hint=f"such as '{such_as}'")
-
-
-def _with_units(value: float, dimension: str) -> str:
-    """Return possible spellings with units; a bare 0.3 is 0.3 % at least as often as 30 %."""
-    first, *others = units_of(dimension)
-    return " or ".join(
-        f"'{value} {each}'" for each in ([first] if first != "1" else [*others, first])
-    )
 
 
 def _difference(quantity: Quantity) -> Quantity:

@@ -36,7 +36,13 @@ def table(header: Sequence[str], rows: Sequence[Sequence[str]], right: str = "")
     lines = [list(header), *(list(row) for row in rows)]
     widths = [max(len(line[i]) for line in lines) for i in range(len(header))]
     sides = right.ljust(len(header), "l")
-    body = [_line(line, widths, sides) for line in lines]
+    body = []
+    for line in lines:
+        cells = (
+            cell.rjust(width) if side == "r" else cell.ljust(width)
+            for cell, width, side in zip(line, widths, sides, strict=True)
+        )
+        body.append(GAP.join(cells).rstrip())
     rule = GAP.join("-" * width for width in widths)
     return "\n".join([body[0], rule, *body[1:]])
 
@@ -48,11 +54,3 @@ def pairs(rows: Sequence[tuple[str, str]]) -> str:
     return "\n".join(
         f"{name.ljust(width)}{GAP}{below.join(value.splitlines())}".rstrip() for name, value in rows
     )
-
-
-def _line(cells: Sequence[str], widths: Sequence[int], sides: str) -> str:
-    aligned = [
-        cell.rjust(width) if side == "r" else cell.ljust(width)
-        for cell, width, side in zip(cells, widths, sides, strict=True)
-    ]
-    return GAP.join(aligned).rstrip()

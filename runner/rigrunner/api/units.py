@@ -83,7 +83,13 @@ def unit(symbol: str, dimension: str | None = None) -> Unit:
     if found is not None:
         return found
     near = _with_one_bar(wanted) or _near(wanted, dimension)
-    hint = f"did you mean '{near}'?" if near else _listing(dimension)
+    if near:
+        hint = f"did you mean '{near}'?"
+    elif dimension:
+        hint = f"units of {dimension}: {', '.join(units_of(dimension))}"
+    else:
+        common = ", ".join(known.symbol for known in UNITS)
+        hint = f"known units, with prefixes, products and quotients: {common}"
     raise QuantityError(f"unknown unit '{clip(symbol.strip())}'", hint=hint)
 
 
@@ -196,13 +202,6 @@ def clip(text: str) -> str:
     return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 1]}…"
 
 
-def _listing(dimension: str | None) -> str:
-    if dimension:
-        return f"units of {dimension}: {', '.join(units_of(dimension))}"
-    common = ", ".join(known.symbol for known in UNITS)
-    return f"known units, with prefixes, products and quotients: {common}"
-
-
 def _named(spelling: str) -> Unit | None:
     """Return the unit of a name; raise QuantityError if two define it differently."""
     found = _BY_SPELLING.get(spelling)
@@ -292,13 +291,7 @@ def _powers(text: str) -> Iterator[tuple[str, int]]:
     above, _, below = text.partition("/")
     for part, sign in ((above, 1), (below, -1)):
         for name, power in _PART.findall(part):
-            yield name, sign * _power(power)
-
-
-def _power(text: str) -> int:
-    if not text:
-        return 1
-    return int(text.lstrip("^").translate(_DIGITS))
+            yield name, sign * int(power.lstrip("^").translate(_DIGITS) or 1)
 
 
 @lru_cache(maxsize=1024)
