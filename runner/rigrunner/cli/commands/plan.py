@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-    from rigrunner.plan import Prediction
+    from rigrunner.plan import PredictedReading, Prediction
     from rigrunner.run.prepare import Planned
 
 
@@ -86,11 +86,7 @@ def _sections(planned: Planned, prediction: Prediction) -> Iterator[str]:
         rows = [[one.name, one.member, one.condition, one.does] for one in planned.plan.interlocks]
         yield f"Interlocks\n{table(['name', 'channel', 'trips', 'does'], rows, 'llll')}"
     if prediction.readings:
-        readings = [
-            [each.recording, each.channel, f"{each.peak:.3g} {each.unit}",
-             f"{each.full_scale:g} {each.unit}", f"{each.share:.0%}"]
-            for each in prediction.readings
-        ]  # fmt: skip
+        readings = [_reading_row(each) for each in prediction.readings]
         header = ["recording", "channel", "peak", "full scale", "used"]
         yield f"Expected readings, at most\n{table(header, readings, 'llrrr')}"
     most = "at most " if planned.plan.has_conditions else ""
@@ -101,6 +97,16 @@ def _sections(planned: Planned, prediction: Prediction) -> Iterator[str]:
             ("disk", f"{most}{prediction.disk_bytes / 1e6:.1f} MB of samples, before compression"),
         ]
     )
+
+
+def _reading_row(reading: PredictedReading) -> list[str]:
+    return [
+        reading.recording,
+        reading.channel,
+        f"{reading.peak:.3g} {reading.unit}",
+        f"{reading.full_scale:g} {reading.unit}",
+        f"{reading.share:.0%}",
+    ]
 
 
 def _drive_rows(planned: Planned) -> list[list[str]]:

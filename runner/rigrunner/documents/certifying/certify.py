@@ -200,9 +200,9 @@ def _refuse_beyond_calibration(source: Source) -> None:
                 hint="enter the instrument with its certificate and accuracy in the station's"
                 " register, and repeat the run",
             )
+        beyond = f"{found.where} exceeded its calibrated range: {found.text}"
         raise UsageError(
-            f"{run_id} cannot be certified: {found.where} exceeded its calibrated range:"
-            f" {found.text}",
+            f"{run_id} cannot be certified: {beyond}",
             hint="have it calibrated up to there, or repeat the run within the range;"
             " --not-for-certification makes a specimen that says so",
         )
