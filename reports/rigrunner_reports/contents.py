@@ -57,6 +57,7 @@ def contents(report: ReportInput, page: Page) -> Iterator[tuple[Section, object]
     for number, given_section in enumerate(report.result.sections, 1):
         # Those of analyses come after the results, at 5.
         title, shown = given_section.title, given_view(given_section)
+        # `v` holds this section's own: the function is called after the loop.
         own = Section("given", title, 6, lambda *_, v=shown: v, anchor=f"given-{number}")
         found.append((own, page))
     for sections, of in page.brought:

@@ -91,7 +91,7 @@ class PaperPeak:
         effects = (
             scatter_effect("scatter between cycles", peak),
             *fit,
-            frequency_effect("frequency", _slope(curve, frequency), point.frequency_hz),
+            frequency_effect(_slope(curve, frequency), point.frequency_hz),
             *difference_effects(sweep.instrument, runs=len(readings)),
             *transducer_effects(
                 sweep.instrument, peak.value - value, readings, slow=sqrt(len(readings))

@@ -28,10 +28,10 @@ SINGLE_VALUES = (
 )
 
 
-def frequency_effect(name: str, slope_nm_per_hz: float, frequency_hz: Estimate) -> Effect:
+def frequency_effect(slope_nm_per_hz: float, frequency_hz: Estimate) -> Effect:
     """Return what not knowing the frequency makes of a no-load peak that goes with it."""
     known = Input(
-        name,
+        "frequency",
         frequency_hz.value,
         frequency_hz.u,
         frequency_hz.dof,

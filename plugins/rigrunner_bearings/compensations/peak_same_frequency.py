@@ -88,7 +88,7 @@ def _frequency(loaded: PeakPoint, no_load: PeakPoint, others: Sequence[PeakPoint
     apart = (estimates[0].value - estimates[1].value) / sqrt(3)
     u = hypot(estimates[0].u, estimates[1].u, apart)
     dof = min(each.dof for each in estimates)
-    return frequency_effect("frequency", _slope(no_load, others), Estimate(0.0, u, dof, "Hz"))
+    return frequency_effect(_slope(no_load, others), Estimate(0.0, u, dof, "Hz"))
 
 
 def _slope(point: PeakPoint, others: Sequence[PeakPoint]) -> float:

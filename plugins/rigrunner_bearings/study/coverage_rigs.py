@@ -107,6 +107,7 @@ SENSOR_ERRORS = {
 
 def draw(simulator: str, rng: Generator, station: Station, limits: Limits) -> Rig:
     """Return a rig of the population, described by the station as well as a station can."""
+    # All draws in this order, also those among the arguments: so a seed names the same rigs.
     instrument = torque_instrument(station)
     law = str(rng.choice(list(LAWS[simulator])))
     values = drawn((*COMMON, *RANGES[simulator]), rng)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from contextlib import nullcontext
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Generic, TypeVar
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
     from rigrunner.api import StopToken
-    from rigrunner.jobs import Workers
+    from rigrunner.jobs import Journal, Workers
     from rigrunner_bearings.study.case import Case
 
 Finding = TypeVar("Finding", bound="DataclassInstance")
@@ -55,7 +55,7 @@ class Going:
         keys = [json.dumps(asdict(case), sort_keys=True) for case in wanted]
         found: dict[str, Finding] = {}
         # A finding depends on more than its case: other programs find other things.
-        keeping = (
+        keeping: AbstractContextManager[Journal | None] = (
             nullcontext()
             if self.keep is None
             else journal(

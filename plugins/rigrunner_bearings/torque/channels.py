@@ -76,9 +76,10 @@ def finite(recording: Recording, name: str) -> Samples:
     return values
 
 
-def set_point(recording: Recording, torque: str, quantity: str) -> float:
-    """Return the set value of a quantity of the device that owns the torque channel."""
-    return _value(recording, recording.setpoints, Member(role_of(torque), quantity), "set-point")
+def set_frequency(recording: Recording, torque: str) -> float:
+    """Return the set frequency, in Hz, of the device that owns the torque channel."""
+    name = Member(role_of(torque), "frequency")
+    return _value(recording, recording.setpoints, name, "set-point")
 
 
 def is_set(recording: Recording, quantity: str) -> bool:

@@ -14,7 +14,7 @@ from rigrunner.api.analysis.requirements import LEAST_CYCLES
 from rigrunner.api.figures import Axis, Curve, Figure, Point, Series
 from rigrunner.signal.coverage import expanded
 from rigrunner_bearings.signal.swing_cutter import PHASES, SwingCutter
-from rigrunner_bearings.torque.channels import motion_channel, set_point, torque_channel
+from rigrunner_bearings.torque.channels import motion_channel, set_frequency, torque_channel
 from rigrunner_bearings.torque.prepare import prepare_point
 
 if TYPE_CHECKING:
@@ -161,7 +161,7 @@ class _Latest:
         # Samples are read as they are: blocks have been corrected.
         self.plain_run = replace(run, zeros={}, recording_zeros={}, instruments={})
         _, motion = motion_channel(recording)
-        set_hz = set_point(recording, torque, "frequency")
+        set_hz = set_frequency(recording, torque)
         if not set_hz > 0:
             raise DataError(f"recording {recording.name} has no cycles: its frequency was set to 0")
         rate_hz = recording.rate_hz

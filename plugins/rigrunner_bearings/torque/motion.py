@@ -21,7 +21,7 @@ from rigrunner_bearings.api.rig import rig_of
 from rigrunner_bearings.signal.cycles import find_cycles, integrated_swing
 from rigrunner_bearings.signal.kinematics import swing_angle
 from rigrunner_bearings.signal.pulses import pulse_edges, starts_by_frequency, starts_from_edges
-from rigrunner_bearings.torque.channels import finite, motion_channel, set_point, torque_channel
+from rigrunner_bearings.torque.channels import finite, motion_channel, set_frequency, torque_channel
 from rigrunner_bearings.torque.waveforms import PHASES, mean_of
 
 if TYPE_CHECKING:
@@ -78,7 +78,7 @@ def _motion(
     rate_hz = recording.rate_hz
     if source is MotionSource.ENTERED:
         torque = torque_channel(recording, run.instruments)
-        entered_hz = set_point(recording, torque, "frequency")
+        entered_hz = set_frequency(recording, torque)
         starts = starts_by_frequency(torque_nm, rate_hz, entered_hz)
         _refuse_few(starts)
         return Motion(MotionSource.ENTERED, starts, entered_frequency(entered_hz))

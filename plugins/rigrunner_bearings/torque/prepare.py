@@ -18,7 +18,7 @@ from rigrunner.signal.averaging import robust_mean
 from rigrunner.signal.extremes import extremes
 from rigrunner.signal.spikes import despiked
 from rigrunner_bearings.api.points import MotionSource, PeakPoint, SwingPoint
-from rigrunner_bearings.torque.channels import load_n, set_point, torque_channel
+from rigrunner_bearings.torque.channels import load_n, set_frequency, torque_channel
 from rigrunner_bearings.torque.clocks import alignment_u_s
 from rigrunner_bearings.torque.motion import entered_frequency, find_motion
 from rigrunner_bearings.torque.reading import torque_reading
@@ -48,7 +48,7 @@ def prepare_point(
     kept, rejections = _judged(recording, name, peaks, rule)
     point = PeakPoint(
         recording=recording.name,
-        set_frequency_hz=set_point(recording, name, "frequency"),
+        set_frequency_hz=set_frequency(recording, name),
         frequency_hz=motion.frequency_hz,
         load_n=load_n(recording, name),
         peak_nm=peaks,
@@ -83,7 +83,7 @@ def prepare_point(
 def _single_value(recording: Recording, run: RunData) -> PeakPoint:
     """Return a value that was measured once: no cycle, no scatter, the frequency as entered."""
     name = torque_channel(recording, run.instruments)
-    entered_hz = set_point(recording, name, "frequency")
+    entered_hz = set_frequency(recording, name)
     return PeakPoint(
         recording=recording.name,
         set_frequency_hz=entered_hz,

@@ -11,6 +11,7 @@ from rigrunner.api.events import CONCLUDED
 from rigrunner.api.units import with_symbol
 from rigrunner.api.verdict import probability_text, risk_text, worst
 from rigrunner_reports.numbers import fixed, significant, stated
+from rigrunner_reports.view.run import moment
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -176,7 +177,7 @@ class LaterView:
     @property
     def when(self) -> str:
         """The time, to the second."""
-        return self.found.decided_utc[:19].replace("T", " ")
+        return moment(self.found.decided_utc)
 
     @property
     def verdict(self) -> VerdictView:

@@ -73,7 +73,6 @@ def observe(
     name: str,
     filters: Filters,
     by: Sequence[str] = (),
-    limit: int | None = None,
 ) -> Observations:
     """Return the values of a quantity in the selected runs; by the columns of runs in `by`.
 
@@ -86,12 +85,12 @@ def observe(
     if quantity.is_named:
         filters = of_name(name, filters)
     by = by or quantity.groups
-    values = _values(archive, quantity, filters, limit)
+    values = _values(archive, quantity, filters)
     places = {each.place for several in values.values() for each in several}
     groups: dict[str, Group] = {}
     excluded, simulated, counted, doubtful = [], set(), 0, 0
     figures: dict[tuple[str, float], str] = {}
-    for run in rows(archive, "runs", filters, limit=limit):
+    for run in rows(archive, "runs", filters):
         run_id = run["run_id"] or run["path"]
         found = values.get(run[FOLDER], [])
         reason = unfit(run) or _unclear(found, quantity)
@@ -135,28 +134,24 @@ def of_one_kind(group: Group, quantity: Quantity) -> None:
     raise DataError(f"figures of several rigs or mandrels: {kinds}", hint=_APART)
 
 
-def _values(
-    archive: Database, quantity: Quantity, filters: Filters, limit: int | None
-) -> dict[str, list[Found]]:
+def _values(archive: Database, quantity: Quantity, filters: Filters) -> dict[str, list[Found]]:
     if quantity.is_named:
-        return named_values(archive, filters, limit)
+        return named_values(archive, filters)
     if not quantity.is_result:
-        return _figures(archive, quantity, filters, limit)
+        return _figures(archive, quantity, filters)
     at_points = any(name in filters.ranges for name in _OF_POINTS)
     value, expanded = TORQUES[quantity.name]
     found: dict[str, list[Found]] = {}
-    for row in rows(archive, "points" if at_points else "runs", filters, limit=limit):
+    for row in rows(archive, "points" if at_points else "runs", filters):
         if row[value] is not None:
             each = Found(row[value], row[expanded] if expanded else None, TORQUE_UNIT)
             found.setdefault(row[FOLDER], []).append(each)
     return found
 
 
-def named_values(
-    archive: Database, filters: Filters, limit: int | None = None
-) -> dict[str, list[Found]]:
+def named_values(archive: Database, filters: Filters) -> dict[str, list[Found]]:
     """Return the named results of each run, in the unit of the newest."""
-    every = [row for row in rows(archive, "results", filters, limit=limit) if row["si_unit"]]
+    every = [row for row in rows(archive, "results", filters) if row["si_unit"]]
     kinds = sorted({row["si_unit"] for row in every})
     if len(kinds) > 1:
         hint = "choose by --procedure or --revision"
@@ -191,12 +186,10 @@ def _between(value: float | None, symbol: str, other: str) -> float | None:
     return float(f"{from_si(value * known.factor + known.offset, other):.12g}")
 
 
-def _figures(
-    archive: Database, quantity: Quantity, filters: Filters, limit: int | None
-) -> dict[str, list[Found]]:
+def _figures(archive: Database, quantity: Quantity, filters: Filters) -> dict[str, list[Found]]:
     found: dict[str, list[Found]] = {}
     names, known = set(), set()
-    for row in rows(archive, "figures", filters, limit=limit):
+    for row in rows(archive, "figures", filters):
         known.add(row["name"])
         if quantity.fits(row["source"], row["name"]) and row["value"] is not None:
             names.add(f"{row['source']}/{row['name']}")
@@ -207,7 +200,7 @@ def _figures(
             f"several figures are called '{quantity.name}'",
             hint=f"name one: {', '.join(sorted(names))}",
         )
-    known |= {row["name"] for row in rows(archive, "results", filters, limit=limit)}
+    known |= {row["name"] for row in rows(archive, "results", filters)}
     if not found and known:
         raise UsageError(
             f"no matching run has a result or figure '{quantity.name}'",

@@ -69,9 +69,7 @@ def individuals(baseline: Sequence[float]) -> Individuals:
     )
 
 
-def ewma(
-    values: Sequence[float], centre: float, sigma: float, *, weight: float = 0.2, width: float = 3.0
-) -> Ewma:
+def ewma(values: Sequence[float], centre: float, sigma: float, *, weight: float) -> Ewma:
     """Return an EWMA chart of values, shape (n,), about a centre.
 
     Limits widen with each value towards their asymptote (Montgomery 9.2; NIST/SEMATECH e-Handbook
@@ -85,7 +83,7 @@ def ewma(
         smoothed.append(last)
     number = np.arange(1, len(smoothed) + 1)
     spread = weight / (2.0 - weight) * (1.0 - (1.0 - weight) ** (2 * number))
-    half = width * sigma * np.sqrt(spread)
+    half = 3.0 * sigma * np.sqrt(spread)
     return Ewma(np.array(smoothed), centre, centre - half, centre + half)
 
 
