@@ -53,6 +53,7 @@ def command(
     the lab folder, so that the panel finds them too. Inputs that are not given are asked when the
     run starts.
     """
+    from rigrunner.api.errors import InvalidFileError, UsageError
     from rigrunner.cli.output import result
     from rigrunner.clock import WallClock
     from rigrunner.procedure import load_procedure
@@ -71,7 +72,11 @@ def command(
         Draft(procedure=procedure, station=PurePath(station).as_posix(), inputs=each, again=again)
         for each in inputs
     ]
-    drafts = allowed(runs, loaded.model.id, drafts)
+    try:
+        drafts = allowed(runs, loaded.model.id, drafts)
+    except InvalidFileError as error:  # its problems name a field of the screen
+        told = "; ".join(each.message for each in error.problems)
+        raise UsageError(told, hint="give the reason with --again") from error
     for entry in Queue(runs).add(drafts, by, WallClock().utc(), proposed=propose):
         result(f"{entry.id}  {entry.specimen}  {entry.state}")
 
