@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api import OutlierRuleRecord, hookimpl
 from rigrunner.api.hooks import OutlierExample
-from rigrunner_plugins.outlier_rules.settings import of_pauta
+from rigrunner_plugins.outlier_rules.requirements import of_pauta
 
 if TYPE_CHECKING:
     from rigrunner.api import NoSettings, OutlierRule

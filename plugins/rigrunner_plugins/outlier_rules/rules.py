@@ -11,7 +11,7 @@ import numpy as np
 from scipy.special import ndtri, stdtrit
 
 from rigrunner.api import DataError, Rejection
-from rigrunner_plugins.outlier_rules.settings import BLIND_OF_PAUTA
+from rigrunner_plugins.outlier_rules.requirements import BLIND_OF_PAUTA
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

@@ -1,15 +1,12 @@
-"""What the rules for gross errors can be told, and need of a run; loads without numpy."""
+"""What the rules for gross errors can be told; loads without numpy."""
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 
-from rigrunner.api import Requirements, Settings
-
-BLIND_OF_PAUTA = 10
-"""The 3-sigma rule can reject none of so many values, or of fewer."""
+from rigrunner.api import Settings
 
 Risk = Annotated[
     float,
@@ -41,8 +38,3 @@ class MadSettings(Settings):
     threshold: Annotated[
         float, Field(gt=0, description="in robust standard deviations from the median")
     ] = 3.5
-
-
-def of_pauta(_: Any) -> Requirements:
-    """Return what the rule `pauta` needs."""
-    return Requirements(cycles=BLIND_OF_PAUTA + 1)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import Counter
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from rigrunner.analysis.document import primary_points
 from rigrunner.api.coordinates import CoordinateValue, place_text
 
 if TYPE_CHECKING:
@@ -48,6 +47,8 @@ def other_results(document: Mapping[str, Any]) -> list[Mapping[str, Any]]:
 
 def results_in(document: Mapping[str, Any]) -> list[Mapping[str, Any]]:
     """Return the named results of a document; of one of 0.1.0, the torque of its set-points."""
+    from rigrunner.analysis.document import primary_points  # noqa: PLC0415  (numpy)
+
     found = list(document.get("results") or ())
     if (document.get("headline") or {}).get("name"):
         return found

@@ -53,9 +53,9 @@ def key(value: object) -> str | None:
 
 
 def digest(value: object) -> str | None:
-    """Return a digest in hexadecimal digits."""
+    """Return a digest in hexadecimal digits; an older run has an empty one."""
     found = text(value)
-    return found if found and re.fullmatch("([0-9a-f]{2})+", found) else None
+    return None if found is None or not re.fullmatch("([0-9a-f]{2})*", found) else found
 
 
 def whole(value: object) -> int | None:

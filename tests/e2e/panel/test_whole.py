@@ -281,7 +281,7 @@ def test_what_is_stored(walk, way):  # noqa: PLR0915  (a walk)
     at.look("trends-refused")
     page.locator("#trend-baseline").fill("10")
     page.keyboard.press("Tab")
-    page.locator(".trends .bad-text").wait_for()  # too few of them for a chart
+    page.locator(".trends .nothing").wait_for()  # too few of them for a chart
     expect(page.locator("#trend-baseline-note")).to_have_text("")
     at.look("trends")
     at.screen.open("#/runs/none")

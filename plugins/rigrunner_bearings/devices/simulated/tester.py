@@ -150,16 +150,11 @@ class SimulatedTester:
         """Yield blocks of at most 0.1 s at the pace of the clock."""
         state = self._state()
         check_channels(channels, CHANNELS)
-        setpoints, samples = (
-            (state.frequency_hz, state.load_n),
-            round(duration_s * self.sample_rate_hz),
-        )
+        setpoints = (state.frequency_hz, state.load_n)
+        samples = round(duration_s * self.sample_rate_hz)
         values = self._sample(state, samples, self._repetitions[setpoints])
         self._repetitions[setpoints] += 1
-        swinging_hz = true_frequency_hz(self._rig, state)
-        self._truth = (
-            self._worn.steady_state(state.load_n, swinging_hz).truth if swinging_hz else {}
-        )
+        self._truth = self._truth_of(state)
         wanted = {name: values[name] for name in channels}
         return paced_blocks(wanted, self.sample_rate_hz, self._clock, stop)
 
@@ -171,6 +166,10 @@ class SimulatedTester:
     def truth(self) -> Mapping[str, float]:
         """Return what was true of the rig in the last stream; nothing if it was at rest."""
         return dict(self._truth)
+
+    def _truth_of(self, state: RigState) -> Mapping[str, float]:
+        swinging_hz = true_frequency_hz(self._rig, state)
+        return self._worn.steady_state(state.load_n, swinging_hz).truth if swinging_hz else {}
 
     def _sample(self, state: RigState, samples: int, repetition: int) -> Mapping[str, Array]:
         """Return the samples of all channels."""
