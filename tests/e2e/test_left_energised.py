@@ -190,6 +190,9 @@ def test_a_rig_that_cannot_be_reached_starts_nothing_until_a_person_has_looked(l
     assert "--safe-by NAME --reason TEXT" in called.err
     assert read_marker("supply") is not None
     assert call("devices", lab.station).code == ExitCode.DEVICE
+    refused = call("devices", lab.station, "--safe-by", "Ann")
+    assert (refused.code, refused.out) == (ExitCode.USAGE, ""), "no device was connected"
+    assert read_marker("supply") is not None
     said = call("devices", lab.station, "--safe-by", "Ann", "--reason", "unplugged, and replaced")
     assert "Ann states that psu is safe" in said.err
     lab.state.write_text(json.dumps(json.loads(state) | {"voltage": 0.0, "speed": 0.0}))

@@ -53,7 +53,7 @@ class Fir(Settings):
     def _passes_what_rests(self) -> Self:
         # Taps are written with few digits: those of a high-pass do not add up to exactly 0.
         if abs(sum(self.taps)) <= 1e-6 * sum(abs(tap) for tap in self.taps):
-            raise ValueError("the taps add up to 0: such a filter shows no torque at rest")
+            raise ValueError("the taps add up to 0: such a filter gives 0 for a constant signal")
         return self
 
     @property

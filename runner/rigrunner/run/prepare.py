@@ -68,7 +68,7 @@ class Planned:
     """Log messages of the drivers."""
 
     def prediction(self) -> Prediction:
-        """Return the expected torque at each set-point, and the disk space of the run."""
+        """Return the expected readings at each set-point, and the disk space of the run."""
         return predict(self.plan, self.expected(), self.station.register)
 
     def to_come(self) -> PlannedRun:

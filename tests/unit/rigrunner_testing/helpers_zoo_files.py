@@ -41,7 +41,7 @@ def with_picture(report):
 
 
 def looks_up_a_font(report):
-    with contextlib.suppress(OSError):  # without a network it goes on without
+    with contextlib.suppress(OSError):  # without a network the page is made all the same
         socket.getaddrinfo("fonts.invalid", 443)
     return page(report)
 
