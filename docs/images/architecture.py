@@ -60,12 +60,12 @@ class Package:
     def summary(self) -> str:
         """The first line of its docstring."""
         start = next(path for path in self.files if path.stem in {"__init__", self.name})
-        return (ast.get_docstring(_tree(start)) or "").partition("\n")[0]
+        return _summary(start)
 
     @cached_property
     def imports(self) -> set[str]:
         """The parts of rigrunner that it imports, without itself."""
-        return {part for path in self.files for part in _imported(_tree(path))} - {self.name}
+        return {part for path in self.files for part in _imported(path)} - {self.name}
 
 
 def floors() -> list[list[str]]:
@@ -149,8 +149,7 @@ def rooms_table() -> str:
         for start in part.files:
             if start.stem == "__init__" and start.parent != part.path:
                 uses = ", ".join(f"`{each}`" for each in _beside(start.parent)) or "nothing"
-                summary = (ast.get_docstring(_tree(start)) or "").partition("\n")[0]
-                lines.append(f"| `{_dotted(start.parent, part)}` | {summary} | {uses} |")
+                lines.append(f"| `{_dotted(start.parent, part)}` | {_summary(start)} | {uses} |")
     return "\n".join(lines) + "\n"
 
 
@@ -178,27 +177,28 @@ def _beside(room: Path) -> list[str]:
     used = {
         name.removeprefix(parent).split(".")[0]
         for path in room.rglob("*.py")
-        for name in _names(_tree(path))
+        for name in _names(path)
         if name.startswith(parent)
     }
     return sorted(used & beside)
 
 
-@cache
-def _tree(path: Path) -> ast.Module:
-    return ast.parse(path.read_text(encoding="utf-8"))
+def _summary(path: Path) -> str:
+    """Return the first line of a module's docstring."""
+    return (ast.get_docstring(ast.parse(path.read_text("utf-8"))) or "").partition("\n")[0]
 
 
-def _imported(tree: ast.Module) -> set[str]:
-    names = [name.split(".") for name in _names(tree) if name.startswith("rigrunner")]
+def _imported(path: Path) -> set[str]:
+    names = [name.split(".") for name in _names(path) if name.startswith("rigrunner")]
     parts = {name[0] if name[0].startswith(ABOVE) else name[1] for name in names if len(name) > 1}
     return {part for part in parts if not part.startswith("__v")}  # __version__ is a text
 
 
-def _names(tree: ast.Module) -> set[str]:
+@cache
+def _names(path: Path) -> set[str]:
     """Return the dotted names of what a module imports."""
     names: set[str] = set()
-    for node in ast.walk(tree):
+    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module == "rigrunner":

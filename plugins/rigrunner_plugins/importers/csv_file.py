@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api import Column, DataError, Location, NotInFileError, QuantityError, unit
+from rigrunner.api import Column, DataError, Location, NotInFileError, find_unit
 from rigrunner_plugins.importers.cells import number
 from rigrunner_plugins.importers.finding import position
 
@@ -79,13 +79,7 @@ def encoding_of(name: str) -> str:
 def _unit(name: str) -> str:
     """Return the unit in brackets at the end of a column's name; '' where that is no unit."""
     found = _UNIT.search(name)
-    if found is None:
-        return ""
-    try:
-        unit(found[1])
-    except QuantityError:
-        return ""
-    return found[1].strip()
+    return found[1].strip() if found and find_unit(found[1]) else ""
 
 
 def _find(

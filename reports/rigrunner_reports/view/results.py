@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from math import isinf, isnan
 from typing import TYPE_CHECKING
 
-from rigrunner.api import QuantityError, unit
+from rigrunner.api import find_unit
 from rigrunner.api.quantity import usual_and_prefixed
 from rigrunner.signal.uncertainty import share_percent
 from rigrunner_reports.mathematics import equation
@@ -222,9 +222,8 @@ def _unit_of_line(found: Component, result_unit: str) -> tuple[str, float]:
     The result's unit for an input of its kind; else one in which u and sensitivity need few powers
     of ten.
     """
-    try:
-        given, of_result = unit(found.unit), unit(result_unit)
-    except QuantityError:  # of a plugin that states no unit
+    given, of_result = find_unit(found.unit), find_unit(result_unit)
+    if given is None or of_result is None:  # of a plugin that states no unit
         return found.unit, 1.0
 
     def powers(shown: Unit) -> int:

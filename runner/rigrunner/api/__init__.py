@@ -27,7 +27,7 @@ _NAMES = {
         "Angle AnyQuantity Duration Force Frequency Length ListOf PlainText PositiveDuration "
         "Ratio Settings SimulableSettings Temperature Torque UnitSymbol WrapperSettings YesNo"
     ),
-    "units": "QuantityError unit",
+    "units": "QuantityError find_unit unit",
     "unit_tables": "UnitDefinition",
     "quantity": "Estimate Quantity parse_quantity",
     "member": "Member",

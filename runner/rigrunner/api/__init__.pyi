@@ -92,7 +92,7 @@ from rigrunner.api.streaming import StreamingDriver
 from rigrunner.api.studies import StudyInput
 from rigrunner.api.uncertainty import Distribution, Effect, Input, MeasurementModel
 from rigrunner.api.unit_tables import UnitDefinition
-from rigrunner.api.units import QuantityError, unit
+from rigrunner.api.units import QuantityError, find_unit, unit
 from rigrunner.api.verdict import Limits, Verdict, Zone
 
 __all__ = [
@@ -205,6 +205,7 @@ __all__ = [
     "WrapperSettings",
     "YesNo",
     "Zone",
+    "find_unit",
     "hookimpl",
     "parse_quantity",
     "unit",

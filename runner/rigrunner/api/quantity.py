@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 import re
-from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -16,6 +15,7 @@ from rigrunner.api.units import (
     COMPOSED,
     QuantityError,
     clip,
+    find_unit,
     spellings_of,
     unit,
     units_of,
@@ -127,11 +127,10 @@ def usual_and_prefixed(symbol: str) -> Iterator[Unit]:
     dimension = unit(symbol).dimension
     yield from usual_units(dimension)
     for prefix in FACTORS:
-        with suppress(QuantityError):  # not every unit takes every prefix
-            # kg has a prefix already.
-            known = unit(prefix + ("g" if symbol == "kg" else symbol))
-            if known.dimension == dimension:  # pH is no picohenry
-                yield known
+        # kg has a prefix already; not every unit takes every prefix; pH is no picohenry.
+        known = find_unit(prefix + ("g" if symbol == "kg" else symbol))
+        if known and known.dimension == dimension:
+            yield known
 
 
 def parse_quantity(text: str, dimension: str | None = None) -> Quantity:

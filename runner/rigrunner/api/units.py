@@ -10,6 +10,7 @@ from __future__ import annotations
 import difflib
 import math
 import re
+from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
 from functools import lru_cache
@@ -79,9 +80,7 @@ def unit(symbol: str, dimension: str | None = None) -> Unit:
     `dimension`: the required kind; units of other kinds are not suggested.
     """
     wanted = symbol.strip().translate(_SAME_LETTERS)
-    found = _named(wanted)
-    if found is None and len(wanted) <= _LONGEST and _COMPOSED.fullmatch(wanted):
-        found = _composed(wanted)
+    found = _known(wanted)
     if found is not None:
         return found
     near = _with_one_bar(wanted) or _near(wanted, dimension)
@@ -93,6 +92,21 @@ def unit(symbol: str, dimension: str | None = None) -> Unit:
         common = ", ".join(known.symbol for known in UNITS)
         hint = f"known units, with prefixes, products and quotients: {common}"
     raise QuantityError(f"unknown unit '{clip(symbol.strip())}'", hint=hint)
+
+
+def find_unit(symbol: str) -> Unit | None:
+    """Return the unit of a symbol or spelling; None if there is none, or two define it."""
+    with suppress(QuantityError):  # two define it differently
+        return _known(symbol.strip().translate(_SAME_LETTERS))
+    return None
+
+
+def _known(wanted: str) -> Unit | None:
+    """Return a unit; None for none. Raises QuantityError if two define it differently."""
+    found = _named(wanted)
+    if found is None and len(wanted) <= _LONGEST and _COMPOSED.fullmatch(wanted):
+        found = _composed(wanted)
+    return found
 
 
 def _with_one_bar(wanted: str) -> str:

@@ -13,7 +13,7 @@ from rigrunner.api.devices import (
     Streaming,
 )
 from rigrunner.api.member import Member
-from rigrunner.api.units import QuantityError, unit, with_article
+from rigrunner.api.units import find_unit, unit, with_article
 from rigrunner.station.drive_rules import DriveRules
 from rigrunner.yamlfile.problems import suggestion
 
@@ -191,7 +191,7 @@ class Bench:
         role, name = member.role, member.name
         by_name = {info.name: info for info in infos}
         info = by_name.get(name)
-        if info is not None and _is_unit(info.unit):
+        if info is not None and find_unit(info.unit):
             return info
         if info is not None:
             message = (
@@ -226,11 +226,3 @@ def check_roles(
             problems.add(document, path, message + devices[role].type, hint)
             other_types.add(role)
     return frozenset(other_types)
-
-
-def _is_unit(symbol: str) -> bool:
-    try:
-        unit(symbol)
-    except QuantityError:
-        return False
-    return True

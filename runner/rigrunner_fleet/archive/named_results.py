@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rigrunner.api.coordinates import place_text
-from rigrunner.api.units import QuantityError, si_symbol, unit
+from rigrunner.api.units import find_unit, si_symbol
 from rigrunner.api.verdict import WORST_FIRST
 from rigrunner.run.set_points import coordinates_in, named_place
 from rigrunner_fleet.archive.documents import at, degrees_of_freedom, key, number, rows, text, whole
@@ -72,9 +72,8 @@ def _result(order: int, each: Row, judged: dict[str, list[Row]]) -> Row:
 
 
 def _si(value: float | None, symbol: object) -> Row:
-    try:
-        known = unit(str(symbol))
-    except QuantityError:  # written by a program that knows more units
+    known = find_unit(str(symbol))
+    if known is None:  # written by a program that knows more units
         return {"si_value": None, "si_unit": None}
     si_value = None if value is None else value * known.factor + known.offset
     return {"si_value": si_value, "si_unit": si_symbol(known.dimension)}

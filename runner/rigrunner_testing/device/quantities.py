@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from rigrunner.api.devices import Approaching, Observing, Readable, Settable, Streaming
 from rigrunner.api.errors import DeviceError
 from rigrunner.api.member import NAME, Member
-from rigrunner.api.units import QuantityError, is_coherent, si_symbol, unit
+from rigrunner.api.units import find_unit, is_coherent, si_symbol
 from rigrunner_testing.check import Nonconformity, applies, check, demand
 from rigrunner_testing.device.doing import (
     at,
@@ -68,9 +68,8 @@ def quantities_declared(subject: DeviceSubject) -> None:
 
 def _objection(symbol: str) -> str:
     """Return which unit it should be instead; '' for a coherent SI unit."""
-    try:
-        known = unit(symbol)
-    except QuantityError:
+    known = find_unit(symbol)
+    if known is None:
         return "that is not a known unit"
     if is_coherent(known) and known.symbol == symbol:
         return ""

@@ -11,7 +11,15 @@ from rigrunner.api.errors import DataError
 from rigrunner.api.instruments import Instrument
 from rigrunner.api.quantity import parse_quantity, quantity_pattern
 from rigrunner.api.unit_tables import UnitDefinition
-from rigrunner.api.units import QuantityError, define, kinds, rate_of, si_symbol, units_of
+from rigrunner.api.units import (
+    QuantityError,
+    define,
+    find_unit,
+    kinds,
+    rate_of,
+    si_symbol,
+    units_of,
+)
 from rigrunner.runfile.added_units import define_units_of, unit_texts
 
 HORSEPOWER = UnitDefinition("tstHp", "power", "kg·m²/s³", 745.6998715822702, spellings=("tstHP",))
@@ -105,6 +113,14 @@ def test_two_that_define_a_unit_differently_are_both_named():
     for text in ("1 tstC", "1 tstC/s"):
         with pytest.raises(QuantityError, match=r"by plugin_one .* and plugin_three .*3\.0 in kg"):
             parse_quantity(text)
+        assert find_unit(text.split()[1]) is None
+
+
+def test_a_unit_is_found_or_not():
+    define([HORSEPOWER], "one")
+    assert find_unit(" tstHP ").symbol == "tstHp"
+    assert find_unit("N·m").dimension == "torque"
+    assert [find_unit(each) for each in ("", "tstNone", "N·tstNone")] == [None, None, None]
 
 
 def test_two_that_define_a_kind_differently_are_both_named():

@@ -22,7 +22,7 @@ from rigrunner.api import (
     Estimate,
     Findings,
     MeasurementResult,
-    QuantityError,
+    find_unit,
     unit,
 )
 from rigrunner.api.findings import MissingResult
@@ -202,13 +202,10 @@ class _OneCurve:
         """Raise DataError if a parameter's stated unit does not match the fit's dimension."""
         units = dict(zip(fitted.curve.names, fitted.curve.units, strict=True))
         symbol = units.get(name, "")
-        if symbol in {"", "1"}:
+        of_fit = find_unit(symbol)
+        if of_fit is None or symbol == "1":
             return
-        try:
-            dimension = unit(symbol).dimension
-        except QuantityError:
-            return
-        if unit(wanted.unit).dimension != dimension:
+        if unit(wanted.unit).dimension != of_fit.dimension:
             raise DataError(
                 f"{wanted.name} is stated in {wanted.unit}; the parameter '{name}' of the fit is"
                 f" in {symbol}"

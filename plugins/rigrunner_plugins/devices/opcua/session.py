@@ -20,8 +20,7 @@ from rigrunner.api import (
     DeviceLostError,
     DeviceRejectedError,
     DeviceTimeoutError,
-    QuantityError,
-    unit,
+    find_unit,
 )
 from rigrunner_plugins.devices.opcua.opening import open_client, said, status
 
@@ -307,7 +306,5 @@ def symbol_of(namespace: str | None, number: int, text: str | None) -> str:
     """Return the symbol of the unit in a node's EngineeringUnits; '' if it is not known."""
     if namespace == UNECE and number in _BY_ID:
         return _BY_ID[number]
-    try:
-        return unit(text or "").symbol
-    except QuantityError:
-        return ""
+    found = find_unit(text or "")
+    return found.symbol if found else ""

@@ -13,7 +13,7 @@ import numpy as np
 from rigrunner.api.errors import DataError, InvalidFileError, Location, PluginError, Problem
 from rigrunner.api.importing import Column, NotInFileError
 from rigrunner.api.samples import as_samples
-from rigrunner.api.units import QuantityError, unit
+from rigrunner.api.units import find_unit, unit
 from rigrunner.tools.importing.sampling import rate_of, start_of
 from rigrunner.yamlfile.document import dotted
 
@@ -144,12 +144,8 @@ def _in_si(mapping: LoadedMapping, column: Column, wanted: Wanted, file: str) ->
 
 
 def _agrees(stated: str, spec: ColumnSpec | TimeSpec) -> bool:
-    if stated == spec.file_says:
-        return True
-    try:
-        return unit(stated).symbol == spec.unit
-    except QuantityError:
-        return False
+    found = find_unit(stated)
+    return stated == spec.file_says or (found is not None and found.symbol == spec.unit)
 
 
 def _window(
