@@ -1,5 +1,6 @@
 import re
 import sys
+from importlib import import_module
 from importlib.metadata import EntryPoint
 from pathlib import Path
 
@@ -10,7 +11,7 @@ from helpers_devices import FakeTester
 from rigrunner import __version__
 from rigrunner.api.devices import ChannelInfo, DeviceContext, DriveInfo
 from rigrunner.api.errors import PluginError
-from rigrunner.api.hooks import DeviceRecord, FitRecord, ReportFormatRecord
+from rigrunner.api.hooks import DeviceRecord, FitRecord, Imported, ReportFormatRecord
 from rigrunner.api.settings import Force, Frequency, Length, Settings
 from rigrunner.clock import SimulatedClock
 from rigrunner.registry import Plugin, Provider, Registry, load_registry, loading, with_drop_ins
@@ -398,6 +399,38 @@ def test_settings_given_by_their_place_are_imported_when_they_are_asked_for(entr
     assert registry.make("fit", "line", {"cutoff": "2 kHz"}).cutoff == 2000.0
     with pytest.raises(PluginError, match="fit 'line': cutoff"):
         registry.make("fit", "line", {"cutoff": "2 N"})
+
+
+def test_a_factory_given_by_its_place_is_imported_when_it_is_called(entry, tmp_path):
+    (tmp_path / "line_fit_of_a_lab.py").write_text("def line(settings):\n    return settings, 1\n")
+    source = GOOD.replace("factory=lambda s: s", "factory=Imported('line_fit_of_a_lab:line')")
+    source = source.replace("import FitRecord", "import FitRecord, Imported")
+    registry = load_registry([entry("imports_its_factory", source)])
+    assert "line_fit_of_a_lab" not in sys.modules
+    settings, one = registry.make("fit", "line", {"cutoff": "2 kHz"})
+    assert (settings.cutoff, one) == (2000.0, 1)
+
+
+@pytest.mark.parametrize("place", ["no_such_module_at_all:Fit", "rigrunner.api:NoSuch", "re", ""])
+def test_a_place_without_a_factory_is_named(place):
+    plugin = Plugin(
+        "fit", FitRecord(name="x", help="X.", factory=Imported(place)), Provider("x", "")
+    )
+    with pytest.raises(PluginError, match=f"'{place}' cannot be loaded: "):
+        Registry([plugin]).make("fit", "x", {})
+
+
+def test_every_imported_function_of_a_shipped_record_exists():
+    places = {
+        value.place
+        for plugin in load_registry().plugins
+        for value in vars(plugin.record).values()
+        if isinstance(value, Imported)
+    }
+    assert len(places) > 40
+    for place in places:
+        module, _, name = place.partition(":")
+        assert callable(getattr(import_module(module), name)), place
 
 
 @pytest.mark.parametrize(

@@ -1,27 +1,11 @@
-"""The compensations that ship with Rigrunner. Nothing here loads numpy.
-
-Each `_name` function is the factory of one record.
-"""
+"""The compensations that ship with Rigrunner. Nothing here loads numpy."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from rigrunner.api import KindRecord, hookimpl
+from rigrunner.api import Imported, KindRecord, hookimpl
 from rigrunner_bearings.api import CompensationRecord
 from rigrunner_bearings.api.measurand import Condition, MeasurandKind, Nature
 from rigrunner_bearings.compensations import requirements
-
-if TYPE_CHECKING:
-    from rigrunner_bearings.api.compensations import CompensationMethod
-    from rigrunner_bearings.compensations.settings import (
-        BreakawayPeakSettings,
-        EnergySettings,
-        InverseSettings,
-        PaperPeakSettings,
-        PeakSameFrequencySettings,
-        TemplateInverseSettings,
-    )
 
 RIG = "rigrunner_bearings.api.rig:RigDescription"
 """What the station may say of a rig that swings or turns bearings."""
@@ -59,7 +43,7 @@ def rigrunner_compensations() -> list[CompensationRecord]:
             help="Raw peak minus fitted no-load peak, as published (Eq. 2)",
             settings="rigrunner_bearings.compensations.settings:PaperPeakSettings",
             rig=RIG,
-            factory=_paper_peak,
+            factory=Imported("rigrunner_bearings.compensations.paper_peak:PaperPeak"),
             requires=requirements.of_paper_peak,
             yields=STARTING,
             not_covered=OTHER_PHASE,
@@ -69,7 +53,9 @@ def rigrunner_compensations() -> list[CompensationRecord]:
             help="Raw peak minus the no-load peak of the same frequency",
             settings="rigrunner_bearings.compensations.settings:PeakSameFrequencySettings",
             rig=RIG,
-            factory=_peak_same_frequency,
+            factory=Imported(
+                "rigrunner_bearings.compensations.peak_same_frequency:PeakSameFrequency"
+            ),
             requires=requirements.of_peak_same_frequency,
             yields=STARTING,
             not_covered=OTHER_PHASE,
@@ -79,7 +65,7 @@ def rigrunner_compensations() -> list[CompensationRecord]:
             help="Whole swings: loaded minus no-load, resonance and filter undone (recommended)",
             settings="rigrunner_bearings.compensations.settings:TemplateInverseSettings",
             rig=RIG,
-            factory=_template_inverse,
+            factory=Imported("rigrunner_bearings.compensations.inverse:TemplateInverse"),
             requires=requirements.of_template_inverse,
             yields=STARTING,
             revision=3,
@@ -89,7 +75,7 @@ def rigrunner_compensations() -> list[CompensationRecord]:
             help="As template_inverse, by a model of the sweep: also between its frequencies",
             settings="rigrunner_bearings.compensations.settings:InverseSettings",
             rig=RIG,
-            factory=_model_inverse,
+            factory=Imported("rigrunner_bearings.compensations.inverse:ModelInverse"),
             requires=requirements.of_model_inverse,
             yields=STARTING,
             revision=3,
@@ -99,7 +85,7 @@ def rigrunner_compensations() -> list[CompensationRecord]:
             help="Running torque: work of a swing over its way, loaded minus no-load",
             settings="rigrunner_bearings.compensations.settings:EnergySettings",
             rig=RIG,
-            factory=_energy,
+            factory=Imported("rigrunner_bearings.compensations.energy:Energy"),
             requires=requirements.of_energy,
             yields=RUNNING,
             revision=3,
@@ -110,52 +96,8 @@ def rigrunner_compensations() -> list[CompensationRecord]:
             " swing",
             settings="rigrunner_bearings.compensations.settings:BreakawayPeakSettings",
             rig=RIG,
-            factory=_breakaway_peak,
+            factory=Imported("rigrunner_bearings.compensations.breakaway_peak:BreakawayPeak"),
             requires=requirements.of_breakaway_peak,
             yields=BREAKAWAY,
         ),
     ]
-
-
-def _paper_peak(settings: PaperPeakSettings) -> CompensationMethod:
-    from rigrunner_bearings.compensations.paper_peak import PaperPeak  # noqa: PLC0415  (numpy)
-
-    return PaperPeak(settings)
-
-
-def _peak_same_frequency(settings: PeakSameFrequencySettings) -> CompensationMethod:
-    from rigrunner_bearings.compensations.peak_same_frequency import (  # noqa: PLC0415  (numpy)
-        PeakSameFrequency,
-    )
-
-    return PeakSameFrequency(settings)
-
-
-def _template_inverse(settings: TemplateInverseSettings) -> CompensationMethod:
-    from rigrunner_bearings.compensations.inverse import (  # noqa: PLC0415  (scipy)
-        TemplateInverse,
-    )
-
-    return TemplateInverse(settings)
-
-
-def _model_inverse(settings: InverseSettings) -> CompensationMethod:
-    from rigrunner_bearings.compensations.inverse import (  # noqa: PLC0415  (scipy)
-        ModelInverse,
-    )
-
-    return ModelInverse(settings)
-
-
-def _energy(settings: EnergySettings) -> CompensationMethod:
-    from rigrunner_bearings.compensations.energy import Energy  # noqa: PLC0415  (numpy)
-
-    return Energy(settings)
-
-
-def _breakaway_peak(settings: BreakawayPeakSettings) -> CompensationMethod:
-    from rigrunner_bearings.compensations.breakaway_peak import (  # noqa: PLC0415  (numpy)
-        BreakawayPeak,
-    )
-
-    return BreakawayPeak(settings)

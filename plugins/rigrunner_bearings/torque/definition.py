@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from rigrunner.api import Requirements
+from rigrunner.api import PluginError, Requirements
 
 if TYPE_CHECKING:
     from rigrunner.api import AnalysisContext, ResultDefinition
@@ -15,7 +15,12 @@ if TYPE_CHECKING:
 
 
 def definitions(spec: TorqueSettings, context: AnalysisContext) -> tuple[ResultDefinition, ...]:
-    """Return the definition of the compensated torque; none where nothing is compensated."""
+    """Return the definition of the compensated torque; none where nothing is compensated.
+
+    Raises PluginError if none of several compensations is the primary one.
+    """
+    if spec.compensations and spec.primary_plugin is None:
+        raise PluginError("none of the compensations is the primary one")
     kind = kind_of(spec, context.plugins)
     found = spec.yields(context.symbol, context.measurand, kind)
     return () if found is None else (found,)

@@ -14,6 +14,7 @@ from rigrunner.api.analysis.requirements import LEAST_CYCLES
 from rigrunner.api.figures import Axis, Curve, Figure, Point, Series
 from rigrunner.signal.coverage import expanded
 from rigrunner_bearings.signal.swing_cutter import PHASES, SwingCutter
+from rigrunner_bearings.torque.analysis import TorqueAnalysis
 from rigrunner_bearings.torque.channels import motion_channel, set_frequency, torque_channel
 from rigrunner_bearings.torque.prepare import prepare_point
 
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from rigrunner.api import (
+        AnalysisContext,
         Array,
         Block,
         MeasurementResult,
@@ -31,7 +33,6 @@ if TYPE_CHECKING:
     from rigrunner_bearings.api.compensations import CompensatedPoint
     from rigrunner_bearings.api.points import PeakPoint
     from rigrunner_bearings.signal.swing_cutter import Swing
-    from rigrunner_bearings.torque.analysis import TorqueAnalysis
     from rigrunner_bearings.torque.settings import TorqueSettings
 
 KEPT_CYCLES = LEAST_CYCLES + 5
@@ -52,8 +53,9 @@ class LiveTorque:
     a finished one only what was prepared.
     """
 
-    def __init__(self, analysis: TorqueAnalysis) -> None:
-        self._analysis = replace(analysis, prepare=self._prepare)
+    def __init__(self, settings: TorqueSettings, context: AnalysisContext) -> None:
+        interim = replace(context, interim=True)
+        self._analysis = TorqueAnalysis(settings, interim, prepare=self._prepare)
         self._prepared: dict[Recording, PeakPoint] = {}
         self._whole: dict[Recording, Recording] = {}
         self._partners: dict[str, RunData] | None = None

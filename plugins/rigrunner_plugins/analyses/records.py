@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.api import AnalysisRecord, hookimpl
+from rigrunner.api import AnalysisRecord, Imported, hookimpl
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-    from rigrunner.api import Fit, Objection, Requirements, ResultDefinition
-    from rigrunner.api.findings import Analysis, LiveAnalysis
+    from rigrunner.api import Objection, Requirements, ResultDefinition
     from rigrunner_plugins.analyses.curve.settings import CurveSettings
     from rigrunner_plugins.analyses.equation.settings import EquationSettings
     from rigrunner_plugins.analyses.settings import ReadingsSettings
@@ -26,8 +25,8 @@ def rigrunner_analyses() -> list[AnalysisRecord]:
             name="readings",
             help="A statistic of recorded or measured values, with its uncertainty",
             settings="rigrunner_plugins.analyses.settings:ReadingsSettings",
-            factory=_readings,
-            live=_live_readings,
+            factory=Imported("rigrunner_plugins.analyses.readings:Readings"),
+            live=Imported("rigrunner_plugins.analyses.live:LiveReadings"),
             yields=_yields,
             requires=_requires,
             objections=_objections,
@@ -42,7 +41,7 @@ def rigrunner_analyses() -> list[AnalysisRecord]:
             name="equation",
             help="A measurement model: results by an equation of what was measured",
             settings="rigrunner_plugins.analyses.equation.settings:EquationSettings",
-            factory=_equation,
+            factory=Imported("rigrunner_plugins.analyses.equation.evaluation:EquationAnalysis"),
             yields=_yields,
             requires=_requires,
             objections=_objections,
@@ -62,7 +61,7 @@ def rigrunner_analyses() -> list[AnalysisRecord]:
             name="curve",
             help="A fit of values over x: its parameters, values, inverse, slope, hysteresis, ...",
             settings="rigrunner_plugins.analyses.curve.settings:CurveSettings",
-            factory=_curve,
+            factory=Imported("rigrunner_plugins.analyses.curve.analysis:CurveAnalysis"),
             yields=_yields,
             requires=_requires,
             objections=_objections,
@@ -78,32 +77,6 @@ def rigrunner_analyses() -> list[AnalysisRecord]:
             trial_units={"meter.voltage": "V", "load.current": "A"},
         ),
     ]
-
-
-def _readings(settings: ReadingsSettings) -> Analysis:
-    from rigrunner_plugins.analyses.readings import Readings  # noqa: PLC0415  (numpy)
-
-    return Readings(settings)
-
-
-def _live_readings(settings: ReadingsSettings) -> LiveAnalysis:
-    from rigrunner_plugins.analyses.live import LiveReadings  # noqa: PLC0415  (numpy)
-
-    return LiveReadings(settings)
-
-
-def _equation(settings: EquationSettings) -> Analysis:
-    from rigrunner_plugins.analyses.equation.evaluation import (  # noqa: PLC0415  (numpy)
-        EquationAnalysis,
-    )
-
-    return EquationAnalysis(settings)
-
-
-def _curve(settings: CurveSettings, fit: Fit) -> Analysis:
-    from rigrunner_plugins.analyses.curve.analysis import CurveAnalysis  # noqa: PLC0415  (scipy)
-
-    return CurveAnalysis(settings, fit)
 
 
 def _yields(settings: AnySettings) -> tuple[ResultDefinition, ...]:

@@ -1,21 +1,15 @@
-"""The fits that ship; each `_name` function is a record's factory."""
+"""The fits that ship."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.api import FitRecord, hookimpl
+from rigrunner.api import FitRecord, Imported, hookimpl
 from rigrunner_plugins.fits import requirements
 from rigrunner_plugins.fits.examples import FILIP, MISRA, NO_INTERCEPT, NORRIS
 
 if TYPE_CHECKING:
     from rigrunner.api import Fit, NoSettings
-    from rigrunner_plugins.fits.settings import (
-        AiccSettings,
-        BasisSettings,
-        ExpressionSettings,
-        PolynomialSettings,
-    )
 
 
 @hookimpl
@@ -26,7 +20,7 @@ def rigrunner_fits() -> list[FitRecord]:
             name="polynomial",
             help="Least-squares polynomial; of degree 2 it is the paper's Eq. (1)",
             settings="rigrunner_plugins.fits.settings:PolynomialSettings",
-            factory=_polynomial,
+            factory=Imported("rigrunner_plugins.fits.polynomial:PolynomialFit"),
             requires=requirements.of_polynomial,
             examples=(NORRIS, FILIP),
         ),
@@ -35,7 +29,7 @@ def rigrunner_fits() -> list[FitRecord]:
             help="Least squares of chosen powers of x",
             settings="rigrunner_plugins.fits.settings:BasisSettings",
             trial={"powers": [0, 1, 2]},
-            factory=_basis,
+            factory=Imported("rigrunner_plugins.fits.polynomial:BasisFit"),
             requires=requirements.of_basis,
             examples=(NO_INTERCEPT,),
         ),
@@ -43,7 +37,7 @@ def rigrunner_fits() -> list[FitRecord]:
             name="aicc",
             help="The best of some sets of powers, by the corrected Akaike criterion",
             settings="rigrunner_plugins.fits.settings:AiccSettings",
-            factory=_aicc,
+            factory=Imported("rigrunner_plugins.fits.polynomial:AiccFit"),
             requires=requirements.of_aicc,
         ),
         FitRecord(
@@ -54,7 +48,7 @@ def rigrunner_fits() -> list[FitRecord]:
                 "model": "T0 + b*f + J*f**2",
                 "start": {"T0": "1 N·m", "b": "0.01 N·m/Hz", "J": "0.001 N·m/Hz²"},
             },
-            factory=_expression,
+            factory=Imported("rigrunner_plugins.fits.expression:ExpressionFit"),
             requires=requirements.of_expression,
             examples=(MISRA,),
         ),
@@ -65,30 +59,6 @@ def rigrunner_fits() -> list[FitRecord]:
             requires=requirements.of_pchip,
         ),
     ]
-
-
-def _polynomial(settings: PolynomialSettings) -> Fit:
-    from rigrunner_plugins.fits.polynomial import PolynomialFit  # noqa: PLC0415  (numpy)
-
-    return PolynomialFit(settings)
-
-
-def _basis(settings: BasisSettings) -> Fit:
-    from rigrunner_plugins.fits.polynomial import BasisFit  # noqa: PLC0415  (numpy)
-
-    return BasisFit(settings)
-
-
-def _aicc(settings: AiccSettings) -> Fit:
-    from rigrunner_plugins.fits.polynomial import AiccFit  # noqa: PLC0415  (numpy)
-
-    return AiccFit(settings)
-
-
-def _expression(settings: ExpressionSettings) -> Fit:
-    from rigrunner_plugins.fits.expression import ExpressionFit  # noqa: PLC0415  (scipy)
-
-    return ExpressionFit(settings)
 
 
 def _pchip(_: NoSettings) -> Fit:

@@ -4,11 +4,17 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.api import ImporterExample, ImporterRecord, MissingPackageError, NoSettings, hookimpl
+from rigrunner.api import (
+    Imported,
+    ImporterExample,
+    ImporterRecord,
+    MissingPackageError,
+    NoSettings,
+    hookimpl,
+)
 
 if TYPE_CHECKING:
     from rigrunner.api import Importer
-    from rigrunner_plugins.importers.settings import LvmSettings, TableSettings
 
 TABLE = ImporterExample(
     source="four numbers below their names, RFC 4180",
@@ -27,7 +33,7 @@ def rigrunner_importers() -> list[ImporterRecord]:
             name="csv",
             help="Text in columns, one recording a file",
             settings="rigrunner_plugins.importers.settings:TableSettings",
-            factory=_csv,
+            factory=Imported("rigrunner_plugins.importers.csv_file:CsvImporter"),
             examples=(TABLE,),
         ),
         ImporterRecord(name="hdf5", help="HDF5: a group of datasets is a recording", factory=_hdf5),
@@ -35,7 +41,7 @@ def rigrunner_importers() -> list[ImporterRecord]:
             name="lvm",
             help="LabVIEW measurement file (.lvm): a segment is a recording",
             settings="rigrunner_plugins.importers.settings:LvmSettings",
-            factory=_lvm,
+            factory=Imported("rigrunner_plugins.importers.lvm_file:LvmImporter"),
         ),
         ImporterRecord(
             name="matlab",
@@ -50,22 +56,10 @@ def rigrunner_importers() -> list[ImporterRecord]:
     ]
 
 
-def _csv(settings: TableSettings) -> Importer:
-    from rigrunner_plugins.importers.csv_file import CsvImporter  # noqa: PLC0415  (numpy)
-
-    return CsvImporter(settings)
-
-
 def _hdf5(_: NoSettings) -> Importer:
     from rigrunner_plugins.importers.hdf5_file import Hdf5Importer  # noqa: PLC0415  (h5py)
 
     return Hdf5Importer()
-
-
-def _lvm(settings: LvmSettings) -> Importer:
-    from rigrunner_plugins.importers.lvm_file import LvmImporter  # noqa: PLC0415  (numpy)
-
-    return LvmImporter(settings)
 
 
 def _matlab(_: NoSettings) -> Importer:

@@ -2,18 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from rigrunner.api import EventSinkRecord, hookimpl
-
-if TYPE_CHECKING:
-    from rigrunner.api import EventSink
-    from rigrunner_plugins.listeners.settings import (
-        AppriseSettings,
-        MailSettings,
-        MqttSettings,
-        WebhookSettings,
-    )
+from rigrunner.api import EventSinkRecord, Imported, hookimpl
 
 _SETTINGS = "rigrunner_plugins.listeners.settings"
 _NOBODY = {"attempts": 1, "timeout": "0.2 s"}
@@ -28,14 +17,14 @@ def rigrunner_event_sinks() -> list[EventSinkRecord]:
             name="webhook",
             help="Posts signed JSON to a web address",
             settings=f"{_SETTINGS}:WebhookSettings",
-            factory=_webhook,
+            factory=Imported("rigrunner_plugins.listeners.webhook:webhook"),
             trial={**_NOBODY, "url": "http://127.0.0.1:9/"},
         ),
         EventSinkRecord(
             name="mail",
             help="Sends mail",
             settings=f"{_SETTINGS}:MailSettings",
-            factory=_mail,
+            factory=Imported("rigrunner_plugins.listeners.mail:mail"),
             trial={
                 **_NOBODY,
                 "host": "127.0.0.1",
@@ -48,36 +37,12 @@ def rigrunner_event_sinks() -> list[EventSinkRecord]:
             name="mqtt",
             help="Publishes JSON to an MQTT broker",
             settings=f"{_SETTINGS}:MqttSettings",
-            factory=_mqtt,
+            factory=Imported("rigrunner_plugins.listeners.mqtt:mqtt"),
         ),
         EventSinkRecord(
             name="apprise",
             help="Notifies desktops, phones and chats by the package apprise",
             settings=f"{_SETTINGS}:AppriseSettings",
-            factory=_apprise,
+            factory=Imported("rigrunner_plugins.listeners.chat:apprise"),
         ),
     ]
-
-
-def _webhook(settings: WebhookSettings) -> EventSink:
-    from rigrunner_plugins.listeners.webhook import webhook  # noqa: PLC0415  (http, ssl)
-
-    return webhook(settings)
-
-
-def _mail(settings: MailSettings) -> EventSink:
-    from rigrunner_plugins.listeners.mail import mail  # noqa: PLC0415  (smtplib, ssl)
-
-    return mail(settings)
-
-
-def _mqtt(settings: MqttSettings) -> EventSink:
-    from rigrunner_plugins.listeners.mqtt import mqtt  # noqa: PLC0415  (an extra)
-
-    return mqtt(settings)
-
-
-def _apprise(settings: AppriseSettings) -> EventSink:
-    from rigrunner_plugins.listeners.chat import apprise  # noqa: PLC0415  (an extra)
-
-    return apprise(settings)

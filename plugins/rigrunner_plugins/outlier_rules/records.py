@@ -1,20 +1,15 @@
-"""The rules for gross errors that ship; each `_name` function is the factory of one record."""
+"""The rules for gross errors that ship."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.api import OutlierRuleRecord, hookimpl
+from rigrunner.api import Imported, OutlierRuleRecord, hookimpl
 from rigrunner.api.hooks import OutlierExample
 from rigrunner_plugins.outlier_rules.requirements import of_pauta
 
 if TYPE_CHECKING:
     from rigrunner.api import NoSettings, OutlierRule
-    from rigrunner_plugins.outlier_rules.settings import (
-        GeneralizedEsdSettings,
-        GrubbsSettings,
-        MadSettings,
-    )
 
 URANIUM = OutlierExample(
     source="Tietjen and Moore, Technometrics 14(3), 1972, by NIST/SEMATECH 1.3.5.17.1",
@@ -50,14 +45,14 @@ def rigrunner_outlier_rules() -> list[OutlierRuleRecord]:
             name="grubbs",
             help="Grubbs' test, repeated until it finds no gross error",
             settings="rigrunner_plugins.outlier_rules.settings:GrubbsSettings",
-            factory=_grubbs,
+            factory=Imported("rigrunner_plugins.outlier_rules.rules:Grubbs"),
             examples=(URANIUM,),
         ),
         OutlierRuleRecord(
             name="generalized_esd",
             help="Rosner's test for several gross errors, also if they mask each other",
             settings="rigrunner_plugins.outlier_rules.settings:GeneralizedEsdSettings",
-            factory=_generalized_esd,
+            factory=Imported("rigrunner_plugins.outlier_rules.rules:GeneralizedEsd"),
             examples=(ROSNER,),
         ),
         OutlierRuleRecord(
@@ -76,24 +71,10 @@ def rigrunner_outlier_rules() -> list[OutlierRuleRecord]:
             name="mad",
             help="Modified z-score from median and median absolute deviation, once",
             settings="rigrunner_plugins.outlier_rules.settings:MadSettings",
-            factory=_mad,
+            factory=Imported("rigrunner_plugins.outlier_rules.rules:Mad"),
         ),
         OutlierRuleRecord(name="none", help="Keep every cycle", factory=_keep_all, rejects=False),
     ]
-
-
-def _grubbs(settings: GrubbsSettings) -> OutlierRule:
-    from rigrunner_plugins.outlier_rules.rules import Grubbs  # noqa: PLC0415  (scipy)
-
-    return Grubbs(settings)
-
-
-def _generalized_esd(settings: GeneralizedEsdSettings) -> OutlierRule:
-    from rigrunner_plugins.outlier_rules.rules import (  # noqa: PLC0415  (scipy)
-        GeneralizedEsd,
-    )
-
-    return GeneralizedEsd(settings)
 
 
 def _pauta(_: NoSettings) -> OutlierRule:
@@ -106,12 +87,6 @@ def _chauvenet(_: NoSettings) -> OutlierRule:
     from rigrunner_plugins.outlier_rules.rules import chauvenet  # noqa: PLC0415  (scipy)
 
     return chauvenet
-
-
-def _mad(settings: MadSettings) -> OutlierRule:
-    from rigrunner_plugins.outlier_rules.rules import Mad  # noqa: PLC0415  (scipy)
-
-    return Mad(settings)
 
 
 def _keep_all(_: NoSettings) -> OutlierRule:

@@ -16,7 +16,7 @@ from rigrunner.moved import moved
 _NAMES = {
     "hooks": (
         "hookimpl AnalysisRecord CertificateFormatRecord DecisionRuleRecord DeviceRecord "
-        "EventSinkRecord FitRecord ImporterExample ImporterRecord KindRecord NoSettings "
+        "EventSinkRecord FitRecord Imported ImporterExample ImporterRecord KindRecord NoSettings "
         "OutlierRuleRecord ReportFormatRecord StepRecord StudyFormatRecord UnitRecord"
     ),
     "errors": (

@@ -1,6 +1,6 @@
 """The records that plugins declare; each hook is a plural noun and returns a list of records.
 
-The `factory` of a record is called with the validated settings and imports what it needs then:
+The `factory` of a record is called with the validated settings. An `Imported` one is loaded then:
 plugins are listed, and procedures checked, without loading numpy.
 """
 
@@ -56,6 +56,24 @@ class NoSettings(Settings):
 def needs_nothing(settings: Any) -> Requirements:  # noqa: ARG001  (of any settings)
     """Return no requirements."""
     return Requirements()
+
+
+@dataclass(frozen=True)
+class Imported:
+    """A function or class of a record that is imported when it is called."""
+
+    place: str
+    """Its path, 'package.module:name'."""
+
+    def __call__(self, *given: Any, **named: Any) -> Any:
+        """Import it, and call it; raise PluginError if the path leads to nothing."""
+        module, _, name = self.place.partition(":")
+        try:
+            found = getattr(import_module(module), name)
+        except (ImportError, AttributeError, ValueError) as error:
+            reason = f"{type(error).__name__}: {error}"
+            raise PluginError(f"'{self.place}' cannot be loaded: {reason}") from error
+        return found(*given, **named)
 
 
 @dataclass(frozen=True, kw_only=True)

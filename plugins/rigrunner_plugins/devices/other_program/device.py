@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
     from typing import Never
 
-    from rigrunner.api import Block, ChannelInfo, DriveInfo, Identity, StopToken
+    from rigrunner.api import Block, ChannelInfo, DeviceContext, DriveInfo, Identity, StopToken
     from rigrunner_plugins.devices.other_program.settings import OtherProgramSettings
 
 
@@ -19,7 +19,7 @@ class OtherProgram:
 
     non_blocking = True
 
-    def __init__(self, settings: OtherProgramSettings) -> None:
+    def __init__(self, settings: OtherProgramSettings, _: DeviceContext) -> None:
         self._settings = settings
 
     @property

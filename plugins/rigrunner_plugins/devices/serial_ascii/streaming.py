@@ -23,6 +23,13 @@ _UNEVEN = 0.02
 """The same, of the time since the first one: the instrument's clock is not ours."""
 
 
+def make(settings: SerialAsciiSettings, context: DeviceContext) -> SerialAscii:
+    """Return the instrument; one with a `rate` records."""
+    if settings.rate is None:
+        return SerialAscii(settings, context)
+    return StreamingSerialAscii(settings, settings.rate, context)
+
+
 class StreamingSerialAscii(SerialAscii):
     """An instrument whose lines come at a rate that the station declares, which is checked."""
 

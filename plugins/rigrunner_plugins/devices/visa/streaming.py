@@ -26,6 +26,13 @@ _EARLY = 0.01
 """The same, of the time since the start: two clocks need not run alike."""
 
 
+def make(settings: VisaSettings, context: DeviceContext) -> Visa:
+    """Return the instrument; one with a `stream` records."""
+    if settings.stream is None:
+        return Visa(settings, context)
+    return StreamingVisa(settings, settings.stream, context)
+
+
 class StreamingVisa(Visa):
     """An instrument that records several channels on its own clock."""
 
