@@ -7,9 +7,18 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, Self, TypeVar
 
-from pydantic import AfterValidator, Field, StringConstraints, model_validator
+from pydantic import Field, StringConstraints, model_validator
 
-from rigrunner.api import AnyQuantity, ChannelInfo, DriveInfo, Duration, Settings, YesNo, unit
+from rigrunner.api import (
+    AnyQuantity,
+    ChannelInfo,
+    DriveInfo,
+    Duration,
+    Settings,
+    UnitSymbol,
+    YesNo,
+    unit,
+)
 from rigrunner.api.devices import ReadingInfo
 from rigrunner.api.readings import ReadingKind
 from rigrunner.api.settings import Difference
@@ -23,13 +32,8 @@ if TYPE_CHECKING:
 _Number = TypeVar("_Number", float, "Array")
 
 
-def _known_unit(symbol: str) -> str:
-    return unit(symbol).symbol
-
-
 QuantityName = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]*$")]
 """Of a channel or a drive."""
-UnitSymbol = Annotated[str, AfterValidator(_known_unit)]
 
 
 class DeclaredQuantity(Settings):
@@ -139,14 +143,14 @@ class DeclaredDrive(DeclaredQuantity):
             given: Quantity | None = getattr(self, name)
             if given is not None and given.dimension != dimension:
                 raise ValueError(
-                    f"{name} is '{given}', {with_article(given.dimension)}; needed:"
+                    f"{name} is '{given}', {with_article(given.dimension)}; expected"
                     f" {with_article(dimension)}"
                 )
         if self.rate is not None and (
             self.rate.dimension != f"{dimension} rate" or self.rate.si <= 0
         ):
             raise ValueError(
-                f"rate is '{self.rate}', needed: {with_article(dimension)} rate above 0"
+                f"rate is '{self.rate}', expected {with_article(dimension)} rate above 0"
             )
         if not self.min.si <= self.safe.si <= self.max.si or self.min.si == self.max.si:
             raise ValueError(

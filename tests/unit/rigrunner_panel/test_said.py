@@ -140,7 +140,7 @@ PIECES = {  # of sentences that are put together otherwise than their patterns l
     "add it here: 'uses: {Q: Q}'", "Q N to Q N",
     "enter its accuracy: {channel: ", ", measures: ..., accuracy: ...}", "takes Q, not Q",
     "; a slope over a channel or set-point is a result of the analysis 'curve'",
-    "rate is 'Q', needed: Q rate above 0", "reading Q: the part 'Q' has no reading",
+    "rate is 'Q', expected Q rate above 0", "reading Q: the part 'Q' has no reading",
     "set it before, such as 'set: {Q: 0 N}'", "record an angle, such as Q.angle",
     "record the angle of rotation, such as Q.angle", ", with the rule 'Q',",
     "a quantity with broken powers of its unit", "a quantity of no known unit",

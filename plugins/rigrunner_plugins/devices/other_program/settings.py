@@ -6,9 +6,18 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
-from rigrunner.api import AnyQuantity, ChannelInfo, DriveInfo, Frequency, Settings, YesNo, unit
+from rigrunner.api import (
+    AnyQuantity,
+    ChannelInfo,
+    DriveInfo,
+    Frequency,
+    Settings,
+    UnitSymbol,
+    YesNo,
+    unit,
+)
 from rigrunner.api.units import si_symbol, with_article
-from rigrunner_plugins.devices.declared import QuantityName, UnitSymbol
+from rigrunner_plugins.devices.declared import QuantityName
 
 
 class OtherChannel(Settings):

@@ -6,8 +6,8 @@ from typing import Annotated
 
 from pydantic import Field
 
-from rigrunner.api import Force, Frequency, Settings
-from rigrunner_plugins.devices.declared import QuantityName, UnitSymbol
+from rigrunner.api import Force, Frequency, Settings, UnitSymbol
+from rigrunner_plugins.devices.declared import QuantityName
 from rigrunner_plugins.devices.fields import quantity
 from rigrunner_plugins.importers.settings import TableSettings
 

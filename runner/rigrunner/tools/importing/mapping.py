@@ -22,7 +22,7 @@ from pydantic import (
 from rigrunner.api.member import Member
 from rigrunner.api.names import Name, Text
 from rigrunner.api.plugin_refs import PluginRef
-from rigrunner.api.settings import AnyQuantity, Duration, Frequency, ListOf, Settings
+from rigrunner.api.settings import AnyQuantity, Duration, Frequency, ListOf, Settings, UnitSymbol
 from rigrunner.api.units import QuantityError, unit, units_of
 from rigrunner.yamlfile import parse, validate
 from rigrunner.yamlfile.reader import read_text
@@ -73,7 +73,6 @@ Moment = Annotated[
         }
     ),
 ]
-UnitSymbol = Annotated[str, AfterValidator(lambda symbol: unit(symbol).symbol)]
 ColumnName = Annotated[int, Field(ge=1)] | Text
 
 

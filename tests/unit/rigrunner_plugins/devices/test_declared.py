@@ -58,8 +58,8 @@ def test_a_drive_is_described_in_si():
     ("change", "told"),
     [
         ({"scale": 0}, "scale is 0"),
-        ({"max": "35 N"}, "a force; needed: a frequency"),
-        ({"rate": "5 N/s"}, "needed: a frequency rate above 0"),
+        ({"max": "35 N"}, "a force; expected a frequency"),
+        ({"rate": "5 N/s"}, "expected a frequency rate above 0"),
         ({"rate": "0 Hz/s"}, "above 0"),
         ({"safe": "40 Hz"}, "min <= safe <= max"),
         ({"min": "35 Hz", "safe": "35 Hz"}, "min <= safe <= max"),
