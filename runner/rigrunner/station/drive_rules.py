@@ -50,9 +50,10 @@ class DriveRules:
                 continue
             values = {n: value if n == member else standing(n) for n in combination.drives}
             if not combination.allows(values):
+                wanted = legible(value, allowed.unit)
                 others = combination.others(member, values)
                 raise DeviceRejectedError(
-                    f"{_in_words(member)} cannot be set to {value:g} {allowed.unit} with {others}",
+                    f"{_in_words(member)} cannot be set to {wanted} with {others}",
                     hint=f"allowed: {combination.words()}",
                 )
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Self
 from pydantic import Field, model_validator
 
 from rigrunner.api.member import Member
+from rigrunner.api.quantity import legible
 from rigrunner.api.settings import AnyQuantity, ListOf, PlainText, Settings
 from rigrunner.api.units import si_symbol
 
@@ -82,7 +83,8 @@ class Combination(Settings):
     def others(self, member: Member, values: Mapping[Member, float]) -> str:
         """Return the values of the other drives as text; `values` are in SI units."""
         units = {name: si_symbol(high.dimension) for name, high in self.allowed[0].items()}
-        return ", ".join(f"{n} at {values[n]:g} {units[n]}" for n in self.drives if n != member)
+        others = (name for name in self.drives if name != member)
+        return ", ".join(f"{name} at {legible(values[name], units[name])}" for name in others)
 
     def words(self) -> str:
         """Return the allowed region as text."""

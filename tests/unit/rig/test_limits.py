@@ -9,6 +9,7 @@ import pytest
 from helpers_devices import FakeTester
 from rigrunner.api.devices import DriveInfo
 from rigrunner.api.errors import DeviceLostError, DeviceRejectedError, DeviceTimeoutError
+from rigrunner.api.member import Member
 from rigrunner.api.quantity import parse_quantity
 from rigrunner.clock import SimulatedClock
 from rigrunner.rig import Rig
@@ -64,6 +65,15 @@ def test_a_drive_that_nobody_has_set_counts_as_it_reads_back():
     device = FakeTester(drives_at={"load": 1900.0, "frequency": 0.0})
     with pytest.raises(DeviceRejectedError, match=r"tester\.load at 1900"):
         rig_of(device, combinations=(PAIR,)).set("tester", "frequency", 10.0)
+
+
+def test_small_set_points_are_told_in_a_smaller_unit():
+    tiny = {"stage.x": parse_quantity("500 nm"), "stage.y": parse_quantity("200 nm")}
+    info = DriveInfo("x", "m", "X", minimum=0.0, maximum=1e-6, rate_per_s=None)
+    rules = DriveRules(combinations=(Combination(allowed=(tiny,)),))
+    message = r"x cannot be set to 600 nm with stage\.y at 300 nm"
+    with pytest.raises(DeviceRejectedError, match=message):
+        rules.check(Member("stage", "x"), info, 6e-7, lambda _: 3e-7)
 
 
 def test_a_drive_that_cannot_be_read_back_lets_no_other_one_move():
