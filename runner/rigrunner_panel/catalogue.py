@@ -62,7 +62,7 @@ class Catalogue:
         return self._file(what, name)[0]
 
     def station(self, name: str) -> Entry:
-        """Return the path of a station by its listed name; raise PanelError."""
+        """Return the entry of a station by its listed name; raise PanelError."""
         path, shipped = self._file("station", name)
         return _entry(path, name, "station", shipped=shipped)
 
