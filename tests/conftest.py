@@ -142,7 +142,10 @@ class Demo(Runs):
 
 @pytest.fixture(scope="session")
 def made_once(tmp_path_factory, worker_id):
-    """Return a folder by its name; the first worker that asks for it fills it by a function."""
+    """Return a folder by its name; the first worker that asks for it fills it by a function.
+
+    Figures are left blank, unless the function draws them.
+    """
     base = tmp_path_factory.getbasetemp()
     shared = base if worker_id == "master" else base.parent
 
@@ -151,7 +154,7 @@ def made_once(tmp_path_factory, worker_id):
         with FileLock(shared / f"{name}.lock"):
             if not done.exists():
                 folder.mkdir()
-                with drawn():
+                with blank():
                     fill(folder)
                 done.touch()
         return folder
@@ -177,7 +180,8 @@ def demo(made_once) -> Demo:
     """Run `rigrunner demo`."""
 
     def fill(folder) -> None:
-        called = call("demo", "--dir", folder / "runs")
+        with drawn():
+            called = call("demo", "--dir", folder / "runs")
         assert called.code == 0, called.err
         (folder / "called.json").write_text(json.dumps(asdict(called)), encoding="utf-8")
 
@@ -275,7 +279,7 @@ def tester_runs_copy(tester_runs, tmp_path_factory) -> TesterRuns:
 def _blank_figures(request):
     """Leave figures blank, except in modules marked `figures`.
 
-    Runs that are made once for many tests have them.
+    Of the runs that are made once for many tests the demonstration has them.
     """
     with drawn() if request.node.get_closest_marker("figures") else blank():
         yield
