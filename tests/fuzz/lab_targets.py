@@ -176,7 +176,7 @@ PAIR = {"procedure": "starting_torque_1000n", "station": "simulated"}
 MINE = {"procedure": "mine.yaml"}
 REQUESTS: dict[str, dict[str, object]] = {
     "queue/add": {**PAIR, "list": "SN-1\nSN-2", "realtime": False},
-    "queue/propose": {**PAIR, "inputs": {"specimen": "a"}, "operator": "Zoë"},
+    "queue/propose": {**PAIR, "inputs": {"specimen": "a"}, "operator": "Zoë", "by": "LIMS"},
     "queue/move": {"entry": 2, "before": 1},
     "queue/hold": {"entry": 1, "reason": "dirty"},
     "queue/release": {"entry": 1},

@@ -24,8 +24,8 @@ def allowed(runs: Path, procedure_id: str, drafts: Sequence[Draft]) -> list[Draf
     Raises InvalidFileError for each specimen that a run of the procedure has tested, unless the
     draft says why it is tested again.
     """
-    names = [(name, name.casefold()) for name in reversed(run_names(runs))]
-    found = [(each, _tested(runs, names, procedure_id, each)) for each in drafts]
+    names = _names(runs)
+    found = [(each, _newest(runs, names, procedure_id, each.specimen)) for each in drafts]
     problems = [
         Problem(
             f"{draft.specimen} has already been tested: run {run}",
@@ -40,15 +40,24 @@ def allowed(runs: Path, procedure_id: str, drafts: Sequence[Draft]) -> list[Draf
     return [draft if run else draft.model_copy(update={"again": ""}) for draft, run in found]
 
 
-def _tested(runs: Path, names: Sequence[tuple[str, str]], procedure_id: str, draft: Draft) -> str:
-    """Return the newest run that has tested a specimen, of names from the newest; '' for none."""
-    if not draft.specimen:
+def tested_by(runs: Path, procedure_id: str, specimen: str) -> str:
+    """Return the newest run of a procedure that has tested a specimen; '' for none."""
+    return _newest(runs, _names(runs), procedure_id, specimen)
+
+
+def _names(runs: Path) -> list[tuple[str, str]]:
+    """Return the names of runs from the newest, each also in small letters."""
+    return [(name, name.casefold()) for name in reversed(run_names(runs))]
+
+
+def _newest(runs: Path, names: Sequence[tuple[str, str]], procedure_id: str, specimen: str) -> str:
+    if not specimen:
         return ""
     # The name of a folder has both, shortened: few files have to be read.
-    begin = f"_{safe_name(procedure_id)}_{safe_name(draft.specimen)}".rstrip("_").casefold()
+    begin = f"_{safe_name(procedure_id)}_{safe_name(specimen)}".rstrip("_").casefold()
     for name, folded in names:
         if begin in folded and (info := listed_run(runs, name).info) is not None:
             tested = (info.header.procedure_id, looks(info.header.inputs.get(SPECIMEN, "")))
-            if info.outcome in CONCLUDED and tested == (procedure_id, looks(draft.specimen)):
+            if info.outcome in CONCLUDED and tested == (procedure_id, looks(specimen)):
                 return name
     return ""

@@ -229,6 +229,8 @@ class InputAnswer(BaseModel):
 
     ok: bool
     value: str = ""
+    note: str = ""
+    """What to know of an accepted answer, such as an earlier test of the specimen."""
     message: str = ""
     hint: str = ""
 

@@ -10,6 +10,7 @@ from rigrunner.api.errors import RigrunnerError
 from rigrunner.clock import SimulatedClock
 from rigrunner.procedure import load_procedure
 from rigrunner.procedure.answers import AnswerError
+from rigrunner.queue import SPECIMEN, tested_by
 from rigrunner.run.calibration import calibration_findings
 from rigrunner.run.partners import each_partner
 from rigrunner.run.planning import planned_run
@@ -114,16 +115,21 @@ def plan(panel: Panel, asked: Asked) -> PlanAnswer:
 def check_input(panel: Panel, asked: Asked) -> InputAnswer:
     """Say whether an answer would be taken; an empty one would not."""
     body: CheckInput = asked.body
-    inputs = load_procedure(panel.catalogue.path("procedure", body.procedure)).inputs
-    if body.input not in inputs:
+    procedure = load_procedure(panel.catalogue.path("procedure", body.procedure))
+    if body.input not in procedure.inputs:
         raise not_found(f"the procedure has no input '{body.input}'")
-    expected = inputs[body.input].expected
+    expected = procedure.inputs[body.input].expected
     if not body.text.strip():
         return InputAnswer(ok=False, message="nothing was given", hint=expected.words)
     try:
-        return InputAnswer(ok=True, value=expected.accept(body.text))
+        value = expected.accept(body.text)
     except AnswerError as error:
         return InputAnswer(ok=False, message=error.message, hint=error.hint)
+    earlier = ""
+    if body.input == SPECIMEN:
+        earlier = tested_by(panel.settings.runs, procedure.model.id, value)
+    note = f"{value} has already been tested: run {earlier}" if earlier else ""
+    return InputAnswer(ok=True, value=value, note=note)
 
 
 def files(panel: Panel, pair: Pair) -> tuple[Path, Path]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from rigrunner.queue import SPECIMEN
 from rigrunner_panel.view.rigs import RigView
 
 if TYPE_CHECKING:
@@ -22,8 +23,6 @@ if TYPE_CHECKING:
         StepView,
     )
     from rigrunner_panel.web.panel import Rig
-
-SPECIMEN = "specimen"
 
 
 def rig_views(rigs: Iterable[Rig]) -> tuple[RigView, ...]:

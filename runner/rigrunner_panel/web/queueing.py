@@ -57,7 +57,11 @@ def add(rig: Rig, asked: Asked) -> Added:
 def propose(rig: Rig, asked: Asked) -> Added:
     """Add specimens that a person has to release first."""
     body: ProposeEntries = asked.body
-    return _add(rig, body, body.by.strip() or asked.by, proposed=True)
+    by = body.by.strip() or rig.control.holds(asked.client)
+    if not by:
+        problem = "a proposal needs a name"
+        raise PanelError(422, "invalid", problem, "state in 'by' who or which program proposes it")
+    return _add(rig, body, by, proposed=True)
 
 
 def move(rig: Rig, asked: Asked) -> Done:

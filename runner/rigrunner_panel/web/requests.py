@@ -152,7 +152,10 @@ class AddEntries(Pair):
 
 
 class ProposeEntries(AddEntries):
-    """Specimens that a person releases first, and who or which program proposes them."""
+    """Specimens that a person releases first, and who or which program proposes them.
+
+    Without `by` it is the person in control; a program has to state its name.
+    """
 
     by: Annotated[str, Field(max_length=100), AfterValidator(plain)] = ""
 

@@ -117,6 +117,7 @@ def start_job(
         kind=kind,
         procedure=body.procedure,
         station=body.station,
+        title=load_procedure(procedure).model.title,
         inputs=dict(inputs),
         operator=operator,
         realtime=body.realtime,

@@ -116,7 +116,7 @@ def test_no_request_reaches_a_station_that_the_panel_does_not_serve(folder):
             client.get("/api/v1/state", params={"rig": other}),
             client.get("/api/v1/procedures/schema", params={"station": other}),
             client.post("/api/v1/plan", json=asked),
-            client.post("/api/v1/queue/propose", json={**asked, "list": "SN-1"}),
+            client.post("/api/v1/queue/propose", json={**asked, "list": "SN-1", "by": "LIMS"}),
             client.post("/api/v1/control", json={"name": "Ann"}, params={"rig": other}),
         ]
     assert [each.status_code for each in answers] == [404] * 5
@@ -510,6 +510,14 @@ class TestHistory:
             "inputs": {"type": "DEMO-GE20", "lot": "DEMO-LOT-1", "operator": "Demo operator"},
             "operator": "Demo operator",
         }
+
+    def test_a_specimen_that_was_tested_before_is_said_while_it_is_typed(self, client, demo):
+        asked = {"procedure": "starting_torque_1000n", "input": "specimen"}
+        notes = [
+            client.post("/api/v1/check-input", json={**asked, "text": text}).json()["note"]
+            for text in ("demo-0001", "DEMO-0002")
+        ]
+        assert notes == [f"demo-0001 has already been tested: run {demo.loaded.name}", ""]
 
     def test_of_two_stations_with_one_id_the_very_one_is_taken(self, client, demo, folder):
         text = find_station("simulated").read_text(encoding="utf-8")

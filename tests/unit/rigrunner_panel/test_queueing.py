@@ -74,11 +74,18 @@ def test_what_a_program_proposes_waits_for_a_person(client):
     assert entries(client) == [("SN-1", "proposed")]
 
 
+def test_a_program_names_itself_and_the_person_in_control_is_named(client):
+    refused = post(client, "propose", status=422, **PAIR, list="SN-1", headers=PROGRAM)
+    assert refused["message"] == "a proposal needs a name"
+    post(client, "propose", **PAIR, list="SN-2")
+    assert [each["by"] for each in client.get("/api/v1/queue").json()["entries"]] == ["Ann"]
+
+
 def test_an_entry_is_started_by_no_other_way_than_its_release_by_its_rig(client, panel):
     panel.rig("simulated_bench")
     ours, theirs = {"rig": "simulated"}, {"rig": "simulated_bench"}
     client.post("/api/v1/control", json={"name": "Lims"}, params=theirs, headers=PROGRAM)
-    asked = {**PAIR, "list": "SN-1"}
+    asked = {**PAIR, "list": "SN-1", "by": "LIMS"}
     client.post("/api/v1/queue/propose", json=asked, params=ours, headers=PROGRAM)
     refused = client.post(
         "/api/v1/queue/release", json={"entry": 1}, params=theirs, headers=PROGRAM
@@ -97,7 +104,10 @@ def test_an_entry_is_started_by_no_other_way_than_its_release_by_its_rig(client,
 def test_a_partner_run_is_one_of_the_folder_of_runs_and_no_path(client, run):
     body = {**PAIR, "list": "SN-1", "partners": {"no_load": run}}
     assert post(client, "add", status=404, **body)["code"] == "not_found"
-    assert post(client, "propose", status=404, **body, headers=PROGRAM)["code"] == "not_found"
+    assert (
+        post(client, "propose", status=404, **body, by="LIMS", headers=PROGRAM)["code"]
+        == "not_found"
+    )
     assert entries(client) == []
 
 
@@ -149,10 +159,11 @@ def test_another_site_changes_nothing(client, origin):
 def test_stop_waits_neither_for_the_queue_nor_for_its_lock(client, panel):
     """Forty requests wait for a file that another program holds; Stop is answered all the same."""
     panel.settings.runs.mkdir()
+    named = {**PAIR, "by": "LIMS"}
     with FileLock(panel.settings.runs / ".queue.lock"), panel.rig("simulated").sequence.lock:
         jobs = [
             threading.Thread(
-                target=client.post, args=("/api/v1/queue/propose",), kwargs={"json": PAIR}
+                target=client.post, args=("/api/v1/queue/propose",), kwargs={"json": named}
             )
             for _ in range(45)
         ]

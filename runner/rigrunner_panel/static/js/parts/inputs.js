@@ -71,7 +71,9 @@ function field(procedure, input, value, changed) {
       answer = error;
     }
     if (mine !== asked) return;
-    state(answer.ok ? "good" : "bad", answer.ok ? t("setup.taken", { value: show(short(answer.value)) }) : refusedWords(answer), answer.ok);
+    if (!answer.ok) state("bad", refusedWords(answer));
+    else if (answer.note) state("warn", said(answer.note), true);
+    else state("good", t("setup.taken", { value: show(short(answer.value)) }), true);
   }
 
   function state(kind, text, ok = false) {
