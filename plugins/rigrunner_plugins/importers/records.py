@@ -36,7 +36,11 @@ def rigrunner_importers() -> list[ImporterRecord]:
             factory=Imported("rigrunner_plugins.importers.csv_file:CsvImporter"),
             examples=(TABLE,),
         ),
-        ImporterRecord(name="hdf5", help="HDF5: a group of datasets is a recording", factory=_hdf5),
+        ImporterRecord(
+            name="hdf5",
+            help="HDF5: a group of datasets is a recording",
+            factory=Imported("rigrunner_plugins.importers.hdf5_file:Hdf5Importer"),
+        ),
         ImporterRecord(
             name="lvm",
             help="LabVIEW measurement file (.lvm): a segment is a recording",
@@ -46,7 +50,7 @@ def rigrunner_importers() -> list[ImporterRecord]:
         ImporterRecord(
             name="matlab",
             help="MATLAB 5 to 7.3 (.mat): vectors, columns of a matrix, fields of structures",
-            factory=_matlab,
+            factory=Imported("rigrunner_plugins.importers.matlab_file:MatlabImporter"),
         ),
         ImporterRecord(
             name="tdms",
@@ -54,18 +58,6 @@ def rigrunner_importers() -> list[ImporterRecord]:
             factory=_tdms,
         ),
     ]
-
-
-def _hdf5(_: NoSettings) -> Importer:
-    from rigrunner_plugins.importers.hdf5_file import Hdf5Importer  # noqa: PLC0415  (h5py)
-
-    return Hdf5Importer()
-
-
-def _matlab(_: NoSettings) -> Importer:
-    from rigrunner_plugins.importers.matlab_file import MatlabImporter  # noqa: PLC0415  (scipy)
-
-    return MatlabImporter()
 
 
 def _tdms(_: NoSettings) -> Importer:
