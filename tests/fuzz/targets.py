@@ -428,7 +428,7 @@ def _lvm_seeds(_: Path) -> list[bytes]:
 
 
 def _tdms(path: Path) -> object:
-    return TdmsImporter().read(path, COLUMNS, "")
+    return TdmsImporter(NoSettings()).read(path, COLUMNS, "")
 
 
 def _tdms_seeds(folder: Path) -> list[bytes]:

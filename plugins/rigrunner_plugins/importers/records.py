@@ -2,19 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from rigrunner.api import (
-    Imported,
-    ImporterExample,
-    ImporterRecord,
-    MissingPackageError,
-    NoSettings,
-    hookimpl,
-)
-
-if TYPE_CHECKING:
-    from rigrunner.api import Importer
+from rigrunner.api import Imported, ImporterExample, ImporterRecord, hookimpl
 
 TABLE = ImporterExample(
     source="four numbers below their names, RFC 4180",
@@ -55,16 +43,6 @@ def rigrunner_importers() -> list[ImporterRecord]:
         ImporterRecord(
             name="tdms",
             help="LabVIEW TDMS: a group of channels is a recording",
-            factory=_tdms,
+            factory=Imported("rigrunner_plugins.importers.tdms_file:TdmsImporter"),
         ),
     ]
-
-
-def _tdms(_: NoSettings) -> Importer:
-    try:
-        from rigrunner_plugins.importers.tdms_file import TdmsImporter  # noqa: PLC0415  (an extra)
-    except ImportError as error:
-        raise MissingPackageError(
-            "TDMS files need the package npTDMS", hint="pip install 'rigrunner[tdms]'"
-        ) from error
-    return TdmsImporter()
