@@ -74,7 +74,10 @@ class Imported:
             found = getattr(import_module(module), name)
         except (ImportError, AttributeError, ValueError) as error:
             reason = f"{type(error).__name__}: {error}"
-            raise PluginError(f"'{self.place}' cannot be loaded: {reason}") from error
+            raise PluginError(
+                f"'{self.place}' cannot be loaded: {reason}",
+                hint="a record names a function or class as 'package.module:name'",
+            ) from error
         return found(*given, **named) if self.called else found
 
 
