@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NoReturn
 import pytest
 
 from rigrunner.api.errors import MissingPackageError
+from rigrunner.api.hooks import NoSettings
 from rigrunner_reports.certificate.pdf import pdf_maker
 
 if TYPE_CHECKING:
@@ -26,6 +27,6 @@ def lacking(part: Part, why: str) -> NoReturn:
 def require_pdf() -> None:
     """Skip where WeasyPrint does not find what it needs of the system."""
     try:
-        pdf_maker()
+        pdf_maker(NoSettings())
     except MissingPackageError as error:
         lacking("PDF", str(error))

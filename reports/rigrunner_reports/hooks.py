@@ -2,20 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from rigrunner.api import (
     CertificateFormatRecord,
-    NoSettings,
+    Imported,
     ReportFormatRecord,
     StudyFormatRecord,
     hookimpl,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from rigrunner.api import CertificateInput, ReportInput, StudyInput
 
 api_version = 1
 
@@ -28,7 +21,7 @@ def rigrunner_report_formats() -> list[ReportFormatRecord]:
             name="html",
             help="One self-contained page, for the screen and for A4",
             suffix=".html",
-            factory=_html,
+            factory=Imported("rigrunner_reports.render:html", called=False),
         )
     ]
 
@@ -42,14 +35,14 @@ def rigrunner_certificate_formats() -> list[CertificateFormatRecord]:
             help="One self-contained page, for the screen and for A4",
             suffix=".html",
             revision=6,
-            factory=_certificate_html,
+            factory=Imported("rigrunner_reports.certificate.render:html", called=False),
         ),
         CertificateFormatRecord(
             name="pdf",
             help="Tagged A4 pages with bookmarks and page numbers, for the record",
             suffix=".pdf",
             revision=6,
-            factory=_certificate_pdf,
+            factory=Imported("rigrunner_reports.certificate.pdf:pdf_maker"),
         ),
     ]
 
@@ -62,30 +55,6 @@ def rigrunner_study_formats() -> list[StudyFormatRecord]:
             name="html",
             help="One self-contained page, for the screen and for A4",
             suffix=".html",
-            factory=_study_html,
+            factory=Imported("rigrunner_reports.studies.render:html", called=False),
         )
     ]
-
-
-def _html(settings: NoSettings) -> Callable[[ReportInput], bytes]:  # noqa: ARG001  (nothing to set)
-    from rigrunner_reports.render import html  # noqa: PLC0415  (matplotlib takes most of a second)
-
-    return html
-
-
-def _study_html(settings: NoSettings) -> Callable[[StudyInput], bytes]:  # noqa: ARG001  (nothing to set)
-    from rigrunner_reports.studies.render import html  # noqa: PLC0415  (loads matplotlib)
-
-    return html
-
-
-def _certificate_html(settings: NoSettings) -> Callable[[CertificateInput], bytes]:  # noqa: ARG001  (nothing to set)
-    from rigrunner_reports.certificate.render import html  # noqa: PLC0415  (loads matplotlib)
-
-    return html
-
-
-def _certificate_pdf(settings: NoSettings) -> Callable[[CertificateInput], bytes]:  # noqa: ARG001  (nothing to set)
-    from rigrunner_reports.certificate.pdf import pdf_maker  # noqa: PLC0415  (loads matplotlib)
-
-    return pdf_maker()

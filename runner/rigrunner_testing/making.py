@@ -6,6 +6,7 @@ import inspect
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.errors import MissingPackageError, PluginError
+from rigrunner.api.hooks import Imported
 from rigrunner.registry import call_problem, culprit, place_of
 from rigrunner_testing.check import AnyCheck, Nonconformity, check
 from rigrunner_testing.examination import useful_hint
@@ -55,6 +56,8 @@ def _not_usable(made: Any, subject: Subject) -> str:
 
 def _named(factory: Any) -> str:
     """Return the name of the factory, and where it is defined."""
+    if isinstance(factory, Imported):
+        return f"'{factory.place}'"
     name = getattr(factory, "__name__", type(factory).__name__)
     place = place_of(factory)
     if isinstance(factory, type):

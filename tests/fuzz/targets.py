@@ -28,6 +28,7 @@ from helpers_workflow import run
 from rigrunner.api.data import Block
 from rigrunner.api.errors import DeviceTimeoutError
 from rigrunner.api.events import Scanned, StepStarted
+from rigrunner.api.hooks import NoSettings
 from rigrunner.certificate.letterhead import read_letterhead
 from rigrunner.certificate.numbers import Numbers
 from rigrunner.certificate.order import read_order
@@ -427,7 +428,7 @@ def _lvm_seeds(_: Path) -> list[bytes]:
 
 
 def _tdms(path: Path) -> object:
-    return TdmsImporter().read(path, COLUMNS, "")
+    return TdmsImporter(NoSettings()).read(path, COLUMNS, "")
 
 
 def _tdms_seeds(folder: Path) -> list[bytes]:
@@ -443,7 +444,7 @@ def _tdms_seeds(folder: Path) -> list[bytes]:
 
 
 def _matlab(path: Path) -> object:
-    return MatlabImporter().read(path, {"angle": "s.Angle", "torque": "data(:,2)"}, "")
+    return MatlabImporter(NoSettings()).read(path, {"angle": "s.Angle", "torque": "data(:,2)"}, "")
 
 
 def _matlab_seeds(folder: Path) -> list[bytes]:

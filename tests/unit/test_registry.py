@@ -1,3 +1,4 @@
+import json
 import re
 import sys
 from importlib import import_module
@@ -409,6 +410,13 @@ def test_a_factory_given_by_its_place_is_imported_when_it_is_called(entry, tmp_p
     assert "line_fit_of_a_lab" not in sys.modules
     settings, one = registry.make("fit", "line", {"cutoff": "2 kHz"})
     assert (settings.cutoff, one) == (2000.0, 1)
+
+
+def test_an_imported_product_is_given_as_it_is():
+    record = ReportFormatRecord(
+        name="x", help="X.", suffix=".x", factory=Imported("json:dumps", called=False)
+    )
+    assert record.factory(None) is json.dumps
 
 
 @pytest.mark.parametrize("place", ["no_such_module_at_all:Fit", "rigrunner.api:NoSuch", "re", ""])

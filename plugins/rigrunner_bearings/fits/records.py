@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from rigrunner.api import FitRecord, Imported, Requirements, hookimpl
 from rigrunner_plugins.fits.requirements import least_points
 
@@ -20,10 +18,6 @@ def rigrunner_fits() -> list[FitRecord]:
             help="Support friction, damping and inertia from the drive's kinematics",
             settings="rigrunner_bearings.fits.settings:InertiaPhysicalSettings",
             factory=Imported("rigrunner_bearings.fits.inertia_physical:InertiaPhysicalFit"),
-            requires=_requirements,
+            requires=lambda _: Requirements(points=least_points(COEFFICIENTS)),
         ),
     ]
-
-
-def _requirements(_: Any) -> Requirements:
-    return Requirements(points=least_points(COEFFICIENTS))

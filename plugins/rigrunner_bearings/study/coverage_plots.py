@@ -7,6 +7,9 @@ from itertools import product
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from matplotlib import style
+from matplotlib.colors import TwoSlopeNorm
+from matplotlib.figure import Figure
 
 from rigrunner_bearings.study.coverage import BANDS_HZ, METHODS
 from rigrunner_bearings.study.coverage_rigs import FREQUENCIES_HZ, RANGES
@@ -52,9 +55,6 @@ def draw_figures(study: Study, folder: Path) -> list[Path]:
 
 
 def _svg(study: Study, paint: Callable[[Any, Study], None], height_in: float) -> bytes:
-    from matplotlib import style  # noqa: PLC0415  (heavy)
-    from matplotlib.figure import Figure  # noqa: PLC0415  (heavy)
-
     with style.context(["default", STYLE]):
         figure = Figure(figsize=(8.4, height_in), layout="constrained")
         paint(figure, study)
@@ -89,8 +89,6 @@ def _bars(axes: Any, x: Any, errors: Any, colour: str, label: str) -> None:
 
 def _strata(figure: Any, study: Study) -> None:
     """Paint the coverage of every stratum, in per cent, white at 95."""
-    from matplotlib.colors import TwoSlopeNorm  # noqa: PLC0415  (heavy)
-
     norm = TwoSlopeNorm(AIM, LEAST, MOST)
     grid = figure.subplots(2, 2, sharex=True, sharey=True)
     for axes, (sensor, method) in zip(grid.flat, product((True, False), METHODS), strict=True):

@@ -199,10 +199,6 @@ def settling_time(within: float) -> Statistic:
     return Statistic(value, scatter, lambda _, __: 0.0)
 
 
-def _slope(series: Series) -> float:
-    return float(_weights(series) @ series.from_first)
-
-
 def _weights(series: Series) -> Array:
     """Return the weight of each value in the least-squares slope, shape (n,)."""
     from_middle = series.times_s - series.times_s.mean()
@@ -294,6 +290,8 @@ STATISTICS = {
     "rms": Statistic(_rms, _rms_scatter, _greatest),
     "standard_deviation": Statistic(_deviation, _deviation_scatter, _greatest),
     "slope": Statistic(
-        _slope, _slope_scatter, lambda series, errors: float(np.abs(_weights(series)) @ errors)
+        lambda series: float(_weights(series) @ series.from_first),
+        _slope_scatter,
+        lambda series, errors: float(np.abs(_weights(series)) @ errors),
     ),
 }

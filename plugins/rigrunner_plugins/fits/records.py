@@ -2,14 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from rigrunner.api import FitRecord, Imported, hookimpl
 from rigrunner_plugins.fits import requirements
 from rigrunner_plugins.fits.examples import FILIP, MISRA, NO_INTERCEPT, NORRIS
-
-if TYPE_CHECKING:
-    from rigrunner.api import Fit, NoSettings
 
 
 @hookimpl
@@ -55,13 +50,7 @@ def rigrunner_fits() -> list[FitRecord]:
         FitRecord(
             name="pchip",
             help="Monotone cubic through every point; no model, and no smoothing",
-            factory=_pchip,
+            factory=Imported("rigrunner_plugins.fits.pchip:interpolate", called=False),
             requires=requirements.of_pchip,
         ),
     ]
-
-
-def _pchip(_: NoSettings) -> Fit:
-    from rigrunner_plugins.fits.pchip import interpolate  # noqa: PLC0415  (scipy)
-
-    return interpolate

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import h5py
@@ -13,9 +14,14 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
+    from rigrunner.api import NoSettings
 
+
+@dataclass(frozen=True)
 class Hdf5Importer:
     """Reads HDF5 files, in which a recording is a group of datasets."""
+
+    settings: NoSettings
 
     def read(
         self, path: Path, columns: Mapping[str, int | str], group: str

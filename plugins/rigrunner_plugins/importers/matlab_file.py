@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from rigrunner.api import NoSettings
     from rigrunner_plugins.importers.matlab_variables import Node
 
 _NAME = "[A-Za-z][A-Za-z0-9_]*"
@@ -32,11 +33,14 @@ class _Place:
     number: int | None
 
 
+@dataclass(frozen=True)
 class MatlabImporter:
     """Reads MATLAB files: a column is a vector, `x`, `s.x`, or one of a matrix, `data(:,2)`.
 
     A group is a structure that holds the recording.
     """
+
+    settings: NoSettings
 
     def read(
         self, path: Path, columns: Mapping[str, int | str], group: str

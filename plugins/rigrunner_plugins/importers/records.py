@@ -2,19 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from rigrunner.api import (
-    Imported,
-    ImporterExample,
-    ImporterRecord,
-    MissingPackageError,
-    NoSettings,
-    hookimpl,
-)
-
-if TYPE_CHECKING:
-    from rigrunner.api import Importer
+from rigrunner.api import Imported, ImporterExample, ImporterRecord, hookimpl
 
 TABLE = ImporterExample(
     source="four numbers below their names, RFC 4180",
@@ -36,7 +24,11 @@ def rigrunner_importers() -> list[ImporterRecord]:
             factory=Imported("rigrunner_plugins.importers.csv_file:CsvImporter"),
             examples=(TABLE,),
         ),
-        ImporterRecord(name="hdf5", help="HDF5: a group of datasets is a recording", factory=_hdf5),
+        ImporterRecord(
+            name="hdf5",
+            help="HDF5: a group of datasets is a recording",
+            factory=Imported("rigrunner_plugins.importers.hdf5_file:Hdf5Importer"),
+        ),
         ImporterRecord(
             name="lvm",
             help="LabVIEW measurement file (.lvm): a segment is a recording",
@@ -46,33 +38,11 @@ def rigrunner_importers() -> list[ImporterRecord]:
         ImporterRecord(
             name="matlab",
             help="MATLAB 5 to 7.3 (.mat): vectors, columns of a matrix, fields of structures",
-            factory=_matlab,
+            factory=Imported("rigrunner_plugins.importers.matlab_file:MatlabImporter"),
         ),
         ImporterRecord(
             name="tdms",
             help="LabVIEW TDMS: a group of channels is a recording",
-            factory=_tdms,
+            factory=Imported("rigrunner_plugins.importers.tdms_file:TdmsImporter"),
         ),
     ]
-
-
-def _hdf5(_: NoSettings) -> Importer:
-    from rigrunner_plugins.importers.hdf5_file import Hdf5Importer  # noqa: PLC0415  (h5py)
-
-    return Hdf5Importer()
-
-
-def _matlab(_: NoSettings) -> Importer:
-    from rigrunner_plugins.importers.matlab_file import MatlabImporter  # noqa: PLC0415  (scipy)
-
-    return MatlabImporter()
-
-
-def _tdms(_: NoSettings) -> Importer:
-    try:
-        from rigrunner_plugins.importers.tdms_file import TdmsImporter  # noqa: PLC0415  (an extra)
-    except ImportError as error:
-        raise MissingPackageError(
-            "TDMS files need the package npTDMS", hint="pip install 'rigrunner[tdms]'"
-        ) from error
-    return TdmsImporter()

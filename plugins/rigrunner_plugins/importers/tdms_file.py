@@ -4,29 +4,44 @@ from __future__ import annotations
 
 import logging
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import nptdms
 import numpy as np
-from nptdms.log import log_manager
 
-from rigrunner.api import Column, DataError, Location, NotInFileError, RigrunnerError
-from rigrunner_plugins.importers.finding import near, numbers
-from rigrunner_plugins.importers.tdms_segments import (
-    goes_of,
-    is_number,
-    segment_ends,
-    started,
+from rigrunner.api import (
+    Column,
+    DataError,
+    Location,
+    MissingPackageError,
+    NotInFileError,
+    RigrunnerError,
 )
+from rigrunner_plugins.importers.finding import near, numbers
+
+try:
+    import nptdms
+    from nptdms.log import log_manager
+
+    from rigrunner_plugins.importers.tdms_segments import goes_of, is_number, segment_ends, started
+except ImportError as error:
+    raise MissingPackageError(
+        "TDMS files need the package npTDMS", hint="pip install 'rigrunner[tdms]'"
+    ) from error
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
     from datetime import datetime
     from pathlib import Path
 
+    from rigrunner.api import NoSettings
 
+
+@dataclass(frozen=True)
 class TdmsImporter:
     """Reads TDMS files, in which a recording is a group of channels."""
+
+    settings: NoSettings
 
     def read(
         self, path: Path, columns: Mapping[str, int | str], group: str

@@ -8,6 +8,13 @@ from pathlib import Path
 
 import click
 
+from rigrunner.api import Imported
+
+BENCHES = {
+    "chamber": Imported("rigrunner_plugins.loopback.chamber:running_chamber"),
+    "lever": Imported("rigrunner_plugins.loopback.lever:running_lever"),
+}
+
 
 @click.command()
 @click.option(
@@ -20,7 +27,7 @@ import click
 @click.option(
     "--bench",
     "which",
-    type=click.Choice(("chamber", "lever")),
+    type=click.Choice(BENCHES),
     default="chamber",
     show_default=True,
     help="A chamber with an ohmmeter, or a lever with a torque transducer.",
@@ -32,11 +39,7 @@ def main(station: Path, which: str, seed: int) -> None:
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: over.set())
     try:
-        if which == "chamber":
-            from rigrunner_plugins.loopback.chamber import running_chamber as running  # noqa: PLC0415  (numpy)
-        else:
-            from rigrunner_plugins.loopback.lever import running_lever as running  # noqa: PLC0415  (numpy)
-        with running(seed) as bench:
+        with BENCHES[which](seed) as bench:
             station.write_text(bench.station(), encoding="utf-8")
             for name, port in bench.ports.items():
                 click.echo(f"{name:<15}SCPI over TCP, 127.0.0.1:{port}")

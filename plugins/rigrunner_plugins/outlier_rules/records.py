@@ -2,14 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from rigrunner.api import Imported, OutlierRuleRecord, hookimpl
 from rigrunner.api.hooks import OutlierExample
 from rigrunner_plugins.outlier_rules.requirements import of_pauta
-
-if TYPE_CHECKING:
-    from rigrunner.api import NoSettings, OutlierRule
 
 URANIUM = OutlierExample(
     source="Tietjen and Moore, Technometrics 14(3), 1972, by NIST/SEMATECH 1.3.5.17.1",
@@ -58,13 +53,13 @@ def rigrunner_outlier_rules() -> list[OutlierRuleRecord]:
         OutlierRuleRecord(
             name="pauta",
             help="The 3-sigma rule, repeated; can reject nothing of 10 cycles or fewer",
-            factory=_pauta,
+            factory=Imported("rigrunner_plugins.outlier_rules.rules:pauta", called=False),
             requires=of_pauta,
         ),
         OutlierRuleRecord(
             name="chauvenet",
             help="Chauvenet's criterion, once; often rejects a good cycle, too",
-            factory=_chauvenet,
+            factory=Imported("rigrunner_plugins.outlier_rules.rules:chauvenet", called=False),
             examples=(PENDULUM,),
         ),
         OutlierRuleRecord(
@@ -73,23 +68,10 @@ def rigrunner_outlier_rules() -> list[OutlierRuleRecord]:
             settings="rigrunner_plugins.outlier_rules.settings:MadSettings",
             factory=Imported("rigrunner_plugins.outlier_rules.rules:Mad"),
         ),
-        OutlierRuleRecord(name="none", help="Keep every cycle", factory=_keep_all, rejects=False),
+        OutlierRuleRecord(
+            name="none",
+            help="Keep every cycle",
+            factory=Imported("rigrunner_plugins.outlier_rules.rules:keep_all", called=False),
+            rejects=False,
+        ),
     ]
-
-
-def _pauta(_: NoSettings) -> OutlierRule:
-    from rigrunner_plugins.outlier_rules.rules import pauta  # noqa: PLC0415  (scipy)
-
-    return pauta
-
-
-def _chauvenet(_: NoSettings) -> OutlierRule:
-    from rigrunner_plugins.outlier_rules.rules import chauvenet  # noqa: PLC0415  (scipy)
-
-    return chauvenet
-
-
-def _keep_all(_: NoSettings) -> OutlierRule:
-    from rigrunner_plugins.outlier_rules.rules import keep_all  # noqa: PLC0415  (numpy)
-
-    return keep_all

@@ -15,7 +15,7 @@ from rigrunner_reports.certificate.render import html
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from rigrunner.api import CertificateInput
+    from rigrunner.api import CertificateInput, NoSettings
 
 VARIANT = "pdf/ua-1"
 """Tagged, with title and language, as PDF/UA requires; validators may still report errors."""
@@ -34,7 +34,7 @@ MISSING = "WeasyPrint is not installed"
 HINT = "pip install 'rigrunner[pdf]', or print the HTML from a browser"
 
 
-def pdf_maker() -> Callable[[CertificateInput], bytes]:
+def pdf_maker(_: NoSettings) -> Callable[[CertificateInput], bytes]:
     """Return the function that makes a PDF; raise MissingPackageError without WeasyPrint."""
     try:
         with redirect_stdout(io.StringIO()):  # where Pango is missing it prints what we say below

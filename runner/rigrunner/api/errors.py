@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from difflib import get_close_matches
 from enum import IntEnum
 from typing import TYPE_CHECKING
 
@@ -174,7 +175,5 @@ def did_you_mean(
     `cutoff` is the minimum similarity of two names, from 0 to 1, as for
     `difflib.get_close_matches`.
     """
-    from difflib import get_close_matches  # noqa: PLC0415  (only a wrong name needs it)
-
     near = get_close_matches(got[:_LONGEST_NAME], list(known), n=1, cutoff=cutoff)
     return f"did you mean '{near[0]}'?" if near else otherwise

@@ -64,16 +64,21 @@ class Imported:
 
     place: str
     """Its path, 'package.module:name'."""
+    called: bool = True
+    """False for a factory that gives it as it is, such as a function that has no settings."""
 
     def __call__(self, *given: Any, **named: Any) -> Any:
-        """Import it, and call it; raise PluginError if the path leads to nothing."""
+        """Import it, and call it if so declared; raise PluginError if the path leads to nothing."""
         module, _, name = self.place.partition(":")
         try:
             found = getattr(import_module(module), name)
         except (ImportError, AttributeError, ValueError) as error:
             reason = f"{type(error).__name__}: {error}"
-            raise PluginError(f"'{self.place}' cannot be loaded: {reason}") from error
-        return found(*given, **named)
+            raise PluginError(
+                f"'{self.place}' cannot be loaded: {reason}",
+                hint="a record names a function or class as 'package.module:name'",
+            ) from error
+        return found(*given, **named) if self.called else found
 
 
 @dataclass(frozen=True, kw_only=True)

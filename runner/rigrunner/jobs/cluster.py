@@ -100,14 +100,13 @@ class _UnderWay:
 
 def _answer(future: Future[Any]) -> Answer[Any] | None:
     """Return the answer, or None if too many workers died."""
-    from distributed import KilledWorker  # noqa: PLC0415  (heavy)
-    from distributed.client import FutureCancelledError  # noqa: PLC0415  (heavy)
+    import distributed.client  # noqa: PLC0415  (heavy)
 
     try:
         answer: Answer[Any] = future.result()
-    except KilledWorker:
+    except distributed.KilledWorker:
         return None
-    except FutureCancelledError as error:
+    except distributed.client.FutureCancelledError as error:
         raise DataError(
             "the scheduler of the cluster is gone",
             hint="finished work is kept: the same command continues with the rest",
@@ -142,9 +141,10 @@ def _connected(cluster: Cluster) -> Iterator[Client]:
 
 
 async def _reach(cluster: Cluster) -> None:
-    from distributed import Security  # noqa: PLC0415  (heavy)
-    from distributed.comm.core import connect  # noqa: PLC0415  (heavy)
+    import distributed.comm.core  # noqa: PLC0415  (heavy)
 
-    security = Security().get_connection_args("client")
-    comm = await connect(cluster.address, timeout=cluster.patience_s, **security)
+    security = distributed.Security().get_connection_args("client")
+    comm = await distributed.comm.core.connect(
+        cluster.address, timeout=cluster.patience_s, **security
+    )
     await comm.close()

@@ -5,7 +5,6 @@ from __future__ import annotations
 from base64 import b64encode
 from dataclasses import dataclass
 from functools import cached_property
-from io import BytesIO
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import UsageError
@@ -16,8 +15,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
 
     from rigrunner.api.figures import Picture
-
-WIDTH_IN = 8.4
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,20 +37,10 @@ class Plot:
 
     @cached_property
     def svg(self) -> bytes:
-        """The drawing; the same picture gives the same bytes.
+        """The drawing; the same picture gives the same bytes."""
+        from rigrunner.plots.panels import as_svg  # noqa: PLC0415  (matplotlib: half a second)
 
-        They are those of Figure.savefig, which would draw everything once more to find the layout.
-        """
-        from matplotlib import style  # noqa: PLC0415  (half a second, for those who plot)
-        from matplotlib.backends.backend_svg import FigureCanvasSVG  # noqa: PLC0415  (the same)
-
-        from rigrunner.plots.panels import STYLE  # noqa: PLC0415  (the same)
-
-        buffer = BytesIO()
-        with style.context(["default", STYLE]):
-            canvas = FigureCanvasSVG(self.figure)
-            canvas.print_svg(buffer, metadata={"Date": None})  # type: ignore[no-untyped-call]  # matplotlib's
-        return buffer.getvalue()
+        return as_svg(self.figure)
 
     @property
     def uri(self) -> str:
@@ -77,12 +64,6 @@ def draw(picture: Picture, *, titled: bool = False) -> Plot:
 
     A panel alone has its title where no caption stands below the drawing: `titled`.
     """
-    from matplotlib import style  # noqa: PLC0415  (half a second, for those who plot)
-    from matplotlib.figure import Figure as Canvas  # noqa: PLC0415  (the same)
+    from rigrunner.plots.panels import painted  # noqa: PLC0415  (matplotlib: half a second)
 
-    from rigrunner.plots.panels import STYLE, height_in, paint  # noqa: PLC0415  (the same)
-
-    with style.context(["default", STYLE]):
-        canvas = Canvas(figsize=(WIDTH_IN, height_in(picture)), layout="constrained")
-        paint(canvas, picture, titled=titled)
-    return Plot(picture, canvas)
+    return Plot(picture, painted(picture, titled=titled))

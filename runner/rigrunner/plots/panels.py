@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from io import BytesIO
 from math import isfinite
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from matplotlib import style
+from matplotlib.backends.backend_svg import FigureCanvasSVG
+from matplotlib.figure import Figure as Canvas
 from matplotlib.ticker import FuncFormatter
 
 if TYPE_CHECKING:
@@ -15,7 +19,6 @@ if TYPE_CHECKING:
 
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure as Canvas
 
     from rigrunner.api.data import Array
     from rigrunner.api.figures import Figure, Mark, Picture, Point, Series
@@ -53,6 +56,7 @@ STYLE: dict[str, Any] = {
     "path.simplify": True,
     "path.simplify_threshold": 0.2,
 }
+WIDTH_IN = 8.4
 MOST_SERIES = 12
 """Of one panel, so many are drawn."""
 FEW = 2
@@ -93,6 +97,25 @@ LINES = (
 _APART = {"excluded", "marked"}
 """Kinds that have a look of their own."""
 _LIMIT: dict[str, Any] = {"color": INK, "linestyle": (0, (5, 3)), "linewidth": 1.3}
+
+
+def painted(picture: Picture, *, titled: bool) -> Canvas:
+    """Return a canvas with all panels of a picture, in our style."""
+    with style.context(["default", STYLE]):
+        canvas = Canvas(figsize=(WIDTH_IN, height_in(picture)), layout="constrained")
+        paint(canvas, picture, titled=titled)
+    return canvas
+
+
+def as_svg(canvas: Canvas) -> bytes:
+    """Return the canvas as SVG without a date.
+
+    The bytes are those of Figure.savefig, which would draw everything once more to find the layout.
+    """
+    buffer = BytesIO()
+    with style.context(["default", STYLE]):
+        FigureCanvasSVG(canvas).print_svg(buffer, metadata={"Date": None})  # type: ignore[no-untyped-call]  # matplotlib's
+    return buffer.getvalue()
 
 
 def height_in(picture: Picture) -> float:

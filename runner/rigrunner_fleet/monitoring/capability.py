@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from scipy import stats
+
 from rigrunner.api.errors import DataError
 from rigrunner.api.studies import CapabilitySeries, CapabilityStudy
 from rigrunner_fleet.monitoring.observing import each_group
@@ -91,8 +93,6 @@ def _warnings(observed: Sequence[Observed]) -> list[str]:
             "values. The indices describe the past, not the future (ISO 22514-1: performance, "
             "Pp and Ppk, instead of capability)"
         )
-    from scipy import stats  # noqa: PLC0415  (heavy, and needed here alone)
-
     p = float(stats.shapiro(values).pvalue)
     if p < _NOT_NORMAL:
         found.append(

@@ -14,8 +14,8 @@ from matplotlib.figure import Figure as Canvas
 
 from rigrunner.api.errors import UsageError
 from rigrunner.api.figures import Axis, Figure, Mark, Picture, Point, Series
-from rigrunner.plots import canvas, draw
-from rigrunner.plots.panels import LINES, STYLE, height_in, limit_lines, paint
+from rigrunner.plots import draw
+from rigrunner.plots.panels import LINES, STYLE, WIDTH_IN, height_in, limit_lines, paint
 
 pytestmark = pytest.mark.figures
 
@@ -75,7 +75,7 @@ def test_a_drawing_carries_no_date():
 def test_a_drawing_is_what_matplotlib_saves():
     """Drawing once instead of twice is quicker, and changes no byte."""
     with style.context(["default", STYLE]):
-        figure = Canvas(figsize=(canvas.WIDTH_IN, height_in(EVERY_KIND)), layout="constrained")
+        figure = Canvas(figsize=(WIDTH_IN, height_in(EVERY_KIND)), layout="constrained")
         paint(figure, EVERY_KIND)
         figure.savefig(buffer := BytesIO(), format="svg", metadata={"Date": None})
     assert draw(EVERY_KIND).svg == buffer.getvalue()

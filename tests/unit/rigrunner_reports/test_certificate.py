@@ -34,6 +34,7 @@ from rigrunner.api.data import Estimate
 from rigrunner.api.errors import DataError, InvalidFileError, MissingPackageError
 from rigrunner.api.events import Alarm, Intervention, Note, StepEnded
 from rigrunner.api.findings import MeasurementResult, ResultDefinition
+from rigrunner.api.hooks import NoSettings
 from rigrunner.api.letterhead import CertificateInput
 from rigrunner.api.verdict import Verdict
 from rigrunner.certificate.content import Issue, make_certificate, restrictions_of
@@ -387,7 +388,7 @@ def test_a_template_that_is_wrong_or_means_harm_is_told(source, lab, template, m
 def test_without_weasyprint_it_says_how_to_get_pdf(monkeypatch):
     monkeypatch.setitem(sys.modules, "weasyprint", None)
     with pytest.raises(MissingPackageError) as caught:
-        pdf_maker()
+        pdf_maker(NoSettings())
     assert "rigrunner[pdf]" in caught.value.hint
 
 
@@ -401,7 +402,7 @@ def test_without_pango_it_says_so_once_and_nothing_on_stdout(monkeypatch, capsys
     monkeypatch.delitem(sys.modules, "weasyprint", raising=False)
     monkeypatch.setattr(sys, "meta_path", [Broken(), *sys.meta_path])
     with pytest.raises(MissingPackageError, match="does not find the library Pango"):
-        pdf_maker()
+        pdf_maker(NoSettings())
     assert capsys.readouterr().out == ""
 
 

@@ -67,6 +67,27 @@ def test_what_does_not_ends_with_1_and_says_what_to_do(folder):
     assert "fix: write one line" in called.out
 
 
+@pytest.mark.parametrize(
+    ("place", "fix"),
+    [
+        ("json:no_such_name", "fix: a record names a function or class as 'package.module:name'"),
+        ("builtins:str", "fix: correct what 'builtins:str' gives"),
+    ],
+)
+def test_a_wrong_path_of_a_factory_is_named(folder, place, fix):
+    folder.joinpath("line.py").write_text(
+        "from rigrunner.api.hooks import FitRecord, Imported, hookimpl\n"
+        "api_version = 1\n"
+        "@hookimpl\n"
+        "def rigrunner_fits():\n"
+        f"    return [FitRecord(name='line', help='A line.', factory=Imported({place!r}))]\n"
+    )
+    called = call("check-plugin", "line", "--drop-in", folder)
+    assert called.code == ExitCode.FAIL
+    assert "FAIL  can_be_made" in called.out
+    assert fix in called.out
+
+
 def test_drives_of_a_real_device_are_moved_only_when_somebody_says_so(folder, monkeypatch):
     monkeypatch.setattr("sys.stdin", io.StringIO())
     called = call("check-plugin", "winch", "--drop-in", folder)

@@ -55,13 +55,9 @@ def _made_of(torque: TorqueDetails, points: Sequence[SetPoint]) -> Iterator[str]
     no_load = {point.set_frequency_hz: point for point in torque.no_load}
     measured = [each for each in points if METHOD in each.by_method]
     for pick in (min, max):
-        each = pick(measured, key=_value)
+        each = pick(measured, key=lambda point: point.by_method[METHOD].torque.value)
         if each.point.set_frequency_hz in no_load:
             yield _parts(each, no_load[each.point.set_frequency_hz])
-
-
-def _value(each: SetPoint) -> float:
-    return each.by_method[METHOD].torque.value
 
 
 def _parts(each: SetPoint, no_load: PeakPoint) -> str:

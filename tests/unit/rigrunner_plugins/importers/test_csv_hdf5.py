@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from rigrunner.api.errors import DataError
+from rigrunner.api.hooks import NoSettings
 from rigrunner.api.importing import NotInFileError
 from rigrunner_plugins.importers.csv_file import CsvImporter
 from rigrunner_plugins.importers.hdf5_file import Hdf5Importer
@@ -67,7 +68,7 @@ def test_hdf5_states_units(tmp_path):
         file["g/y"].attrs["unit"] = np.bytes_("deg")
         file["g/z"] = np.array([1.0, np.inf])
         file["g/c"] = np.array([1.0j])
-    found = Hdf5Importer().read(path, {"x": "x", "y": "y"}, "g")
+    found = Hdf5Importer(NoSettings()).read(path, {"x": "x", "y": "y"}, "g")
     assert (found["x"].unit, found["y"].unit) == ("Nm", "deg")
     assert found["y"].values.tolist() == [0.0, 1.0, 2.0]
     for column, group, told in (
@@ -77,4 +78,4 @@ def test_hdf5_states_units(tmp_path):
         ("c", "g", "not a list of numbers"),
     ):
         with pytest.raises(DataError, match=told):
-            Hdf5Importer().read(path, {"x": column}, group)
+            Hdf5Importer(NoSettings()).read(path, {"x": column}, group)

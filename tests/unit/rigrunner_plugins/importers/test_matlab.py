@@ -11,6 +11,7 @@ from scipy.io import savemat
 from scipy.sparse import csc_array
 
 from rigrunner.api.errors import DataError
+from rigrunner.api.hooks import NoSettings
 from rigrunner.api.importing import NotInFileError
 from rigrunner_plugins.importers.matlab_file import MatlabImporter
 from unit.rigrunner_plugins.importers.helpers_importing import write_matlab_73
@@ -45,7 +46,9 @@ def path(request, tmp_path_factory):
 
 
 def read(path, column, group=""):
-    return MatlabImporter().read(path, {"torque": column}, group)["torque"].values.tolist()
+    return (
+        MatlabImporter(NoSettings()).read(path, {"torque": column}, group)["torque"].values.tolist()
+    )
 
 
 @pytest.mark.parametrize(
@@ -132,7 +135,7 @@ def test_a_list_of_structures_is_refused_without_reading_its_elements(tmp_path, 
     path.write_bytes(content[: at + 4] + count.to_bytes(4, "little") + content[at + 8 :])
 
     with pytest.raises(DataError, match="list of structures"):
-        MatlabImporter().read(path, {"torque": "s"}, "")
+        MatlabImporter(NoSettings()).read(path, {"torque": "s"}, "")
 
 
 @pytest.mark.parametrize("compressed", [False, True])

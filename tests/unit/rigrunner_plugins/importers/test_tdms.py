@@ -10,6 +10,7 @@ import pytest
 from nptdms import ChannelObject, GroupObject, RootObject, TdmsWriter
 
 from rigrunner.api.errors import DataError, MissingPackageError
+from rigrunner.api.hooks import NoSettings
 from rigrunner.api.importing import NotInFileError
 from rigrunner.registry import load_registry
 from rigrunner.tools.importing.sampling import start_of
@@ -33,7 +34,7 @@ def torque(group="r1", data=TORQUE, name="Torque", **properties):
 
 
 def read(path, columns=None, group=""):
-    return TdmsImporter().read(path, columns or {"torque": "Torque"}, group)["torque"]
+    return TdmsImporter(NoSettings()).read(path, columns or {"torque": "Torque"}, group)["torque"]
 
 
 def test_samples_come_with_unit_interval_and_start(tmp_path):
@@ -164,7 +165,7 @@ def test_a_channel_that_was_gone_on_with_says_when(tmp_path):
     path = write(tmp_path / "a.tdms", torque("other"), first)
     append(path, np.arange(5.0), 400)
     append(path, np.arange(2.0), 0, wf_start_offset=9e-4)
-    found = TdmsImporter().read(path, {"torque": "Torque"}, "r1")["torque"]
+    found = TdmsImporter(NoSettings()).read(path, {"torque": "Torque"}, "r1")["torque"]
     assert len(found.values) == 3 + 5 + 2
     utc = datetime(2026, 3, 2, 9, 15, tzinfo=UTC)
     first, second = found.goes
