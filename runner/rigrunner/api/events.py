@@ -36,9 +36,10 @@ CONCLUDED = frozenset({Outcome.COMPLETED, Outcome.STOPPED_AT_LIMIT})
 """Outcomes of runs with a verdict; any other run neither passes nor fails."""
 
 
-class Event(Struct, frozen=True, kw_only=True, tag_field="event", tag=True):
+class Event(Struct, frozen=True, kw_only=True, tag_field="event", tag=True, gc=False):
     """Base class: sequence number, monotonic time and time of day."""
 
+    # Without `gc`: an event is data, which never refers back to it, and a run has many.
     seq: int
     monotonic_s: float
     utc: str

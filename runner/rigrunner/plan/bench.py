@@ -51,6 +51,10 @@ class Bench:
             if role in self._uses and isinstance(device, Observing)
             for info in device.readings
         }
+        # Asked once: this check of a protocol takes longer than all else that a step looks up.
+        self._in_places = {
+            role: device for role, device in devices.items() if isinstance(device, ReadableInPlaces)
+        }
 
     def of(self, procedure: LoadedProcedure) -> Bench:
         """Return the same bench as another procedure sees it."""
@@ -134,8 +138,8 @@ class Bench:
 
         A drive that is not among them stands at its safe value.
         """
-        device = self._devices.get(role)
-        if not isinstance(device, ReadableInPlaces):
+        device = self._in_places.get(role)
+        if device is None:
             return True
         here = {
             info.name: set_points.get(Member(role, info.name), info.safe_value)

@@ -110,7 +110,7 @@ def finish(
     if content is not None and sealed:
         with kept(errors):
             _write_result(folder, content)
-            report = write_report(folder, planned.registry, result=result)
+            report = write_report(folder, planned.registry, result=result, content=content)
     for later in errors[1:]:
         add_beside(errors[0], error_text(later))
     return FinishedRun(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rigrunner.analysis.document import document
 from rigrunner.api.analysis.requirements import partner_words
@@ -43,21 +43,23 @@ def write_report(
     registry: Registry,
     *,
     result: Result | None = None,
+    content: Mapping[str, Any] | None = None,
     out: Path | None = None,
     kind: str = DEFAULT_FORMAT,
     progress: Progress = unseen,
 ) -> Path:
     """Write the report of a run and return its path; the same run gives the same bytes.
 
-    Pass `result` to save another analysis. `out` is by default `report` with the suffix of the
-    format, in the folder of the run. Raises DataError and PluginError.
+    Pass `result` to save another analysis, and its document as `content`. `out` is by default
+    `report` with the suffix of the format, in the folder of the run. Raises DataError and
+    PluginError.
     """
     record = registry.find("report_format", kind).record
     assert isinstance(record, ReportFormatRecord)  # noqa: S101  (the kind says so)
     folder = path if path.is_dir() else path.parent
     target = out or folder / f"report{record.suffix}"
     render = registry.make("report_format", kind, {})
-    write_whole(target, render(report_input(path, registry, result, progress)))
+    write_whole(target, render(report_input(path, registry, result, content, progress)))
     return target
 
 
@@ -65,6 +67,7 @@ def report_input(
     path: Path,
     registry: Registry,
     result: Result | None = None,
+    content: Mapping[str, Any] | None = None,
     progress: Progress = unseen,
 ) -> ReportInput:
     """Return the input of a report format for a stored run."""
@@ -72,7 +75,7 @@ def report_input(
     found = result or analyse_stored(stored, registry, progress=progress)
     return ReportInput(
         result=found,
-        document=document(found),
+        document=document(found) if content is None else content,
         truth=truth,
         provenance=_provenance(stored, found),
         events=(*_let_pass(stored.partners), *_told(stored)),
