@@ -33,6 +33,17 @@ def open_queue(new_screen):
     return opened
 
 
+LATE_ANSWERS = """
+const atOnce = window.fetch;
+window.fetch = async (...request) => {
+  const answer = await atOnce(...request);
+  await new Promise((done) => setTimeout(done, 500));
+  return answer;
+};
+"""
+"""What was asked for is done, and is on the screen, before its answer comes: a busy machine."""
+
+
 def scan(page, *specimens):
     """As a scanner does: a word and Enter, and the next one without waiting."""
     page.locator("#queue-scan").focus()
@@ -86,6 +97,7 @@ def test_a_specimen_that_a_run_has_tested_is_added_with_a_reason_alone(open_queu
 def test_the_keyboard_stays_at_the_row_that_it_moves(open_queue, lab):
     with running_panel(lab) as panel:
         page = open_queue(panel).page
+        page.evaluate(LATE_ANSWERS)
         scan(page, "SN-1", "SN-2")
         specimens = page.locator(".queue-table tbody tr strong")
         page.get_by_role("button", name="Move SN-2 up").focus()
@@ -96,6 +108,7 @@ def test_the_keyboard_stays_at_the_row_that_it_moves(open_queue, lab):
         ).to_be_focused()  # it is at the top
         page.keyboard.press("Enter")
         expect(specimens).to_have_text(["SN-1", "SN-2"])
+        expect(page.locator("#queue-scan-note")).to_have_text("Added: entry 2 (1)")
         expect(page.get_by_role("button", name="Move SN-2 up")).to_be_focused()
 
 
@@ -122,6 +135,7 @@ def test_a_scan_while_a_reason_is_asked_for_goes_to_the_queue(open_queue, lab):
 def test_a_scan_where_no_field_has_the_focus_goes_to_the_queue_and_presses_nothing(open_queue, lab):
     with running_panel(lab) as panel:
         page = open_queue(panel).page
+        page.evaluate(LATE_ANSWERS)
         scan(page, "SN-1")
         page.get_by_role("button", name="Start SN-1").focus()
         press_keys(page, "SN 2", 0.01)
@@ -143,8 +157,9 @@ def test_a_scan_where_no_field_has_the_focus_goes_to_the_queue_and_presses_nothi
         page.get_by_role("link", name="History").focus()
         press_keys(page, "SN-5", 0.01)
         expect(page.locator(".notice")).to_contain_text("Scanned, but not taken: SN-5")
-        found = [each["specimen"] for each in panel.get("queue")["entries"]]
-        assert found == ["SN-1", "SN 2", "temp-3", "7"]
+        entries = panel.get("queue")["entries"]
+        assert [each["specimen"] for each in entries] == ["SN-1", "SN 2", "temp-3", "7"]
+        assert [each["inputs"].get("lot") for each in entries] == ["L-7"] * 4
         assert panel.phase() == "idle"
 
 

@@ -152,9 +152,15 @@ function addCard() {
   const form = h("form", { onsubmit: scanned }, field);
   let common = null;
   let plans = 0;
+  let planning = null; // the latest plan that was asked for
   let measured = new Set(); // names of inputs that are numbers with units
 
-  async function changed() {
+  function changed() {
+    planning = plan();
+    return planning;
+  }
+
+  async function plan() {
     if (chosen.station !== ofWindow()) {
       goToRig(chosen.station, "#/queue"); // each rig has a queue of its own
       return;
@@ -164,22 +170,23 @@ function addCard() {
     common = null;
     fill(others);
     if (!chosen.procedure || !chosen.station) return;
-    const plan = await tried(() => post("plan", { procedure: chosen.procedure, station: chosen.station }));
-    if (!plan || mine !== plans) return; // another one was chosen meanwhile
-    const asked = plan.inputs.filter((input) => input.name !== SPECIMEN);
+    const found = await tried(() => post("plan", { procedure: chosen.procedure, station: chosen.station }));
+    if (!found || mine !== plans) return; // another one was chosen meanwhile
+    const asked = found.inputs.filter((input) => input.name !== SPECIMEN);
     measured = new Set(asked.filter((input) => input.unit).map((input) => input.name));
-    show(simulated, plan.station.simulated);
-    show(field, asked.length < plan.inputs.length);
+    show(simulated, found.station.simulated);
+    show(field, asked.length < found.inputs.length);
     if (asked.length) {
       common = inputForm(chosen.procedure, asked, draft().inputs ?? {}, (values) => keepDraft({ inputs: { ...draft().inputs, ...values } }));
       fill(others, h("h3", {}, t("queue.common")), common.element);
     }
-    show(plain, asked.length === plan.inputs.length);
+    show(plain, asked.length === found.inputs.length);
   }
 
   const plain = button(t("queue.add"), () => add("", note, field), { kind: "primary big", hidden: true });
 
   async function add(list, told, where, again = "") {
+    await planning; // the inputs of the lot are those of the procedure that is chosen now
     const inputs = Object.fromEntries(Object.entries(common?.values() ?? {}).filter(([, text]) => text.trim()));
     try {
       const made = await steerOrRefuse("queue/add", { ...chosen, list, inputs, operator: inputs.operator ? "" : personName(), realtime: realtime.checked, again });
@@ -222,6 +229,8 @@ function addCard() {
   }
 
   async function addScan(text) {
+    const here = document.activeElement;
+    if (!isField(here) && !here.closest(".dialog")) scan.focus(); // nobody types, and no question is open
     if (scans.push(text) > 1) return;
     const refusals = h("div", {});
     const latest = h("div", {});
@@ -236,10 +245,7 @@ function addCard() {
     }
     if (refused) field.className = "field bad";
     scan.setAttribute("aria-invalid", String(Boolean(refused)));
-    const here = document.activeElement;
-    if (!form.contains(here) && (isField(here) || here.closest(".dialog"))) return; // somebody types, or a question is open
-    scan.focus();
-    if (refused && !scan.value) {
+    if (refused && !scan.value && document.activeElement === scan) {
       scan.value = refused;
       scan.select();
     }
