@@ -50,6 +50,13 @@ CURVE = """
       fit: {polynomial: {degree: 1}}
       results: {value: {name: at, at: 4 A, unit: V}}
 """
+OF_RESULTS = """
+  - curve:
+      of: share
+      over: bench.current
+      fit: {polynomial: {degree: 1}}
+      results: {value: {name: at, at: 4 A, unit: "%"}}
+"""
 FORMULA = CURVE.replace(
     "{polynomial: {degree: 1}}",
     "{expression: {over: [i], model: U - r*i, start: {U: 12 V, r: 9 mA}}}",
@@ -144,6 +151,30 @@ def test_results_of_results_are_made_limited_and_reported(tmp_path):
             "results: {hysteresis",
             "nothing is measured at way = dwn",
         ),
+        (
+            "acceptance:",
+            OF_RESULTS.replace("over: bench.current", "over: bench.ripple")[1:] + "acceptance:",
+            "of: share",
+            "there is no result 'share' for each bench.ripple",
+        ),
+        (
+            "acceptance:",
+            OF_RESULTS.replace("over: bench.current", "over: idle")[1:] + "acceptance:",
+            "over: idle",
+            "'idle' and 'share' have values at other places",
+        ),
+        (
+            "acceptance:",
+            OF_RESULTS.replace("4 A", "6 A")[1:] + "acceptance:",
+            "over: bench.current",
+            "bench.current must reach 6 A, but is set 0 A to 5 A",
+        ),
+        (
+            "acceptance:",
+            OF_RESULTS.replace('unit: "%"', "unit: V")[1:] + "acceptance:",
+            "results: {value",
+            "got 'V', a voltage; it is a ratio",
+        ),
     ],
     ids=[
         "unknown",
@@ -156,6 +187,10 @@ def test_results_of_results_are_made_limited_and_reported(tmp_path):
         "parameter",
         "parameter's unit",
         "label",
+        "coordinate of results",
+        "other places",
+        "spans of results",
+        "kind of results",
     ],
 )
 def test_what_a_run_would_not_give_is_refused_with_its_line(tmp_path, old, new, at, message):
@@ -166,8 +201,9 @@ def test_what_a_run_would_not_give_is_refused_with_its_line(tmp_path, old, new, 
     assert f"supply.yaml:{line_of(at, tmp_path)}:" in refused
 
 
-def test_a_curve_within_its_set_points_is_accepted(tmp_path):
-    called = checked(tmp_path, ("acceptance:", CURVE[1:] + "acceptance:"))
+@pytest.mark.parametrize("curve", [CURVE, OF_RESULTS], ids=["readings", "results"])
+def test_a_curve_within_its_set_points_is_accepted(tmp_path, curve):
+    called = checked(tmp_path, ("acceptance:", curve[1:] + "acceptance:"))
     assert called.code == 0, called.err
 
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import (
+    AfterValidator,
     BeforeValidator,
     Field,
     TypeAdapter,
@@ -48,8 +50,22 @@ Statistic = Literal[
     "settling_time",
 ]
 _KEY = TypeAdapter(CoordinateKey).json_schema()
-_VALUE = rf"^{NAME}\.{NAME}(\.(mean|minimum|maximum|peak_to_peak|rms))?$"
-ValueName = Annotated[str, Field(pattern=_VALUE)]
+_VALUE = rf"{NAME}\.{NAME}(\.(mean|minimum|maximum|peak_to_peak|rms))?"
+
+
+def value_name(text: str) -> str:
+    """Return the name of a channel or of a statistic of one; raise ValueError for another text."""
+    if not re.fullmatch(_VALUE, text):
+        raise ValueError(
+            f"got '{text}', expected a channel, such as meter.voltage, or a statistic of one,"
+            " such as meter.voltage.rms"
+        )
+    return text
+
+
+ValueName = Annotated[
+    str, AfterValidator(value_name), Field(json_schema_extra={"pattern": f"^{_VALUE}$"})
+]
 """A channel, 'role.name', or a statistic of its samples, 'role.name.rms'."""
 
 

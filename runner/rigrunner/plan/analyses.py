@@ -144,6 +144,20 @@ class _Use:
                 message = f"there is a result '{each.name}' for each {' and '.join(apart)}"
                 self.complain(each.key, message, f"add it: 'per: [{', '.join(per)}]'")
                 complete = False
+            lacking = next((name for name in each.for_each if name not in per), "")
+            if lacking:
+                message = f"there is no result '{each.name}' for each {lacking}"
+                hint = f"write 'per: [{', '.join((*per, lacking))}]' there"
+                if not any(lacking in one.coordinate_units for one in self.measured):
+                    hint = f"{lacking} is read, not set: name the result of a 'readings' of it"
+                self.complain(each.key, message, hint)
+                complete = False
+            like = self.made.get(each.for_each_of)
+            if like is not None and set(like[1].per) != set(per):
+                message = f"'{each.name}' and '{each.for_each_of}' have values at other places"
+                hint = f"both need the same 'per': [{', '.join(like[1].per)}]"
+                self.complain(each.key, message, hint)
+                complete = False
         known = [each for each in self.needs.results if each.independent and each.name in self.made]
         for one, other in combinations(known, 2):
             if self.made[one.name][0] == self.made[other.name][0]:

@@ -1,9 +1,10 @@
 """The analysis `curve`: fits values over x and derives results, each with its uncertainty budget.
 
 Type A is the scatter about the curve (GUM H.3). Type B comes from the register entries of the
-instruments of y and x: the points are fitted again with an error applied to all of them, so a gain
-or an offset acts on each result as it acts on the curve. An error stated as one figure may differ
-between readings, so its greatest possible effect counts.
+instruments of y and x, or from the budgets of the results that are y and x: the points are fitted
+again with an error applied to all of them, so a gain or an offset acts on each result as it acts on
+the curve. An error stated as one figure may differ between readings, so its greatest possible
+effect counts.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
-from math import inf, isfinite, isnan
+from math import inf, isfinite, isnan, nan
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -32,6 +33,7 @@ from rigrunner_plugins.analyses.curve import derived
 from rigrunner_plugins.analyses.curve.derived import Derived, Fitted, OutOfRangeError
 from rigrunner_plugins.analyses.curve.figure import figures_of
 from rigrunner_plugins.analyses.curve.formula import mathematics
+from rigrunner_plugins.analyses.curve.of_results import STEP, sources_of_results
 from rigrunner_plugins.analyses.curve.points import sources
 from rigrunner_plugins.analyses.curve.settings import (
     BothWays,
@@ -49,13 +51,11 @@ if TYPE_CHECKING:
     from rigrunner.api import Fit, ResultDefinition, RunData
     from rigrunner.api.accuracy import ReadingError
     from rigrunner.api.figures import Figure
+    from rigrunner_plugins.analyses.curve.of_results import SharedLine
     from rigrunner_plugins.analyses.curve.points import Source, Values
     from rigrunner_plugins.analyses.curve.settings import CurveSettings
     from rigrunner_plugins.analyses.settings import ResultSettings
 
-STEP = 1e-6
-"""Shift of a channel's readings used to find its effect on a result, as a share of the channel's
-range."""
 ROUNDING = 1e-12
 """Change of a value, relative to it, that is no effect; `STEP` of a gain gives some 1e-6."""
 SCATTER = "scatter about the curve"
@@ -70,8 +70,15 @@ class CurveAnalysis:
     settings: CurveSettings
     fit: Fit
 
-    def __call__(self, run: RunData) -> Findings:
+    def __call__(
+        self,
+        run: RunData,
+        others: Sequence[MeasurementResult] = (),
+        lacking: Sequence[MissingResult] = (),
+    ) -> Findings:
         """Return the results of the curves, and those without a value at a place, with the reason.
+
+        `others` are results of other analyses, `lacking` those without a value at a place.
 
         Raises DataError for a result that the data of no place give.
         """
@@ -81,7 +88,12 @@ class CurveAnalysis:
         notes: dict[str, None] = {}
         figures: list[Figure] = []
         curves: list[tuple[str, Fitted]] = []
-        for source in sources(run, self.settings):
+        found_sources = (
+            sources_of_results(run, self.settings, (*others, *lacking))
+            if self.settings.is_of_results
+            else sources(run, self.settings)
+        )
+        for source in found_sources:
             one = _OneCurve(self.settings, self.fit, source)
             found, errors = one.results(notes)
             results += found
@@ -143,6 +155,10 @@ class _OneCurve:
             if derived_value.note:
                 notes[f"{definition.name}{self._place}: {derived_value.note}."] = None
         notes.update(dict.fromkeys(self._correlations(fitted)))
+        for place in self.source.left_out:
+            notes[
+                f"{self.settings.of}: there is no point at {place}, where a value is missing."
+            ] = None
         for name in self.source.exact:
             notes[f"{name} counts as exact: the register has no entry for it."] = None
         effects = self._effects(fitted, [each for _, _, each in found])
@@ -213,14 +229,16 @@ class _OneCurve:
 
     def _effects(
         self, fitted: Fitted, found: Sequence[Derived]
-    ) -> list[tuple[_Error, list[tuple[float, float]]]]:
+    ) -> list[tuple[_Error | SharedLine, list[tuple[float, float]]]]:
         """Return each error with its greatest effect on each value, upwards and downwards."""
         columns = {self.settings.of: None} | {
             name: column
             for column, name in enumerate(self.settings.over.values())
             if name in self.source.errors
         }
-        effects = []
+        effects: list[tuple[_Error | SharedLine, list[tuple[float, float]]]] = [
+            (line, self._of_line(fitted, found, line)) for line in self.source.lines
+        ]
         for channel, errors in self.source.errors.items():
             column = columns[channel]
             values = fitted.values.y if column is None else fitted.values.x[:, column]
@@ -239,6 +257,20 @@ class _OneCurve:
                     by_all = [(max(each, 0.0), max(-each, 0.0)) for each in by]
                 effects.append((_Error(channel, self._unit(column), error), by_all))
         return effects
+
+    def _of_line(
+        self, fitted: Fitted, found: Sequence[Derived], line: SharedLine
+    ) -> list[tuple[float, float]]:
+        """Return how much each value rises and falls by one standard uncertainty of a line."""
+        if not np.isfinite(line.by).all():  # of an instrument that the register does not have
+            return [(nan, nan)] * len(found)
+        up, down = np.zeros(len(found)), np.zeros(len(found))
+        for rows in (slice(None),) if line.line.shared else fitted.values.rows():
+            points, share = line.moved(fitted.values, rows)
+            moved = self._fitted(points)
+            by = np.array([_change(one, moved) / share for one in found])
+            up, down = up + np.maximum(by, 0.0), down + np.maximum(-by, 0.0)
+        return list(zip(up.tolist(), down.tolist(), strict=True))
 
     def _of_each(
         self, fitted: Fitted, found: Sequence[Derived], column: int | None, step: float
@@ -266,7 +298,7 @@ class _OneCurve:
         definition: ResultDefinition,
         wanted: ResultSettings,
         value: Derived,
-        of_errors: Sequence[tuple[_Error, float, float]],
+        of_errors: Sequence[tuple[_Error | SharedLine, float, float]],
     ) -> MeasurementResult:
         shown = unit(definition.unit)
         is_level = isinstance(wanted, ValueAt | XAt)

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from rigrunner.api import Array, RunData
     from rigrunner.api.accuracy import ReadingError
     from rigrunner.api.coordinates import CoordinateValue
+    from rigrunner_plugins.analyses.curve.of_results import SharedLine
     from rigrunner_plugins.analyses.curve.settings import CurveSettings
     from rigrunner_plugins.analyses.sources import Part
 
@@ -122,6 +123,10 @@ class Source:
     """The possible errors of the readings of y, and of each x that has errors."""
     exact: tuple[str, ...]
     """Set-points that are not in the register, taken as exact."""
+    lines: tuple[SharedLine, ...] = ()
+    """The budget lines of points that are results of other analyses."""
+    left_out: tuple[str, ...] = ()
+    """Places at which such a result has no value."""
 
 
 def sources(run: RunData, settings: CurveSettings) -> Iterator[Source]:
@@ -164,12 +169,7 @@ def _source(
     columns = [[_x(part, source, settings.statistic) for part in found]
                for source in settings.over.values()]  # fmt: skip
     units = [_unit(found[0], source) for source in settings.over.values()]
-    dimension = unit(units[0]).dimension
-    origin = CELSIUS if dimension == "temperature" else 0.0
-    if settings.reference is not None:
-        origin = settings.reference.si
-    if len(units) > 1:
-        origin = 0.0
+    origin = origin_of(settings, units)
     x = np.array(columns, np.float64).T - origin
     y = np.array([_statistic(part, settings.of, settings.statistic) for part in found])
     asked, counts = _asked(settings, also)
@@ -198,6 +198,15 @@ def _source(
         errors={name: run.reading_errors(name, most) for name, most in largest.items()},
         exact=tuple(n for n in settings.over.values() if n not in largest and "." in n),
     )
+
+
+def origin_of(settings: CurveSettings, units: Sequence[str]) -> float:
+    """Return the origin of x in its SI unit; several x have none, and so 0."""
+    if len(units) > 1:
+        return 0.0
+    if settings.reference is not None:
+        return settings.reference.si
+    return CELSIUS if unit(units[0]).dimension == "temperature" else 0.0
 
 
 def _divisor(unit_text: str) -> str:

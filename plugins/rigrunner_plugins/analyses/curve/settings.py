@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
-from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema, model_validator
 
 from rigrunner.api import (
     AnyQuantity,
@@ -15,8 +16,10 @@ from rigrunner.api import (
     Requirements,
     Settings,
     YesNo,
+    find_unit,
     unit,
 )
+from rigrunner.api.analysis.requirements import NeededResult
 from rigrunner.api.errors import did_you_mean
 from rigrunner.api.fit_choice import FitChoice
 from rigrunner.api.member import NAME
@@ -26,11 +29,11 @@ from rigrunner.api.units import si_symbol, with_article
 from rigrunner_plugins.analyses.settings import (
     Per,
     ResultSettings,
-    ValueName,
     is_spread,
     quotient,
     unit_of_errors,
     unlike_rms,
+    value_name,
 )
 
 if TYPE_CHECKING:
@@ -43,6 +46,11 @@ BOTH_WAYS = 2
 """Number of directions of a hysteresis: rising and falling."""
 SAME_X = 0.01
 """Share of the range of x within which two values count as the same x."""
+
+
+def _source(text: str) -> str:
+    """Return the name of a result or of a channel."""
+    return text if re.fullmatch(NAME, text) else value_name(text)
 
 
 def _regressors(value: object) -> object:
@@ -190,13 +198,15 @@ class CurveResults(Settings):
 class CurveSettings(Settings):
     """Fits a curve through y over x and derives results from it."""
 
-    of: ValueName
-    """The channel of y, such as meter.voltage, or a statistic of a channel that `record` stores."""
+    of: Annotated[str, AfterValidator(_source), Field(json_schema_extra={"pattern": _KEY})]
+    """The channel of y, such as meter.voltage, a statistic of a channel that `record` stores, or a
+    result of another analysis, such as head."""
     over: Annotated[
         Regressors,
         Field(
-            description="x: a channel that is read with y, or a set-point, counter or label;"
-            " name several yourself: {load: press.force, speed: drive.speed}"
+            description="x: a channel that is read with y, or a set-point, counter or label; of a"
+            " result, another result or a set-point of its 'per'; name several yourself: {load:"
+            " press.force, speed: drive.speed}"
         ),
     ]
     fit: FitChoice
@@ -230,7 +240,22 @@ class CurveSettings(Settings):
                 raise ValueError(f"'at' of {each.name} needs a value for {', '.join(self.over)}")
             if not isinstance(each.at, Mapping) and len(self.over) > 1:
                 raise ValueError(f"'at' of {each.name} is a mapping: {', '.join(self.over)}")
+        if self.is_of_results:
+            if self.statistic != "mean" or self.table is not None:
+                raise ValueError(f"'statistic' and 'table' belong to a channel; {self.of} is none")
+            if any(each.where or each.readings for each in self.results.x_at):
+                raise ValueError(f"'x_at' of a result, such as {self.of}, needs a fixed 'y' alone")
         return self
+
+    @property
+    def is_of_results(self) -> bool:
+        """Whether y is a result of another analysis, not a channel."""
+        return "." not in self.of
+
+    @property
+    def x_results(self) -> tuple[str, ...]:
+        """The x that are results of other analyses."""
+        return tuple(name for name in self.over.values() if self.is_of_results and "." not in name)
 
     def at(self, value: ValueAt) -> Mapping[str, Quantity]:
         """Return the x of a value by the names of the regressors."""
@@ -244,8 +269,14 @@ class CurveSettings(Settings):
         """Return the channels and coordinates to read, and the range that x must cover."""
         names = tuple(each.name for _, each in self.results.all_of())
         several = len(self.over) > 1
+        set_x = {name: each for name, each in self.over.items() if each not in self.x_results}
+        ways = [(key, each) for key, each in self.results.all_of() if isinstance(each, BothWays)]
         channels = (
-            NeededChannel(name=self.of, key=("of",), enters=names),
+            *(
+                ()
+                if self.is_of_results
+                else (NeededChannel(name=self.of, key=("of",), enters=names),)
+            ),
             *(
                 NeededChannel(
                     name=source,
@@ -255,7 +286,7 @@ class CurveSettings(Settings):
                     spans=self._span(name),
                     x_of="" if several else "fit",
                 )
-                for name, source in self.over.items()
+                for name, source in set_x.items()
             ),
             *(
                 NeededChannel(
@@ -263,14 +294,31 @@ class CurveSettings(Settings):
                     key=("results", *key, "between"),
                     or_coordinate=True,
                     values=each.ways,
-                    shared=next(iter(self.over.values())),
+                    shared=next(iter(set_x.values()), ""),
                     within=SAME_X,
                 )
-                for key, each in self.results.all_of()
-                if isinstance(each, BothWays)
+                for key, each in ways
             ),
         )
-        return Requirements(channels=channels)
+        labels = [each.label for _, each in ways]
+        apart = tuple(dict.fromkeys((*set_x.values(), *labels, *self.per, *self.where)))
+        results = (
+            *(
+                (NeededResult(name=self.of, key=("of",), for_each=apart),)
+                if self.is_of_results
+                else ()
+            ),
+            *(
+                NeededResult(
+                    name=source,
+                    key=("over", name) if several else ("over",),
+                    for_each_of=self.of,
+                )
+                for name, source in self.over.items()
+                if source in self.x_results
+            ),
+        )
+        return Requirements(channels=channels, results=results)
 
     def _span(self, regressor: str) -> tuple[float, float] | None:
         """Return the least and the greatest requested x; None if none is requested."""
@@ -279,6 +327,7 @@ class CurveSettings(Settings):
 
     def objections(self, units: Mapping[str, str]) -> Iterator[Objection]:
         """Yield an error for each setting that does not fit the units of y and x; '' is no unit."""
+        units = {name: _coherent(each) for name, each in units.items()}  # results have their own
         is_difference = is_spread(self.of, self.statistic)
         y = units[self.of]
         apart = unit_of_errors(y)
@@ -327,6 +376,11 @@ class CurveSettings(Settings):
                     f"got '{each.unit}', {with_article(given)}; the fit begins with it in {symbol}"
                 )
                 yield (*at, "unit"), f"{told}, {with_article(wanted)}", ""
+
+
+def _coherent(symbol: str) -> str:
+    known = find_unit(symbol)
+    return symbol if known is None else si_symbol(known.dimension)
 
 
 def _other(key: tuple[str | int, ...], given: Quantity | None, si: str) -> Iterator[Objection]:

@@ -72,6 +72,10 @@ class NeededResult:
     independent: bool = False
     """Whether it is independent of the others except for shared lines of the budgets: two such
     results of one analysis are refused, since they have the same scatter."""
+    for_each: tuple[str, ...] = ()
+    """Coordinates for each value of which it must have a value of its own."""
+    for_each_of: str = ""
+    """Another required result that must have the same coordinates."""
 
 
 def partner_words(name: str) -> str:

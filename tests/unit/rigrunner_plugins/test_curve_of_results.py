@@ -1,0 +1,230 @@
+"""The analysis `curve` of results of other analyses: against trials and computations by hand."""
+
+from __future__ import annotations
+
+from functools import cache
+from math import isnan, sqrt
+
+import numpy as np
+import pytest
+
+from rigrunner.analysis.named import findings_of
+from rigrunner.analysis.scrutiny import Scrutiny
+from rigrunner.api.errors import DataError
+from rigrunner.procedure import AnalysisRef
+from rigrunner.registry import load_registry
+from unit.rigrunner_plugins.equation.helpers_equation import instrument, run_of
+
+UNITS = {"rig.inlet": "Pa", "rig.outlet": "Pa", "rig.flow": "m³/s"}
+VALVE = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0]  # A: what a helper sets
+FLOW = np.array([0.0, 2.0, 4.1, 5.9, 8.0, 10.0]) * 1e-4
+RHO, G = 998.0, 9.81
+HEAD = 12 - 2e3 * FLOW - 6e6 * FLOW**2  # m
+INLET = np.linspace(98e3, 93e3, len(VALVE))
+COLUMNS = {"rig.inlet": INLET, "rig.outlet": INLET + RHO * G * HEAD, "rig.flow": FLOW}
+PARABOLA = {"polynomial": {"degree": 2}}
+LINE = {"polynomial": {"degree": 1}}
+METERS = (
+    instrument("rig.inlet", "pressure", {"offset": "4 mbar"}),
+    instrument("rig.outlet", "pressure", {"gain": "0.4 %", "offset": "6 mbar"}),
+    instrument("rig.flow", "volume flow rate", {"gain": "0.8 %"}),
+)
+FLOW_RESULT = ("readings", {"of": "rig.flow", "per": ["load.current"],
+                            "result": {"name": "flow", "unit": "L/min"}})  # fmt: skip
+registry = cache(load_registry)
+
+
+def head(model="(p2 - p1) / (rho * g)", limits="4 kg/m³", **more):
+    return ("equation", {
+        "result": {"name": "head", "symbol": "H", "unit": "m"}, "model": f"H = {model}",
+        "inputs": {"p1": "rig.inlet", "p2": "rig.outlet"},
+        "constants": {"rho": {"value": "998 kg/m³", "limits": limits}, "g": "9.81 m/s²"},
+        "per": ["load.current"],
+    } | more)  # fmt: skip
+
+
+def curve(results, over="flow", of="head", fit=PARABOLA, **more):
+    return ("curve", {"of": of, "over": over, "fit": fit, "results": results, **more})
+
+
+def findings(*analyses, columns=COLUMNS, meters=METERS):
+    run = run_of(columns, UNITS, meters, VALVE)
+    asked = [AnalysisRef.model_validate({name: told}) for name, told in analyses]
+    return findings_of(run, asked, Scrutiny(registry()))
+
+
+def found(*analyses, **run):
+    return {each.name: each for made in findings(*analyses, **run) for each in made.results}
+
+
+RATED = {"value": {"name": "rated", "at": "30 L/min", "unit": "m"}}
+AT = 30e-3 / 60
+
+
+def test_errors_common_to_the_points_count_as_in_trials():
+    """Offsets, gains and a constant, rectangular: u is that of the fit to points moved by them."""
+    rated = found(FLOW_RESULT, head(), curve(RATED))["rated"]
+    assert rated.estimate.value == pytest.approx(12 - 2e3 * AT - 6e6 * AT**2, rel=1e-9)
+    rng, count = np.random.default_rng(20261129), 20_000
+    p1, p2, gain, flow, rho = rng.uniform(-1, 1, (5, count)) * np.array(
+        [[400.0], [600.0], [4e-3], [8e-3], [4.0]]
+    )
+    moved = (
+        COLUMNS["rig.outlet"] * (1 + gain[:, None]) + p2[:, None] - INLET - p1[:, None]
+    ) / ((RHO + rho[:, None]) * G)  # fmt: skip
+    trials = [
+        np.polyval(np.polyfit(1e4 * FLOW * (1 + each), y, 2), 1e4 * AT)
+        for each, y in zip(flow, moved, strict=True)
+    ]
+    assert rated.estimate.u == pytest.approx(np.std(trials), rel=0.03)
+    lines = {each.name: each.u for each in rated.components}
+    assert lines["scatter about the curve"] == pytest.approx(0, abs=1e-9)
+    height = rated.estimate.value
+    assert lines["rho"] == pytest.approx(height * 4 / RHO / sqrt(3), rel=1e-4)
+    slope = -2e3 - 2 * 6e6 * AT
+    assert lines["gain of rig.flow"] == pytest.approx(-slope * AT * 8e-3 / sqrt(3), rel=1e-3)
+
+
+@pytest.mark.parametrize("accuracy", [{"gain": "0.3 %", "offset": "3 mbar"}, "5 mbar"])
+def test_results_that_are_the_readings_give_the_curve_of_the_readings(accuracy):
+    outlet = COLUMNS["rig.outlet"] + np.array([30, -20, 5, 40, -35, 10.0])
+    results = {
+        "value": {"name": "value", "at": "2.5 A", "unit": "bar"},
+        "slope": {"name": "slope", "unit": "mbar/A"},
+        "nonlinearity": {"name": "nonlinearity", "unit": "mbar"},
+        "x_at": {"name": "x_at", "y": "1.8 bar", "unit": "A"},
+        "parameters": {"c1": {"name": "c1", "unit": "bar/A"}},
+    }
+    of = {"fit": PARABOLA, "over": "load.current", "results": results}
+    run = {"columns": COLUMNS | {"rig.outlet": outlet},
+           "meters": [instrument("rig.outlet", "pressure", accuracy)]}  # fmt: skip
+    itself = ("readings", {"of": "rig.outlet", "per": ["load.current"],
+                           "result": {"name": "pressure", "unit": "mbar"}})  # fmt: skip
+    direct = found(("curve", {"of": "rig.outlet", **of}), **run)
+    got = found(itself, ("curve", {"of": "pressure", **of}), **run)
+    for name in direct:
+        expected, value = direct[name].estimate, got[name].estimate
+        assert value.value == pytest.approx(expected.value, rel=1e-8), name
+        assert value.u == pytest.approx(expected.u, rel=1e-4), name
+        assert value.dof == pytest.approx(expected.dof, rel=1e-3), name
+
+
+def test_a_gain_that_y_and_x_have_in_common_cancels_in_the_slope():
+    twice = ("equation", {"result": {"name": "twice", "unit": "mbar"}, "model": "2 * p",
+                          "inputs": {"p": "rig.outlet"}, "per": ["load.current"]})  # fmt: skip
+    once = ("readings", {"of": "rig.outlet", "per": ["load.current"],
+                         "result": {"name": "once", "unit": "bar"}})  # fmt: skip
+    told = {"slope": {"name": "slope", "unit": "1"}}
+    slope = found(twice, once, curve(told, of="twice", over="once", fit=LINE))["slope"]
+    assert slope.estimate.value == pytest.approx(2, rel=1e-9)
+    (gain,) = [each.u for each in slope.components if each.name == "gain of rig.outlet"]
+    assert gain == pytest.approx(0, abs=1e-9)
+
+
+@pytest.mark.parametrize("accuracy", [{"gain": "0.5 %"}, "20 mA"])
+@pytest.mark.parametrize(("model", "slope"), [("x", 1.0), ("k - x", -1.0)])
+def test_an_error_of_the_set_point_counts_once_where_it_is_in_y_too(accuracy, model, slope):
+    """Whatever the error of x is, y = x or y = k - x holds."""
+    told = {"slope": {"name": "slope", "unit": "1"},
+            "value": {"name": "at", "at": "3 A", "unit": "A"}}  # fmt: skip
+    of_itself = {"result": {"name": "itself", "unit": "mA"}, "model": model,
+                 "inputs": {"x": "load.current"}, "per": ["load.current"],
+                 "constants": {"k": "10 A"} if "k" in model else {}}  # fmt: skip
+    got = found(
+        ("equation", of_itself),
+        curve(told, of="itself", over="load.current", fit=LINE),
+        meters=[instrument("load.current", "current", accuracy)],
+    )
+    for name, value in (("slope", slope), ("at", 3.0 if slope > 0 else 7.0)):
+        assert got[name].estimate.value == pytest.approx(value, rel=1e-9)
+        assert got[name].estimate.u == pytest.approx(0, abs=1e-8)
+        assert len(got[name].components) == 2
+
+
+def test_what_correlated_instruments_have_in_common_counts_with_its_greatest_effect():
+    """Their line has no sign, so at each point it may act another way."""
+    told = {"value": {"name": "at", "at": "5 A", "unit": "m"}}
+    meters = [instrument(f"rig.{name}", "pressure", {"offset": "4 mbar"})
+              for name in ("inlet", "outlet")]  # fmt: skip
+    correlated = head(correlations=[{"between": ["p1", "p2"], "r": 0.5}])
+    at = found(correlated, curve(told, over="load.current", fit=LINE), meters=meters)["at"]
+    (line,) = [each for each in at.components if "correlated" in each.name]
+    weights = np.array([5.0, 1.0]) @ np.linalg.pinv(np.vander(VALVE, 2))
+    each = 400 / sqrt(3) / (RHO * G)  # of a difference with r = 0.5: as that of one of them
+    assert line.u == pytest.approx(each * np.abs(weights).sum(), rel=1e-4)
+
+
+def test_the_scatter_of_each_result_is_its_weight():
+    scatter = np.array([1.0, 1.0, 9.0, 1.0, 20.0, 1.0])
+    outlet = np.array([0, 2e3, 3.9e3, 6.2e3, 7.7e3, 10.3e3])
+    twice = {"rig.outlet": np.concatenate([outlet - scatter, outlet + scatter])}
+    itself = ("readings", {"of": "rig.outlet", "per": ["load.current"],
+                           "result": {"name": "pressure", "unit": "Pa"}})  # fmt: skip
+    told = {"value": {"name": "at", "at": "2 A", "unit": "Pa"}}
+    weighted = {"polynomial": {"degree": 1, "weighted": True}}
+    run = run_of(
+        twice, UNITS, [instrument("rig.outlet", "pressure", {"offset": "0 Pa"})], VALVE * 2
+    )
+    asked = [
+        AnalysisRef.model_validate({name: settings})
+        for name, settings in (itself, curve(told, "load.current", "pressure", weighted))
+    ]
+    *_, made = findings_of(run, asked, Scrutiny(registry()))
+    expected = np.polyval(np.polyfit(VALVE, outlet, 1, w=1 / scatter), 2)
+    assert made.results[0].estimate.value == pytest.approx(expected, rel=1e-9)
+
+
+def test_an_error_that_may_be_another_at_each_point_counts_with_its_greatest_effect():
+    meters = [instrument("rig.outlet", "pressure", "5 mbar")]
+    told = {"value": {"name": "at", "at": "5 A", "unit": "bar"}}
+    itself = ("readings", {"of": "rig.outlet", "per": ["load.current"],
+                           "result": {"name": "pressure", "unit": "bar"}})  # fmt: skip
+    at = found(itself, curve(told, of="pressure", over="load.current", fit=LINE), meters=meters)
+    design = np.vander(VALVE, 2)
+    weights = np.array([5.0, 1.0]) @ np.linalg.pinv(design)
+    u = 500 / sqrt(3) * np.abs(weights).sum() / 1e5
+    (line,) = [each for each in at["at"].components if "rig.outlet" in each.name]
+    assert line.u == pytest.approx(u, rel=1e-6)
+    assert not line.shared
+
+
+def test_a_point_without_a_value_is_left_out_with_a_note():
+    columns = COLUMNS | {"rig.outlet": np.where(np.arange(6) == 2, INLET, COLUMNS["rig.outlet"])}
+    root = head("sqrt((p2 - p1) / (rho * g)) * number(1, m) / sqrt(number(1, m))")
+    told = curve({"value": {"name": "at", "at": "2.5 A", "unit": "m"}}, over="load.current")
+    *_, made = findings(root, told, columns=columns)
+    assert [each.readings for each in made.results] == [5]
+    text = "head: there is no point at load.current = 2 A, where a value is missing."
+    assert text in made.notes
+
+
+def test_a_curve_without_any_value_says_of_what():
+    told = curve(RATED, where={"load.current": "7 A"})
+    with pytest.raises(DataError, match=r"no value of head and flow at load\.current = 7 A"):
+        findings(FLOW_RESULT, head(), told)
+
+
+@pytest.mark.parametrize(
+    ("more", "message"),
+    [
+        ({"statistic": "range"}, "'statistic' and 'table' belong to a channel; head is none"),
+        ({"results": {"x_at": {"name": "a", "y": "3 m", "readings": 2, "unit": "L/min"}}},
+         "'x_at' of a result, such as head, needs a fixed 'y' alone"),
+        ({"of": "rig head"}, "got 'rig head', expected a channel, such as"),
+    ],
+)  # fmt: skip
+def test_what_belongs_to_a_channel_is_refused(more, message):
+    (name, told) = curve(RATED)
+    with pytest.raises(Exception, match="curve") as raised:
+        registry().requires("analysis", name, told | more)
+    assert message in str(raised.value)
+
+
+def test_without_an_entry_in_the_register_the_uncertainty_is_unknown():
+    itself = ("readings", {"of": "rig.outlet", "per": ["load.current"],
+                           "result": {"name": "pressure", "unit": "bar"}})  # fmt: skip
+    told = {"value": {"name": "at", "at": "5 A", "unit": "bar"}}
+    at = found(itself, curve(told, of="pressure", over="load.current", fit=LINE), meters=[])["at"]
+    assert isnan(at.estimate.u)
+    assert at.estimate.value == pytest.approx(np.polyval(np.polyfit(
+        VALVE, COLUMNS["rig.outlet"], 1), 5) / 1e5, rel=1e-9)  # fmt: skip
