@@ -1,4 +1,4 @@
-"""From recordings and tables of measured values to figures: what was recorded, for the eye."""
+"""Figures of recordings and of tables of measured values."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ MOST_SAMPLES = 1500
 """Of a channel, so many are drawn: more than a figure has pixels."""
 MOST_CHANNELS = 6
 LEAST_ROWS = 2
-"""So many make a curve."""
+"""The fewest rows that are drawn."""
 THINNED = " Of many samples the least and the greatest of equal stretches are drawn."
 
 
@@ -78,7 +78,7 @@ def _common(rows: Sequence[Measurement], name: str) -> str:
 
 
 def _shown(si: Array, si_unit: str, written_in: str) -> tuple[Array, str]:
-    """Return values in the unit in which people see them, shape (n,), and that unit."""
+    """Return values in the unit for display, shape (n,), and that unit."""
     if not written_in:
         return si, si_unit
     known = unit_of(written_in)
@@ -86,7 +86,7 @@ def _shown(si: Array, si_unit: str, written_in: str) -> tuple[Array, str]:
 
 
 def _span(name: str, values: Array, unit: str) -> str:
-    """Return the range of values in words, for those who do not see the figure."""
+    """Return the range of values as text, for people who cannot see the figure."""
     low, high = (
         f"{end:.6g}".replace("-", "\N{MINUS SIGN}") for end in (values.min(), values.max())
     )

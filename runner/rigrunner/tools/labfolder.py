@@ -23,7 +23,7 @@ TEMPLATE = Path(__file__).parent / "lab_template"
 """Files of every lab."""
 STATION, PLUGINS = "station.yaml", "plugins"
 _UNDER_ANOTHER_NAME = {"gitignore": ".gitignore", "gitattributes": ".gitattributes"}
-"""Files that would have an effect in the folder of the templates, by their name there."""
+"""Files that git would obey in the folder of the templates, by their name there."""
 _SCHEMAS: dict[str, Language] = {
     "procedures/procedure.schema.json": "procedure",
     "station.schema.json": "station",

@@ -204,7 +204,7 @@ class RotationTester:
         return paced_blocks(wanted, self.sample_rate_hz, self._clock, stop)
 
     def continue_after(self, streams: Sequence[Mapping[str, float]]) -> None:
-        """Give no later stream the noise of one that the run has behind it."""
+        """Give no later stream the noise of a stream that the run already has."""
         self._streams += len(streams)
 
     def truth(self) -> Mapping[str, float]:

@@ -1,4 +1,4 @@
-"""A bearing under test that wears and warms: what it has been through since it was mounted."""
+"""A bearing under test that wears and warms with the cycles since it was mounted."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ class Specimen:
     rig_after: Callable[[float], SimulatedRig]
     """Gives the rig after so many cycles under load."""
     warming_k: float
-    """The rise of temperature in the end, at LOAD_N and FREQUENCY_HZ."""
+    """The final rise of temperature in K, at LOAD_N and FREQUENCY_HZ."""
     warming_time_s: float
-    """The time in which 63 % of a change of temperature has come."""
+    """The time constant: after it, 63 % of a change of temperature has occurred."""
     cycles: float = 0.0
     rise_k: float = 0.0
     _until_s: float | None = None
@@ -35,8 +35,8 @@ class Specimen:
         """Mount a new one, at the temperature of the room."""
         self.cycles, self.rise_k, self._until_s = 0.0, 0.0, None
 
-    def live(self, now_s: float, frequency_hz: float, load_n: float) -> None:
-        """Take note that drives have stood there since the last time that this was called."""
+    def wear(self, now_s: float, frequency_hz: float, load_n: float) -> None:
+        """Add the time since the last call, with the drives at these values."""
         passed_s = 0.0 if self._until_s is None else now_s - self._until_s
         self._until_s = now_s
         if load_n > 0:

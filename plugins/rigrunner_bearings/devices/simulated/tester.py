@@ -103,9 +103,9 @@ class SimulatedTester:
         self._connection.close()
 
     def make_safe(self) -> Mapping[str, float]:
-        """Stop the swing, then take the load away; what was paused is not gone on with."""
+        """Stop the swing, then take the load away; a pause cannot be resumed."""
         self._held_hz = None
-        self._live()
+        self._wear()
         return self._drives.make_safe()
 
     def pause(self) -> None:
@@ -124,7 +124,7 @@ class SimulatedTester:
     def set(self, drive: str, value: float) -> None:
         """Move a drive at its rate; return when it is there."""
         self._connection.need()
-        self._live()
+        self._wear()
         self._drives.set(drive, value)
 
     def read_back(self, drive: str) -> float:
@@ -138,7 +138,7 @@ class SimulatedTester:
         check_channels(channels, CHANNELS)
         setpoints = (state.frequency_hz, state.load_n)
         streams = self._repetitions[setpoints]
-        # For each set of channels of its own: interlocks look at theirs when their time has come.
+        # Each set of channels has its own count: interlocks read theirs at times of their own.
         since = (*setpoints, streams, tuple(channels))
         self._readings[since] += 1
         values = self._sample(state, 1, READINGS * (1 + streams) + self._readings[since])
@@ -159,7 +159,7 @@ class SimulatedTester:
         return paced_blocks(wanted, self.sample_rate_hz, self._clock, stop)
 
     def continue_after(self, streams: Sequence[Mapping[str, float]]) -> None:
-        """Give no later stream the noise of one that the run has behind it."""
+        """Give no later stream the noise of a stream that the run already has."""
         for setpoints in streams:
             self._repetitions[setpoints.get("frequency", 0.0), setpoints.get("load", 0.0)] += 1
 
@@ -186,16 +186,16 @@ class SimulatedTester:
     def _worn(self) -> SimulatedRig:
         return self._rig if self._specimen is None else self._specimen.rig
 
-    def _live(self) -> None:
-        """Let the specimen wear and warm by what it has been through until now."""
+    def _wear(self) -> None:
+        """Let the specimen wear and warm up to now."""
         if self._specimen is not None:
             actual = self._drives.actual
-            self._specimen.live(self._clock.monotonic_s(), actual["frequency"], actual["load"])
+            self._specimen.wear(self._clock.monotonic_s(), actual["frequency"], actual["load"])
 
     def _state(self) -> RigState:
         elapsed_s = self._clock.monotonic_s() - self._connection.need()
         actual = self._drives.actual
-        self._live()
+        self._wear()
         return RigState(actual["frequency"], actual["load"], elapsed_s)
 
 

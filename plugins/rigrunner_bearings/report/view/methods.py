@@ -1,4 +1,4 @@
-"""The methods side by side: how even, how sure and, in a simulation, how right each one is."""
+"""The methods side by side: spread over frequency, uncertainty and, in a simulation, error."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class At:
 
 @dataclass(frozen=True)
 class Parameter:
-    """What a method learned of the rig, with the simulated truth where it is known."""
+    """A parameter of the rig that a method identified, with the simulated truth if known."""
 
     name: str
     value: str
@@ -58,7 +58,7 @@ class Evenness:
 
 @dataclass(frozen=True)
 class Accuracy:
-    """How a method stands to the simulated truth, in mN·m."""
+    """How far a method is from the simulated truth, in mN·m."""
 
     rms: str
     worst: At

@@ -5,7 +5,7 @@ import { said, t } from "../texts.js";
 
 const UNSAFE = /^(.*?)(?:; |^)the rig is not safe: (.+)$/s; // as the engine words it
 
-// `isNow` is of the run that this panel did last: of an older one the rig may be safe since.
+// `isNow` says that it is the panel's last run; since an older one the rig may have been made safe.
 export function endedBanners(why, { isNow, hint = "" }) {
   if (!why) return [];
   const [, first, unsafe] = UNSAFE.exec(why) ?? [null, why, ""];
