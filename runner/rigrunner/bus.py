@@ -73,7 +73,7 @@ class Bus:
 
 
 def _without(sink: EventSink, sinks: tuple[EventSink, ...]) -> tuple[EventSink, ...]:
-    """Return a new tuple: an iteration over the old one goes on undisturbed."""
+    """Return a new tuple: an iteration over the old one is not disturbed."""
     return tuple(one for one in sinks if one is not sink)
 
 

@@ -73,7 +73,7 @@ class Consoles:
         self._open = [one for one in (1, 2) if os.isatty(one)]
 
     def silence_closed(self) -> None:
-        """Let nobody be told where the terminal was closed: each word to it would be an error."""
+        """Write nothing to a terminal that was closed: each write would be an error."""
         for one in self._open:
             if not os.isatty(one):
                 os.dup2(os.open(os.devnull, os.O_WRONLY), one)

@@ -64,7 +64,7 @@ class LoadCell:
     def _talk(self) -> None:
         while not self._over.wait(1 / LINES_PER_S):
             load_n = self._plant.load_n + self._rng.normal(0, NOISE_N)
-            with suppress(BlockingIOError):  # nobody reads: what is old is lost, as on a real line
+            with suppress(BlockingIOError):  # no reader: what is old is lost, as on a real line
                 os.write(self._ours, line(load_n))
 
 

@@ -29,7 +29,7 @@ def mean_of_models(models: Sequence[MeasurementModel]) -> MeasurementModel:
     """Return the model of the mean of one or more measurands.
 
     A common input is one and the same in all points, so that its errors add up with their signs;
-    the others are told apart by the point and average out. Raises ValueError where a common input
+    the others are distinguished by the point and average out. Raises ValueError if a common input
     is not the same in two points.
     """
     # What each input of a point is called among those of all points.

@@ -41,8 +41,8 @@ def analyse(
 ) -> Result:
     """Return the result of a run, with the partner runs that it has.
 
-    `progress` is told how far what takes minutes is; what it raises ends the analysis. `interim`:
-    the run goes on, and what takes minutes is left out. Raises DataError where a recording cannot
+    `progress` gets the progress of what takes minutes; what it raises ends the analysis. `interim`:
+    the run is not over, and what takes minutes is left out. Raises DataError if a recording cannot
     be prepared at all, or a partner run is missing.
     """
     known = Scrutiny(lookup)

@@ -49,7 +49,7 @@ def raise_first(errors: Sequence[BaseException]) -> None:
 def noted_on(error: BaseException, what: str) -> Iterator[None]:
     """Let cleanup after an error add its own failure to that as a note; Ctrl-C is raised.
 
-    So is what fails when a generator is closed: nobody sees the notes of a GeneratorExit.
+    So is what fails when a generator is closed: the notes of a GeneratorExit are not shown.
 
     ::
 

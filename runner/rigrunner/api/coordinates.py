@@ -81,7 +81,7 @@ class CoordinateValue:
 
 
 def usual_unit(si_unit: str) -> str:
-    """Return the unit for values that nobody wrote: °C for K."""
+    """Return the unit for values that no file states: °C for K."""
     return "°C" if unit(si_unit).dimension == "temperature" else si_unit
 
 

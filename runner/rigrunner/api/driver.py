@@ -176,7 +176,7 @@ class Driver:
         DeviceLostError if no instrument or another one answers. Its time limit leaves room for the
         call that it is part of.
         """
-        # Cleared first: a call of the driver within `open` would else reconnect once more.
+        # Cleared first: a call of the driver within `open` would otherwise reconnect again.
         why, self._lost_by = self._lost_by or "not connected", ""
         self.is_reconnecting = True
         timeout_s = min(self._timeout_s or _SHORT_S, self._patience.answer_s / 2)

@@ -249,7 +249,7 @@ class RunFinished(Event, frozen=True, kw_only=True):
 
 @runtime_checkable
 class ClosingSink(Protocol):
-    """A sink that is told when no further events come."""
+    """A sink that is notified when no further events come."""
 
     def close(self) -> None:
         """Release everything; work beyond a few seconds is not waited for."""

@@ -134,7 +134,7 @@ class LineLink:
             if len(got) > _LONGEST:
                 raise DeviceRejectedError(f"'{request}' was answered by more than {_LONGEST} bytes")
         line = got.removesuffix(self._end)
-        # Two lines at once: nobody can tell which of them is the answer.
+        # Two lines at once: it is not known which of them is the answer.
         if self._end in line or not line.isascii():
             raise DeviceRejectedError(
                 f"'{request}' was answered by {line[:40]!r}, expected one line of text"

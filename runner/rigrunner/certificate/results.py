@@ -163,7 +163,7 @@ def conformity_of(
     if decision is None:
         return None
     name, _, words = decision.rule.partition(": ")
-    # A copy of one of the parts, with another reason: it is told from the others by its limit.
+    # A copy of one of the parts, with another reason: its limit identifies it.
     first = decision.deciding
     others = (
         each

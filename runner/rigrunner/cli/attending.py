@@ -40,7 +40,7 @@ def attended_run(
 ) -> FinishedRun:
     """Ask for the missing inputs and execute the run; raises as `execute`.
 
-    `unattended`: take the unattended answers of the procedure; nobody can pause.
+    `unattended`: take the unattended answers of the procedure; pausing is not possible.
     """
     with (
         stop_on_signals(attended=not unattended) as stop,

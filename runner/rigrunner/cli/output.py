@@ -1,4 +1,4 @@
-"""Output: results on stdout, messages on stderr; silent when nobody reads."""
+"""Output: results on stdout, messages on stderr; silent if stdout is closed."""
 
 from __future__ import annotations
 
@@ -108,7 +108,7 @@ def warning_label() -> str:
 
 
 def reader_has_gone() -> bool:
-    """Return whether nobody reads stdout any more, as when it is piped into `head`."""
+    """Return whether stdout is no longer read, as when it is piped into `head`."""
     try:
         sys.stdout.write("\n")
         sys.stdout.flush()
@@ -161,5 +161,5 @@ def _colour(stream: TextIO) -> bool:
 
 
 def _silence(stream: TextIO) -> None:
-    # The interpreter flushes once more when it ends, and would then complain about the pipe.
+    # The interpreter flushes again when it ends, and would then complain about the pipe.
     os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())

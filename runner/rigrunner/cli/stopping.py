@@ -74,7 +74,7 @@ class SignalStop:
         return self._reason or AbortedError("stopped on request")
 
     def pause_wanted(self) -> str:
-        """Return who asks for a pause; an empty text if nobody does."""
+        """Return who asks for a pause; an empty text for no one."""
         return KEYBOARD if self._presses else ""
 
     def paused(self) -> None:

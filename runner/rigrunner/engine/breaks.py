@@ -26,7 +26,7 @@ def take_break(
 
     Interlocks are monitored meanwhile. Without a person to decide, the run is aborted.
     """
-    # Also where nobody can resume: the record says why the run was aborted.
+    # Also if no one can resume: the record says why the run was aborted.
     session.intervene("pause", wanted.by, wanted.message)
     if session.pauses is None:
         raise AbortedError(f"{wanted.message}; there is nobody to resume it", by=wanted.by)

@@ -52,7 +52,7 @@ class Pauses(Protocol):
     """Requests pauses, and decides how they end."""
 
     def wanted(self) -> str:
-        """Return who requests a pause, such as 'keyboard'; '' for nobody."""
+        """Return who requests a pause, such as 'keyboard'; '' for no one."""
         ...
 
     def decide(self, paused: Paused, watch: Callable[[], None]) -> Decision:

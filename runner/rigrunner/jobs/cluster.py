@@ -123,7 +123,7 @@ def _connected(cluster: Cluster) -> Iterator[Client]:
             "a cluster needs the package 'distributed'", hint="pip install 'rigrunner[dask]'"
         ) from error
     try:
-        # First: a client that finds nobody is half made, and delays the very end of the program.
+        # First: a client without a scheduler is half made, and delays the end of the program.
         asyncio.run(_reach(cluster))
         client = Client(cluster.address, timeout=cluster.patience_s, set_as_default=False)
     except (OSError, ValueError) as error:

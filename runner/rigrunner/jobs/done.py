@@ -64,7 +64,7 @@ def attempt(task: Callable[[Item], Value], item: Item) -> Answer[Value]:
         return Answer(task(item))
     except RigrunnerError as error:
         return Answer(None, str(error))
-    except Exception as error:  # noqa: BLE001  (a bug at one item is told, and ends no batch)
+    except Exception as error:  # noqa: BLE001  (a bug at one item is reported, and ends no batch)
         return Answer(None, f"{type(error).__name__}: {error}", traceback.format_exc())
 
 

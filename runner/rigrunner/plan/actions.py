@@ -147,5 +147,5 @@ class Plan:
 
     @property
     def estimated_s(self) -> float:
-        """How long the run takes, in seconds, if nobody has to be waited for: at most."""
+        """The longest duration of the run in seconds, without waiting for people."""
         return sum(step.estimated_s for step in self.steps)

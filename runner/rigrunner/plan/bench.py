@@ -116,7 +116,7 @@ class Bench:
     def can_record(self, member: Member, path: Path) -> bool:
         """Say whether a channel that is there is streamed; add the problem if it is only read.
 
-        That a device streams nothing at all is told by `sample_rate_hz`.
+        A device that streams nothing is reported by `sample_rate_hz`.
         """
         if self.streams(member) or not isinstance(self._device_of(member), Streaming):
             return True

@@ -118,7 +118,7 @@ def _check_rig(
     """Add a problem for each key of the rig that is wrong, or that a plugin in use needs."""
     needed: dict[str, _Use] = {}
     for use in uses:
-        with suppress(PluginError):  # that there is no such plugin is told
+        with suppress(PluginError):  # a missing plugin is reported elsewhere
             model = lookup.rig_of(use.kind, use.name)
             fields = model.model_fields if model else {}
             needed |= {key: use for key, each in fields.items() if each.is_required()}

@@ -58,7 +58,7 @@ STYLE: dict[str, Any] = {
 }
 WIDTH_IN = 8.4
 MOST_SERIES = 12
-"""Of one panel, so many are drawn."""
+"""The most that one panel shows."""
 FEW = 2
 """So many panels above each other are high; of more each is lower."""
 SHORT = 0.02
@@ -73,7 +73,7 @@ COLUMNS, HANDLE = 4, 7
 
 @dataclass(frozen=True)
 class Line:
-    """How a series is told apart: colour, dashes and marker together."""
+    """What distinguishes a series: colour, dashes and marker together."""
 
     color: str
     dashes: str
@@ -110,7 +110,7 @@ def painted(picture: Picture, *, titled: bool) -> Canvas:
 def as_svg(canvas: Canvas) -> bytes:
     """Return the canvas as SVG without a date.
 
-    The bytes are those of Figure.savefig, which would draw everything once more to find the layout.
+    The bytes are those of Figure.savefig, which would draw everything again to find the layout.
     """
     buffer = BytesIO()
     with style.context(["default", STYLE]):

@@ -57,7 +57,7 @@ class _Loader:
         self.characters += len(text)
         try:
             loaded = parse_procedure(text, str(path), given, self.kinds)
-        # It can be read all the same, so that what is wrong in its calls is told with it.
+        # It is read nevertheless, so that errors in its calls are reported with it.
         except InconsistentProcedureError as error:
             loaded, contradiction = error.loaded, error
         problems: dict[Problem, None] = {}

@@ -35,8 +35,8 @@ def definitions_of(
 ) -> Iterator[tuple[Path, ResultDefinition]]:
     """Yield each result that a procedure names, and which analysis makes it.
 
-    Those of an analysis that is not there, or refuses its settings, are left out: they are told by
-    the check of the plugins.
+    Those of an analysis that is missing, or refuses its settings, are left out: the check of the
+    plugins reports them.
     """
     for path, plugin in procedure.model.analyses_at:
         try:
@@ -48,7 +48,7 @@ def definitions_of(
 
 
 def all_named(procedure: LoadedProcedure, lookup: DefinitionLookup) -> bool:
-    """Say whether each analysis says what it gives: of one that is refused nobody knows."""
+    """Say whether each analysis states its results: one that is refused does not."""
     try:
         for _, plugin in procedure.model.analyses_at:
             lookup.definitions(plugin.name, plugin.settings)

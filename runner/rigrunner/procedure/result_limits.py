@@ -45,7 +45,7 @@ class UnreadMeasurand:
         return f"{{{', '.join(f'{key}: {value}' for key, value in self.written.items())}}}"
 
     def objection(self, found: ResultMeasurand) -> str:
-        """Return that nobody here knows what it is."""
+        """Return that its kind is not known here."""
         return (
             f"no analysis here can read the limit's measurand {self}, and the result is the {found}"
         )

@@ -26,7 +26,7 @@ Parameter = Scalar | list[Scalar]
 
 @dataclass(frozen=True)
 class Step:
-    """One step: its kind, and what that is told."""
+    """One step: its kind and its settings."""
 
     kind: str
     settings: StepSettings

@@ -123,7 +123,7 @@ def _header(line: str, asked: Mapping[str, Input]) -> tuple[list[str], str]:
 
 
 def _refuse_table(lines: list[str], asked: Mapping[str, Input]) -> None:
-    """Raise UsageError where the lines are rows of a table: nobody knows what its columns are.
+    """Raise UsageError if the lines are rows of a table: its columns are not known.
 
     A serial number may have a comma or a semicolon, so it takes two rows to tell.
     """

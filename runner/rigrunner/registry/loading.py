@@ -87,7 +87,7 @@ def with_drop_ins(registry: Registry, folder: Path) -> Registry:
         if path.name.startswith("_"):
             continue
         version = ""
-        with suppress(OSError):  # why it cannot be read is told where it is loaded
+        with suppress(OSError):  # the reason is reported where it is loaded
             version = f"sha256:{hashlib.sha256(path.read_bytes()).hexdigest()[:12]}"
         text = partial(path.read_text, "utf-8")
         sources.append(_Source(Provider(str(path), version), partial(_imported, path), text))

@@ -332,7 +332,7 @@ class Rig:
 
         Idempotent. First come, one after another, the drives and devices that the given order
         names; then all others at the same time, cyclically moving ones begun first, so that none
-        waits for one that is slow or hangs. What of the order is not safe is tried once more beside
+        waits for one that is slow or hangs. What of the order is not safe is tried again beside
         them. A drive is safe once it is read back at its safe value. A call that exceeded its time
         limit is waited for: if it returns, its device is made safe again, otherwise it is not safe.
         What is safe is removed from the marker of the energised rig.

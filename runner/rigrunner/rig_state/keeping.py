@@ -1,7 +1,7 @@
 """Keeps the files of a rig in use: somebody, or a cleaner of old files, may remove them.
 
-Cleaners remove what nobody has changed for a time, as systemd does in /var/tmp after 30 days. A
-lock on a file without a name keeps nobody off who makes a new one.
+Cleaners remove files that were not changed for a time, as systemd does in /var/tmp after 30 days. A
+lock on a file without a name does not exclude a process that makes a new one.
 """
 
 from __future__ import annotations

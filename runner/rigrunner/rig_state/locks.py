@@ -65,14 +65,14 @@ def hold(locks: Iterable[Path], holder: Holder) -> Iterator[tuple[int, ...]]:
 def take_over(descriptors: Iterable[int], locks: Iterable[Path], holder: Holder) -> Iterator[None]:
     """Hold locks with descriptors inherited from a dead process, until this process ends.
 
-    An inherited lock is held as long as a process with it lives, so that nobody can take it in
+    An inherited lock is held as long as a process with it lives, so that no other can take it in
     between. One that was released is locked again; raises Busy if somebody else has it. POSIX only.
     """
     import fcntl  # noqa: PLC0415  (there is none on Windows)
 
     with ExitStack() as held:
         for descriptor, path in zip(descriptors, locks, strict=True):
-            if is_removed(descriptor):  # a lock without a name keeps nobody off
+            if is_removed(descriptor):  # a lock without a name excludes no one
                 held.enter_context(hold([path], holder))
                 continue
             try:

@@ -29,7 +29,7 @@ def answer_inputs(
     Raises UsageError for a given value that is no input or not an accepted answer.
     """
     asked = procedure.inputs
-    # First: nobody is asked anything before all that was given is accepted.
+    # First: questions are asked only after all given values were accepted.
     taken = {name: _accepted(procedure, name, given[name]) for name in given}
     return {
         name: taken.get(name)

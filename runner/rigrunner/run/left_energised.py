@@ -40,7 +40,7 @@ class Person(Protocol):
         ...
 
     def agrees(self, question: str) -> bool:
-        """Return whether the rig may be made safe now; True if nobody can be asked."""
+        """Return whether the rig may be made safe now; True if no one can be asked."""
         ...
 
 
@@ -108,7 +108,7 @@ def check_left(
             hint=f"nothing was started; 'rigrunner devices {station_file}' makes it safe",
         )
     reports = rig.make_safe()
-    # Roles of the marker that were not read back now, so nobody knows of them.
+    # Roles of the marker that were not read back now: their state is not known.
     missing = ", ".join(sorted(marks.unconfirmed))
     problem = unsafe_text(reports) or (missing and f"not read back as safe: {missing}")
     if problem:

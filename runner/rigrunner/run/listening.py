@@ -90,7 +90,7 @@ class Detached:
                 self._failure = RuntimeError(f"it raised {type(error).__name__}({error})")
                 break
         if isinstance(self._sink, ClosingSink):
-            with suppress(Exception):  # nobody hears it any more
+            with suppress(Exception):  # there is no receiver any more
                 self._sink.close()
 
 

@@ -41,7 +41,7 @@ def temporary(path: Path) -> Path:
 def publish(path: Path, *, read_only: bool) -> None:
     """Sync the temporary file of `path` and rename it, durably."""
     sync_file(temporary(path))
-    # Before it has its name: nobody finds it writable.
+    # Before it has its name: it is never found writable.
     if read_only:
         temporary(path).chmod(READ_ONLY)
     _rename(temporary(path), path)

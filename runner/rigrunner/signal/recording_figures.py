@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from rigrunner.api.data import Array, Measurement, Recording
 
 MOST_SAMPLES = 1500
-"""Of a channel, so many are drawn: more than a figure has pixels."""
+"""The most samples of a channel that are drawn: more than a figure has pixels."""
 MOST_CHANNELS = 6
 LEAST_ROWS = 2
 """The fewest rows that are drawn."""

@@ -1,7 +1,7 @@
 """What the errors that a register states of a transducer come to in a result.
 
 Repeatability, hysteresis and resolution act on each reading on its own, and so does a temperature
-effect that is not split: in how far two runs have them in common, nobody states. Creep and the
+effect that is not split: how much of them two runs share is not stated. Creep and the
 zero's temperature effect change slowly: what of a slow change reaches the result, the method says.
 The sensitivity's temperature effect acts as the gain.
 """

@@ -54,7 +54,7 @@ class Ask(Action):
     def do(self, step: str, doing: Session) -> Found:
         """Ask until an answer is accepted."""
         expected = self.expected
-        # Recorded first: what was asked is known also if nobody answers.
+        # Recorded first: the question is known also if no one answers.
         doing.emit(
             Prompt,
             step=step,

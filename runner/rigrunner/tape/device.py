@@ -167,7 +167,7 @@ class _Streaming(TapedDevice):
             while (block := self._wire.exchange("next block", lambda: _next(source))) is not None:
                 yield Block(**block)
         finally:
-            # Not on the tape: nobody says when a stream that is dropped is ended.
+            # Not on the tape: when a dropped stream is ended is not known.
             for blocks in source:
                 if (close := getattr(blocks, "close", None)) is not None:
                     close()

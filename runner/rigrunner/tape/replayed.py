@@ -70,7 +70,7 @@ class ReplayedTape(Tape):
         return tuple(text for wire in self._wires.values() if (text := wire.rest()))
 
     def close(self) -> None:
-        """Close all files; nobody waits for an answer any more."""
+        """Close all files; no one waits for an answer any more."""
         self._replay.over.set()
         for file in self._files.values():
             file.close()

@@ -26,7 +26,7 @@ class Replay:
         self.difference = ""
         """The first one, as text."""
         self.over = threading.Event()
-        """Set once nobody waits for answers any more."""
+        """Set once no one waits for answers any more."""
         self._place = ""
         self._told = False
 

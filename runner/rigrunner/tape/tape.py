@@ -173,7 +173,7 @@ class Tape(ABC):
 
     @abstractmethod
     def pauses(self, plain: Pauses | None) -> Pauses | None:
-        """Return who can pause a run; None for nobody."""
+        """Return who can pause a run; None for no one."""
 
     @abstractmethod
     def _wire(self, name: str, patience_s: float) -> Wire:

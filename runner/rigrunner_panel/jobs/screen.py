@@ -1,4 +1,4 @@
-"""What a job is told at the panel and shows there, in place of a terminal."""
+"""The panel in place of a terminal: what a job asks and shows there."""
 
 from __future__ import annotations
 

@@ -96,14 +96,14 @@ class Analyst:
         except (RigrunnerError, OSError):  # the run was sealed meanwhile: its journal is gone
             self._folder = None
 
-    def _show(self, found: Findings, *, is_whole: bool) -> None:  # noqa: ARG002  (a screen is told both)
+    def _show(self, found: Findings, *, is_whole: bool) -> None:  # noqa: ARG002  (a screen gets both)
         self._send(Found(found))
 
     def _draw(self, recording: str, curve: Curve, ended_s: float) -> None:
         self._send(Drawn(recording, curve, ended_s))
 
     def _analyse(self, folder: Path, watched: Recording | None) -> None:
-        with suppress(ChannelClosedError):  # the run is over, and nobody asks any more
+        with suppress(ChannelClosedError):  # the run is over, and no one asks any more
             self._send(self._analysed(folder, watched))
 
     def _analysed(self, folder: Path, watched: Recording | None) -> Analysed:

@@ -62,7 +62,7 @@ class Commands:
 
     @property
     def pause_wanted(self) -> str:
-        """Who requests a pause; empty if nobody does."""
+        """Who requests a pause; empty for no one."""
         return self._pause_by
 
     def pause_granted(self) -> Decision | None:

@@ -36,7 +36,7 @@ class Switch:
     def install(self) -> None:
         """Let only this switch interrupt the process; call in the main thread.
 
-        A signal that would suspend the process ends the run, because nobody could continue it.
+        A signal that would suspend the process ends the run, because it could not be continued.
         """
         signal.signal(signal.SIGINT, self._interrupted)
         take_signals((*ENDING, *SUSPENDING), self._terminated)

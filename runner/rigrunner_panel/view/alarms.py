@@ -56,7 +56,7 @@ class Alarms:
         elif isinstance(event, InterlockCleared):
             cleared = f"interlock {event.interlock}"
             self._update(lambda each: each.source == cleared, {"active": False})
-        elif isinstance(event, RunEnded):  # nobody watches the interlocks any more
+        elif isinstance(event, RunEnded):  # the interlocks are not monitored any more
             self._update(lambda each: each.active, {"active": False, "until_end": True})
 
     def _update(self, which: Callable[[AlarmView], bool], update: Mapping[str, bool]) -> None:

@@ -40,7 +40,7 @@ _encode = msgspec.json.Encoder(
 
 
 class Board:
-    """Sections by name. Any thread may put and read; each change is told once, in order."""
+    """Sections by name. Any thread may put and read; each change is sent once, in order."""
 
     def __init__(self) -> None:
         self._lock = threading.RLock()
@@ -83,7 +83,7 @@ class Board:
             return f'{{"type":"delta","seq":{self._seq},"changes":{{{changes}}}}}'
 
     def tell(self, event: Event) -> None:
-        """Take an event of the run, which every screen is told as it is."""
+        """Take an event of the run, which every screen gets as it is."""
         whole = structs.replace(event, truth={}) if getattr(event, "truth", None) else event
         told = json.dumps(event_text(event))
         body = _encode(whole).decode()

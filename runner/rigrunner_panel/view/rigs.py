@@ -16,7 +16,7 @@ class RigView(Section):
     phase: Phase
     asked: str
     control: str
-    """Who steers it; '' for nobody."""
+    """Who has control; '' for no one."""
     kind: str = ""
     """Of the present or last job: 'preflight', 'run' or 'manual'."""
     procedure: str = ""

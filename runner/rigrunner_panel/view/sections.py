@@ -157,7 +157,7 @@ class Reading(Section):
 
     @classmethod
     def of(cls, value: float, unit: str, written_in: str = "", utc: str = "") -> Self:
-        """Return a reading; where nobody wrote a unit, temperatures are shown in °C."""
+        """Return a reading; where no file states a unit, temperatures are shown in °C."""
         symbol = written_in or (usual_unit(unit) if unit else "")
         shown = from_si(value, symbol) if symbol else value
         return cls(value=value, unit=unit, shown=float(f"{shown:.9g}"), shown_in=symbol, utc=utc)
@@ -223,7 +223,7 @@ class AlarmView(Section):
     text: str
     active: bool
     until_end: bool = False
-    """Whether it was active when the run ended, and is watched by nobody since."""
+    """Whether it was active when the run ended, and has not been monitored since."""
 
 
 class CheckView(Section):

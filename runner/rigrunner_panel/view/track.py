@@ -65,7 +65,7 @@ class Track:
         self._recorded_s = seconds
 
     def scanned(self, points: int) -> None:
-        """So many points of the scan were read."""
+        """Add the number of points of the scan that were read."""
         self._scanned = points
 
     def skip(self) -> None:

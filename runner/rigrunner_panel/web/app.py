@@ -51,7 +51,7 @@ _log = logging.getLogger("rigrunner_panel")
 
 
 def make_app(panel: Panel) -> Starlette:
-    """Return the application; while it is served, screens are told what changes."""
+    """Return the application; while it is served, screens get what changes."""
     hub = Hub(panel)
 
     @asynccontextmanager

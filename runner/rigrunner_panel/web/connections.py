@@ -1,6 +1,6 @@
-"""Connections that nobody can hoard: everyone who watches, and who stops a rig, must get one.
+"""Limits of connections: everyone who watches, and who stops a rig, must get one.
 
-Before its request is whole nobody knows who asks: a program that begins requests and does not end
+Before its request is complete, the sender is not known: a program that begins requests and does not end
 them would else hold a connection for ever, each of which takes one of the few files that a process
 may have open.
 """

@@ -66,7 +66,7 @@ class Screen:
             await self._news.wait()
             self._news.clear()
             if self._lags:
-                # Before it is sent: what changes meanwhile waits, and is told after it.
+                # Before it is sent: what changes meanwhile waits, and is sent after it.
                 self._lags = False
                 await self._send_all()
             while self._waiting:
@@ -89,7 +89,7 @@ class Screen:
 
 
 class Feed:
-    """What the screens of one rig are told, and when."""
+    """What is sent to the screens of one rig, and when."""
 
     def __init__(self, rig: Rig) -> None:
         self._rig = rig
@@ -223,5 +223,5 @@ async def _until_gone(socket: WebSocket) -> None:
 
 
 def _call(loop: asyncio.AbstractEventLoop, function: Callable[[], object]) -> None:
-    with suppress(RuntimeError):  # the loop is closed: nobody watches any more
+    with suppress(RuntimeError):  # the loop is closed: no screen is connected any more
         loop.call_soon_threadsafe(function)

@@ -50,7 +50,7 @@ class Settings:
     """The laboratory's private key; None where nothing is signed here."""
     host: str = "127.0.0.1"
     token: str = ""
-    """Without one nobody is asked who they are: then the host is this machine."""
+    """Without one no one has to log in: then the host is this machine."""
     public_name: str = ""
     """By which name a proxy with TLS lets others in, as a browser has it: 'rig.example.org', with
     ':8443' behind it where the port is not 443."""

@@ -166,7 +166,7 @@ def tick(rig: Rig) -> None:
                     _by_itself(rig)
             if rig.queue.changed_ns(rig.name) != sequence.seen_ns:
                 refresh(rig)
-    except Exception:  # noqa: BLE001  (a thread that nobody waits for)
+    except Exception:  # noqa: BLE001  (a thread that is not waited for)
         _log.exception("a bug in the panel: the queue has stopped")
 
 

@@ -173,7 +173,7 @@ def _own_names(host: str) -> frozenset[str]:
 
 
 def _parted(address: str) -> SplitResult:
-    """Return the parts of an address; of what is none, parts that are nobody's."""
+    """Return the parts of an address; of another text, parts that match none."""
     try:
         return urlsplit(address)
     except ValueError:

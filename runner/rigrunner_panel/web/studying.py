@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from rigrunner_panel.web.panel import Panel
 
 MOST_RUNS = 6
-"""That are laid over each other: more colours nobody tells apart."""
+"""The most curves in one figure: more colours cannot be distinguished."""
 GROUPS = ("type", "lot", "rig", "mandrel", "specimen", "operator", "procedure", "revision")
 
 

@@ -69,7 +69,7 @@ def connects_and_says_who_it_is(subject: DeviceSubject) -> None:
     needs=("connects_and_says_who_it_is",),
 )
 def gives_up_in_time(subject: DeviceSubject) -> None:
-    """If nobody answers, connecting ends within its time-out with a DeviceError."""
+    """Without an answer, connecting ends within its time-out with a DeviceError."""
     applies(
         subject.record.absent, "its record does not state settings for which no instrument answers"
     )

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from rigrunner.signal.as_json.values import Json
 
 MOST_VALUES = 1000
-"""So many judged values are listed, those out of limits first: a scan may have many thousands."""
+"""The most judged values that are listed, those out of limits first: a scan may have thousands."""
 
 
 def verdict(result: Result) -> Json | None:

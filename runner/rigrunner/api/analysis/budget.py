@@ -34,7 +34,7 @@ class Component:
     """Sensitivity: change of the result per change of the input; 1 for a line of several inputs."""
     shared: bool = True
     """Whether a line of this name in another result is the same error. False of an error that may
-    be another one at each reading: nobody states what two results have of it in common."""
+    be another one at each reading: how much of it two results share is not stated."""
 
 
 class Consequence(StrEnum):

@@ -61,14 +61,14 @@ def act(task: dict[str, Any], reason: str) -> None:
     except Busy as busy:
         who = f" ({busy.holder.procedure}, process {busy.holder.process})" if busy.holder else ""
         say(f"{reason}; another process has taken the rig{who}: it is left alone")
-    except Exception as error:  # noqa: BLE001  (nobody else is there to say it)
+    except Exception as error:  # noqa: BLE001  (nothing else can report it)
         say(f"{reason}. THE RIG IS NOT SAFE: {type(error).__name__}: {error}. Go to the rig.")
         _note(task, [f"{reason}; the rig could not be made safe: {type(error).__name__}: {error}"])
 
 
 @contextmanager
 def _held(task: dict[str, Any]) -> Iterator[None]:
-    """Hold the rig by the inherited locks, so that nobody comes in between, or by new ones."""
+    """Hold the rig by the inherited locks, so that no other process can take it, or by new ones."""
     now = utc_text(datetime.now(UTC))
     what = f"the guardian of {task['what']}, which makes the rig safe"
     holder = Holder(task["station"], what, os.getpid(), now)
@@ -115,7 +115,7 @@ def _within(task: dict[str, Any]) -> tuple[tuple[SafetyReport, ...], str]:
     def attempt() -> None:
         try:
             given.append(_one_attempt(task, needed_s.append))
-        except BaseException as error:  # noqa: BLE001  (told: nobody else is there to say it)
+        except BaseException as error:  # noqa: BLE001  (reported: nothing else can)
             errors.append(error)
 
     work = Thread(target=attempt, daemon=True)

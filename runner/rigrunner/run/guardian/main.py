@@ -84,7 +84,7 @@ class Owner:
         except OSError:
             return False
         found = [line.split()[1] for line in text.splitlines() if line.startswith("TracerPid:")]
-        # "0": nobody traces it.
+        # "0": it is not traced.
         return found not in ([], ["0"])
 
     def send(self, name: str) -> None:

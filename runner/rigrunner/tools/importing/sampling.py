@@ -62,7 +62,7 @@ def start_of(columns: Mapping[str, Column], rate_hz: float, where: str) -> datet
     """Return when the first samples were taken, from the file `where`, or None.
 
     Raises DataError if columns begin at different times (a torque that is late against its angle
-    gives another result, which nobody would notice), and for a gap between two segments.
+    gives another result, unnoticed), and for a gap between two segments.
     """
     timed = {name: each for name, each in columns.items() if each.started} or dict(columns)
     (first, origin), *others = timed.items()
