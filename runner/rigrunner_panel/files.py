@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 _NAME = re.compile(r"(procedures/)?\w[\w-]*(\.[\w-]+)*\.ya?ml", re.ASCII)
 _DEVICE = re.compile(r"(.*/)?(con|prn|aux|nul|com\d|lpt\d)\..*", re.ASCII | re.IGNORECASE)
-"""Names that Windows gives to devices, whatever the ending."""
+"""Names that Windows gives to devices, with any ending."""
 LONGEST_NAME = 100
 
 

@@ -65,7 +65,7 @@ def serve(
     address = _address(settings, listening.getsockname()[1])
     ending = Ending(panel, tell)
     try:
-        with ending.signals():  # before the address is shown: whoever reads it may end the panel
+        with ending.signals():  # before the address is shown: its reader may end the panel
             tell(f"Panel: {address}")
             if settings.public_name:
                 tell(f"Through the proxy: https://{settings.public_name}/#token={settings.token}")

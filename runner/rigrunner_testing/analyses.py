@@ -147,7 +147,7 @@ def refuses_a_partner_run_that_lacks_a_channel(subject: Subject) -> None:
 
 @check(fix="keep no state between two calls, and change no array", needs=("gives_what_it_yields",))
 def is_pure(subject: Subject) -> None:
-    """Called twice it gives the same, whatever it was called with in between."""
+    """Called twice it gives the same, also after a call with other data."""
     analysis, run = _made(subject), _run(subject)
     first = _numbers(analysis(run))
     analysis(_run(subject, seed=2))

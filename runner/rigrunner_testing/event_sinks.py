@@ -39,7 +39,7 @@ def takes_every_event(subject: Subject) -> None:
 def comes_back_at_once(subject: Subject) -> None:
     """It returns from each event within 0.1 s, since it is called during the run."""
     least: dict[tuple[int, str], float] = {}
-    for _ in range(3):  # of each event the quickest: others may have had the processor
+    for _ in range(3):  # of each event the quickest: other processes may have had the processor
         sink = _sink(subject)
         for event in run():
             began_s = time.monotonic()

@@ -13,7 +13,7 @@ In a test module:
 
 Without settings, those of the record's `trial` are taken. Where a server has to run first, define
 the fixture `conformance_settings` in the module. The plugin is named, not found by an entry point:
-whoever has Rigrunner installed has no slower pytest for it.
+installing Rigrunner makes no pytest slower.
 """
 
 from __future__ import annotations

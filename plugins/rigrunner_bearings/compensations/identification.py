@@ -90,7 +90,7 @@ def identify(points: tuple[SwingPoint, ...], swing: Swing, low_pass: Filter) -> 
     Raises DataError for too few frequencies, and for a sensor that shows noise alone.
 
     A delay that is small or not significant is taken as none, for it looks much like where the
-    friction acts; that it may be there all the same stays in the covariance. Remembered, as several
+    friction acts; that it may still be there stays in the covariance. Remembered, as several
     methods ask it of one sweep.
     """
     if len(points) < LEAST_FREQUENCIES:

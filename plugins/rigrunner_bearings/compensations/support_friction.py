@@ -83,7 +83,7 @@ class SupportFriction:
     def seen(self, frequency_hz: float, twist_rad: Array, share: float) -> Array:
         """Return the friction torque of the sweep itself at a frequency, shape (n,).
 
-        Its shape is the measured one, whatever it is; only the twist's part is modelled.
+        Its shape is the measured one; only the twist's part is modelled.
         """
         measured = self.dry_nm + frequency_hz * self.growth_nm_per_hz
         return np.asarray(measured + share * self.change(frequency_hz, twist_rad))

@@ -58,7 +58,7 @@ class Acquisition:
 
 
 class Bridge:
-    """What the instrument does, whoever speaks to it."""
+    """What the instrument does, for any connection."""
 
     def __init__(self, rig: SimulatedRig, plant: Plant, seed: int) -> None:
         self._rig = rig

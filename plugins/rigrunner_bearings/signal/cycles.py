@@ -67,7 +67,7 @@ class Cycles:
 def find_cycles(angle_rad: Samples, rate_hz: float, ratio: float) -> Cycles:
     """Find the whole cycles in an angle of shape (n,), sampled at rate_hz.
 
-    Hysteresis finds the swings whatever the noise; then each start is refined by least squares of
+    Hysteresis finds the swings in any noise; then each start is refined by least squares of
     the guide bar's kinematics of eccentric ratio `ratio` over the half turn around it, with the
     offset and scale that the angle channel shows over all of them. Raises DataError if the angle
     does not swing through one whole cycle, or if one cycle is shorter than half the median.

@@ -84,7 +84,7 @@ class LiveTorque:
         if now is not None and now.is_new and now.recording.name:
             now.is_new = False
             window = now.window()
-            with suppress(DataError):  # too few cycles as yet, or not one that the analysis is of
+            with suppress(DataError):  # too few cycles so far, or another kind of recording
                 self._look_at(now, window)
             self._prepared.pop(window, None)
         shown = [each for each in self._points.values() if each.frequency_hz > 0]

@@ -2,7 +2,7 @@
 
 Where an index pulse or a tacho stands for the angle, or another clock than the torque's sampled it,
 the phase is known less well than methods take it to be. Each method is asked again with the swings
-shifted by that much: what its result moves by is its uncertainty, whatever it does with the swings
+shifted by that much: the change of its result is its uncertainty, for any use of the swings
 (GUM 5.1.3, a sensitivity found by trial).
 """
 

@@ -252,7 +252,7 @@ def _limits(
 ) -> Iterator[PlanProblem]:
     """Yield each limit of another torque than the planned one, or of one that is not recorded.
 
-    What speaks against it whatever the loads is reported without a plan.
+    What speaks against it at any load is reported without a plan.
     """
     kind = kind_of(spec, context.plugins)
     loads = _loads(spec, chosen)

@@ -2,7 +2,7 @@
 
 The analysis itself, the rule for gross errors, the primary compensation and the fit that it takes
 each say what they need, as `TorqueRequirements`. Another compensation than the primary one may turn
-out to be not applicable: the run has its result all the same.
+out to be not applicable: the run still has its result.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ def requirers(spec: TorqueSettings, plugins: Plugins) -> tuple[Requirer, ...]:
 
 
 def _analysis(spec: TorqueSettings, plugins: Plugins) -> Requirer:
-    """Return what is needed whatever plugins there are; a rule may reject half of the cycles."""
+    """Return what is needed with any plugins; a rule may reject half of the cycles."""
     name = "the analysis"
     if spec.starts is not None:
         return Requirer(name, (), TorqueRequirements(cycles=LEAST_STARTS))

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from rigrunner.procedure import Acceptance, AnalysisRef
 
 FIRST = 1
-"""Of whatever carries no revision."""
+"""Of what has no revision of its own."""
 ANALYSIS = "analysis"
 OWN: Mapping[str, int] = {ANALYSIS: 2}
 """What is no plugin: preparing recordings, the mean, its uncertainty and the checks."""

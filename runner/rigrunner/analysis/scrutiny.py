@@ -1,7 +1,7 @@
-"""What plugins of the analysis give, looked at before it is used, and what they may not change.
+"""Checks what plugins of the analysis return before it is used, and what they may not change.
 
-A number that is none, a point that is left out or an array that was changed in place would else
-reach the verdict unseen. What is wrong is a PluginError that names the plugin.
+Otherwise a value that is no number, a missing point or an array changed in place would reach the
+verdict unnoticed. Such an error is a PluginError that names the plugin.
 """
 
 from __future__ import annotations

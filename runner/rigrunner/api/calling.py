@@ -212,7 +212,7 @@ class MovingCall:
 
     @property
     def has_returned(self) -> bool:
-        """Whether it has ended, in whatever way."""
+        """Whether it has ended in any way."""
         return self._returned.is_set()
 
     def wait(self, grace_s: float) -> None:
@@ -260,5 +260,5 @@ def _settle(future: Future[_T], function: Callable[[], _T]) -> None:
         return
     try:
         future.set_result(function())
-    except BaseException as error:  # noqa: BLE001  (handed to the caller, whatever it is)
+    except BaseException as error:  # noqa: BLE001  (any error is handed to the caller)
         future.set_exception(error)

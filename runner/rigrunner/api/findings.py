@@ -192,7 +192,7 @@ class AnalysisOfResults(Protocol):
 class LiveAnalysis(Protocol):
     """The live view of an analysis during a measurement: a fold over blocks, in bounded memory.
 
-    For a complete recording it shows the findings of the analysis, whatever the size of the blocks;
+    For a complete recording it shows the findings of the analysis, with blocks of any size;
     for one longer than it can keep, those of its latest part. Blocks may be missing.
     """
 

@@ -64,7 +64,7 @@ class SerialPort:
                 hint="is the adapter plugged in, do you have permission, is it in use by another"
                 " program?",
             ) from error
-        # What came for whoever had the port before is no answer to us.
+        # What came for an earlier user of the port is not our answer.
         self._port.reset_input_buffer()
 
     def ready(self, within_s: float) -> bool:

@@ -219,5 +219,5 @@ def new_bar() -> Progress:
         TimeRemainingColumn(),
         TextColumn("{task.fields[step]}", markup=False, table_column=Column(ratio=1, no_wrap=True)),
         console=Console(stderr=True),
-        expand=True,  # else a long text takes the room of the bar, and not what is left of it
+        expand=True,  # otherwise a long text takes the space of the bar, not the remaining space
     )

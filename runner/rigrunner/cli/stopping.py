@@ -139,7 +139,7 @@ class SignalStop:
                 raise PauseWantedError("pause requested", KEYBOARD)
 
     def _interrupt_end(self) -> None:
-        """Handle a Ctrl-C after the run: its analysis ends, and it is sealed all the same."""
+        """Handle a Ctrl-C after the run: its analysis ends, and it is still sealed."""
         self._presses += 1
         if self._presses >= _STOP_NOW:
             raise KeyboardInterrupt

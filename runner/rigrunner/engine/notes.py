@@ -87,7 +87,7 @@ class Notes:
         self.first = self._noted[0]
 
     def left_unsafe(self, error: DeviceError) -> None:
-        """End the run with an error, whatever else ended it: a person must go to the rig."""
+        """End the run with an error, even if it has ended: a person must go to the rig."""
         self.keep(error)
         self._unsafe = error
 

@@ -71,7 +71,7 @@ def may_be_skipped(
     for step in steps[index : point.stop]:
         if drive := step.action.led:
             planned.pop(drive, None)
-            if step.phase is not Phase.TEARDOWN:  # the teardown of a call is done all the same
+            if step.phase is not Phase.TEARDOWN:  # the teardown of a call is still done
                 planned[drive] = step.action.passes[-1]
     return _led_before_read(steps, point.stop, planned, standing)
 

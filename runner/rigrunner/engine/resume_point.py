@@ -60,7 +60,7 @@ def find_resume_point(
     over = start == len(steps) or (steps[start].phase is Phase.TEARDOWN and not steps[start].calls)
     left_out = frozenset(_left_out(events))
     before = () if over else tuple(_again(steps, start, done, left_out))
-    # What was interrupted may have had its effect or not: it cannot be told from the events.
+    # What was interrupted may have had its effect or not: the events do not show it.
     for index in (*before, *range(start, reached + 1)):
         begun = index < len(steps) and attempts[index]
         if begun and not _may_come_again(steps[index], done=index in done):

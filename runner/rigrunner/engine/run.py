@@ -212,7 +212,7 @@ class Run:
             if isinstance(stop, Interrupting):
                 stop.stop_interrupting()
             return rig.make_safe()
-        except BaseException as error:  # noqa: BLE001  (kept; the rig is made safe all the same)
+        except BaseException as error:  # noqa: BLE001  (kept; the rig is made safe first)
             # A second Ctrl-C may fall into the first attempt. Making safe twice does no harm.
             self.notes.note("run", error)
             return rig.make_safe()

@@ -35,7 +35,7 @@ class Processes:
     """That many worker processes; one is a process of its own too, so the numbers are the same.
 
     Each has its own pipe, so that it is known which item a process had when it died. Pools of the
-    standard library then wait for ever, or give up on every item.
+    standard library then wait without end, or fail at every item.
     """
 
     jobs: int

@@ -151,7 +151,7 @@ def end_choice(at: int, when: When, place: Place, scene: Scene, before: dict[str
     steps_text = "the next step" if count == 1 else f"the next {count} steps"
     text = f"If {when.input} is {'not ' if when.is_not else ''}{words}: {steps_text}"
     steps[at] = replace(steps[at], leaves=count, text=text)
-    # Where drives stand must be known at every step before the run, whatever is answered.
+    # The set-points must be known at every step before the run, for any answer.
     for member, value, symbol in scene.drives.changed(before):
         was = before.get(member)
         earlier = "its safe value" if was is None else f"{was:g} {symbol}"

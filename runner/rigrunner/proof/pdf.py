@@ -35,7 +35,7 @@ _STORAGE = {"/Length", "/Filter", "/DecodeParms"}
 _WRITERS = {"Producer", "ModifyDate", "MetadataDate", "xmptk"}
 """Metadata with the writing program and the time."""
 _SYNTAX = {"id", "about", "begin"}
-# Possessive quantifiers: in a forged file the search could else take very long.
+# Possessive quantifiers: in a forged file the search could otherwise take very long.
 _TEXT = re.compile(r"<(?:\w++:)?(\w++)[^<>]*+>([^<>]++)</")
 _ATTRIBUTE = re.compile(r'\s(?!xmlns\b)(?:\w++:)?(\w++)="([^"<>]*+)"')
 _OBJECT = re.compile(rb"(?<![0-9])(\d+)[\0\t\n\f\r ]+\d+[\0\t\n\f\r ]+obj\b")

@@ -74,7 +74,7 @@ class ConnectedDrive:
         if self._rules.combinations or not self._least <= value <= self._greatest:
             self._rules.check(self.member, self._allowed, value, self._standing)
         self._set_points.pop(self.member, None)  # not known until it is read back
-        # Before the command: a process that dies in between must not leave the rig unmarked.
+        # Before the command: a process that dies after it must not leave the rig unmarked.
         if self._mark is not None:
             self._mark(value)
         if self._cycles is not None:

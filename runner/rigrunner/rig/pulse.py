@@ -61,7 +61,7 @@ class Pulse:
             self._announce(limit_s + self.usual_s)
         try:
             yield
-        except BaseException:  # it may have been given up, and is waited for once more in the end
+        except BaseException:  # it may have been given up, and is waited for again at the end
             self._given_up_s = max(self._given_up_s, until_s)
             raise
         finally:

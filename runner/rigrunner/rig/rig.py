@@ -328,7 +328,7 @@ class Rig:
         return found_of_stream(self._roles[role], self._patience.answer_s)
 
     def make_safe(self) -> tuple[SafetyReport, ...]:
-        """Make every device safe, whatever happens to the others; never raises.
+        """Make every device safe, independently of the others; never raises.
 
         Idempotent. First come, one after another, the drives and devices that the given order
         names; then all others at the same time, cyclically moving ones begun first, so that none

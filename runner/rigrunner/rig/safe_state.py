@@ -226,7 +226,7 @@ def _set_safe(device: Device, drive: str) -> Mapping[str, float]:
 def _moves_in_cycles(device: Device) -> bool:
     try:
         return any(info.sets_cycle_frequency for info in device.drives)
-    except BaseException:  # noqa: BLE001  (whatever a driver raises, each device must be made safe)
+    except BaseException:  # noqa: BLE001  (a driver may raise anything; each device must be made safe)
         return False
 
 

@@ -208,7 +208,7 @@ def encode(owner: Owner, drives: tuple[DriveMark, ...], safe_by: str = "") -> by
 
 
 def overwrite(descriptor: int, content: bytes) -> None:
-    """Overwrite a marker and wait for the disk; it is never empty in between."""
+    """Overwrite a marker and wait for the disk; it is never empty meanwhile."""
     os.lseek(descriptor, 0, os.SEEK_SET)
     if os.write(descriptor, content) != len(content):
         raise OSError(errno.ENOSPC, "the disk is full")

@@ -50,7 +50,7 @@ class RigMarks:
         """The lock files of the rig, with descriptors that a process can inherit."""
         self.roles = frozenset(roles)
         left = read_marker(owner.station)
-        # This process has the lock now, so whoever left the marker has not.
+        # This process has the lock now, so the process that left the marker has not.
         self.left = None if left is None else replace(left, is_in_use=False)
         """The marker that an earlier process left; None if it left the rig safe."""
         self.unconfirmed = self._left_roles()

@@ -223,7 +223,7 @@ def _of_analyses(planned: Planned) -> Iterator[Member]:
 
 
 def _way(name: str) -> str:
-    """Say how to start all the same."""
+    """Say how to start nevertheless."""
     return f"or start with --override {name} --by NAME --reason TEXT"
 
 

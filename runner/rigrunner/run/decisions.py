@@ -256,7 +256,7 @@ def _read(path: Path, digest: str) -> DecisionFile:
         file = DecisionFile(path, document, acceptance, hashlib.sha256(content).hexdigest())
         recordings, kind = document["run"]["digest_sha256"], document["format"]
         words = vars(file.summary).values()
-        # Raises ValueError for a verdict that there is not.
+        # Raises ValueError for an unknown verdict.
         Verdict(file.summary.verdict)
     except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise _unreadable(path) from error

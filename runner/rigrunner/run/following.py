@@ -127,7 +127,7 @@ class Following:
         """Take an event of the run."""
         match event:
             case StepStarted():
-                # A recording whose samples are not kept has no name, but curves all the same.
+                # A recording whose samples are not kept has no name, but has curves.
                 is_recorded = event.recording or event.action == "record"
                 self._started, self._recording = event if is_recorded else None, None
             case StepEnded(action="zero", ok=True):

@@ -32,7 +32,7 @@ def read_interrupted(folder: Path) -> StoredRun:
 
 
 def has_ended(stored: StoredRun) -> bool:
-    """Return whether a run has ended, in whatever way, without its file."""
+    """Return whether a run has ended in any way without its file."""
     return end_of(stored.events) is not None
 
 

@@ -49,7 +49,7 @@ def with_lab_plugins(registry: Registry, station: LoadedStation, folder: Path) -
     """Return the registry with the plugins of a lab, if its station names a folder.
 
     Raises InvalidFileError if the folder does not exist or is outside the folder of the station:
-    whoever passes on a station must not choose the code that runs.
+    a station from someone else must not choose the code that runs.
     """
     named = station.model.plugins
     if named is None:

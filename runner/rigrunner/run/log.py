@@ -47,7 +47,7 @@ class RunLog:
 
     def __call__(self, event: Event) -> None:
         """Write the event as a line; samples, rows and successful steps are left out."""
-        if type(event) is Scanned:  # of which there may be many thousands in a second
+        if type(event) is Scanned:  # there may be thousands in a second
             return
         if text := event_text(event):
             shown = printable(text).replace("\n", _CONTINUATION)

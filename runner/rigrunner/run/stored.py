@@ -120,7 +120,7 @@ def analyse_stored(
 def verdict_code(result: Result | None) -> ExitCode:
     """Return the exit code of an analysed run: its verdict, if there is one.
 
-    A run that was interrupted neither passes nor fails, whatever its recordings show.
+    An interrupted run neither passes nor fails, even if its recordings are complete.
     """
     if result is None:
         return ExitCode.PASS

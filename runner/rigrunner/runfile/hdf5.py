@@ -206,7 +206,7 @@ def _member(group: h5py.Group, name: str) -> h5py.Group | h5py.Dataset:
 
 
 def _address(group: h5py.Group) -> int:
-    # Its place in the file, which is the same by whatever name it is reached.
+    # Its place in the file, which is the same by any of its names.
     return int(h5py.h5o.get_info(group.id).addr)
 
 

@@ -105,7 +105,7 @@ class SampleJournal:
         """Return all but the samples, from the events of its step."""
         mine = [one for one in events if getattr(one, "recording", "") == self.name]
         started = [one for one in mine if isinstance(one, StepStarted)]
-        # With a damaged end it is incomplete, whatever its events say.
+        # With a damaged end it is incomplete, even if its events say otherwise.
         ended = [one for one in mine if isinstance(one, StepEnded) and not self.is_damaged]
         unknown = StepStarted(
             seq=0,

@@ -39,7 +39,7 @@ def excess_kurtosis(parts: Iterable[tuple[float, str]], u: float) -> float:
 
 def factor(estimate: Estimate, p: float = P) -> float:
     """Return the coverage factor k of the two-sided interval value +/- k u."""
-    # Student's t widens whatever shape the sum has; of a normal one the product is t itself.
+    # Student's t widens any shape of the sum; for a normal one the product is t itself.
     return _tails(estimate.dof, p) * _body(estimate.kurtosis, p)
 
 

@@ -1,4 +1,4 @@
-"""Where a signal crosses from one side to the other, whatever noise does between the two.
+"""Where a signal crosses from one side to the other, in spite of noise between the two.
 
 Hysteresis: at `low` and below a sample is low, at `high` and above it is high, and between it says
 nothing. A rise is a low sample and the next high one, with no low one between the two.

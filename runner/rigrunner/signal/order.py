@@ -2,7 +2,7 @@
 
 The first block tells about where a wanted rank is, and one pass then keeps what lies there. Where
 the rest is not like the first block, the first bits of a float64 tell where it stands among others:
-counting by them narrows each rank to a few values, or to some that are all the same.
+counting by them narrows each rank to a few values, or to equal ones.
 """
 
 from __future__ import annotations

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 PLACES_WITHOUT_UNCERTAINTY = 4
 UNKNOWN = "-"
-"""In place of an estimate that there is not."""
+"""In place of a missing estimate."""
 
 
 def places(uncertainty: float, digits: int = 2) -> int:

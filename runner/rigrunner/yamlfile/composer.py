@@ -182,7 +182,7 @@ class _Composer:
     def _scalar(self, event: yaml.Event, path: Path) -> Any:
         if not isinstance(event, yaml.ScalarEvent):
             return None  # an alias, which was reported
-        if not event.implicit[0]:  # in quotes: a text, whatever it looks like
+        if not event.implicit[0]:  # in quotes: always a text
             self._refuse_escaped(event, path, _TURNING.search(event.value))
             return event.value
         try:

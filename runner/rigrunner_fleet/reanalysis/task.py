@@ -71,7 +71,7 @@ class Reanalysis:
     station: str | None = None
     """A station whose folder has plugins of its own."""
     software: Mapping[str, str] = field(default_factory=dict)
-    """That of whoever asks; others would find other numbers. Empty for any."""
+    """The version of the caller; another would find other numbers. Empty for any."""
 
     def __call__(self, path: Path) -> Reanalysed:
         """Return what a run gives; raise DataError where it cannot be read or analysed."""

@@ -34,7 +34,7 @@ def capability(
     """Return the indices of values, shape (n,), against one limit or two, in the same unit.
 
     The standard deviation is that of all values. Raises DataError without a limit, for limits
-    that are not in order, for fewer than ten values, and for values that are all the same.
+    that are not in order, for fewer than ten values, and for values that are all equal.
     """
     x = np.asarray(values, dtype=np.float64)
     _check(x.size, lower, upper)

@@ -30,7 +30,7 @@ def gauge_rr(readings: npt.ArrayLike) -> GaugeAnalysis:
     """Analyse readings of shape (parts, operators, trials), at least 2 of each.
 
     Negative estimates of a variance are taken as zero (AIAG, appendix A). Raises DataError for
-    another shape, a reading that is not finite, or readings that are all the same.
+    another shape, a reading that is not finite, or readings that are all equal.
     """
     values = _checked(readings)
     parts, operators, trials = values.shape

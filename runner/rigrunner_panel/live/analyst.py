@@ -201,7 +201,7 @@ def main() -> None:
     except BaseException:  # noqa: BLE001  (shown, as at the end of any program)
         traceback.print_exc()
         status = 1
-    # A thread that analyses may be in HDF5: the interpreter's end would wait for its lock for ever.
+    # A thread that analyses may be in HDF5: the interpreter's end would wait for its lock.
     os._exit(status)
 
 

@@ -51,7 +51,7 @@ class Trend:
         return first, self._low[places], self._high[places]
 
     def _go_to(self, column: int) -> None:
-        """Advance to a column; columns in between are empty."""
+        """Advance to a column; skipped columns are empty."""
         if column <= self._last:
             return
         fresh = np.arange(max(self._last + 1, column - COLUMNS + 1), column + 1) % COLUMNS

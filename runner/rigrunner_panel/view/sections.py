@@ -93,7 +93,7 @@ class Preflight(Section):
 
     @classmethod
     def of(cls, job: JobView, items: tuple[PreflightItem, ...], *, done: bool = False) -> Self:
-        """Return what a preflight has found as yet."""
+        """Return what a preflight has found so far."""
         return cls(
             procedure=job.procedure,
             station=job.station,

@@ -1,8 +1,8 @@
 """Limits of connections: everyone who watches, and who stops a rig, must get one.
 
-Before its request is complete, the sender is not known: a program that begins requests and does not end
-them would else hold a connection for ever, each of which takes one of the few files that a process
-may have open.
+Before a request is complete, its sender is not known. A program that begins requests and does not
+end them would otherwise hold connections without limit, and each takes one of the few files that a
+process may have open.
 """
 
 from __future__ import annotations

@@ -108,7 +108,7 @@ class Panel:
         self.archiving = threading.Lock()
         self.pictures: dict[str, Path] = {}
         self.wake: Callable[[], None] = lambda: None
-        """What `changed` calls: whoever tells the screens."""
+        """The functions that `changed` calls: they update the screens."""
         self._rigs: dict[str, Rig] = {}
         self._opening = threading.Lock()
         self._secret = secrets.token_bytes(32)

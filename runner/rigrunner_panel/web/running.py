@@ -203,7 +203,7 @@ def abort(rig: Rig, asked: Asked) -> Done:
 
 
 def stop(panel: Panel, asked: Asked) -> Stopped:
-    """Let the rig be made safe at once, whoever asks; all rigs where none is named."""
+    """Make the rig safe at once, for any client; all rigs if none is named."""
     body: Why = asked.body
     named = asked.query.get("rig", "")
     rigs = [each for each in panel.opened() if named in ("", each.name)]

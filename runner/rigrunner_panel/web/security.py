@@ -100,7 +100,7 @@ class Guard:
     def _is_same(self, origin: str, host: str) -> bool:
         """Say whether a page of that origin is the panel's own, as the Host has it.
 
-        By the public name it came through TLS: a page without is somebody's in between.
+        By the public name it came through TLS: a page without it is from a machine on the way.
         """
         parted = _parted(origin)
         if self._is_public(host):

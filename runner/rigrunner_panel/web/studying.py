@@ -67,7 +67,7 @@ def update(panel: Panel, _: Asked) -> ArchiveUpdated:
 
 
 def quantities(panel: Panel, _: Asked) -> Quantities:
-    """Return what there is to chart."""
+    """Return the results that can be charted."""
     from rigrunner_panel import trends  # noqa: PLC0415  (see above)
 
     return Quantities(items=trends.quantities(panel.settings.runs))

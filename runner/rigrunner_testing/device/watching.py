@@ -40,7 +40,7 @@ class Census:
     handles: Counter[str]
 
     def more_than(self, before: Census) -> str:
-        """Return what there is now in addition, as text."""
+        """Return what is there now in addition, as text."""
         found = [f"thread '{name}'" for name in (self.threads - before.threads).elements()]
         found += list((self.handles - before.handles).elements())
         return ", ".join(found)

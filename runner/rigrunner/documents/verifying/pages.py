@@ -225,7 +225,7 @@ def _different_numbers(shown: bytes, made: bytes) -> Iterator[str]:
         from rigrunner.proof.pdf import text_of  # noqa: PLC0415  (an extra)
 
         ours, theirs = (set(_DECIMAL.findall(_plain(text_of(each)))) for each in (shown, made))
-    except MissingPackageError:  # the page stays unproven all the same
+    except MissingPackageError:  # the page stays unproven nevertheless
         return
     except DataError as error:
         yield error.message
@@ -248,7 +248,7 @@ def _missing(form: Form, certificate: Certificate) -> Iterator[str]:
             from rigrunner.proof.pdf import text_of  # noqa: PLC0415  (an extra)
 
             text = _plain(text_of(form.page))
-    except MissingPackageError:  # the page stays unproven all the same
+    except MissingPackageError:  # the page stays unproven nevertheless
         return
     except DataError as error:
         yield error.message

@@ -94,7 +94,7 @@ def _make_safe(task: dict[str, Any], marker: Marker, reason: str) -> None:
         told = f"{names}: its plugin says that no second process can open it"
         left = "; ".join(each for each in (left, told) if each)
     if not left:
-        # First of all: the next start asks the marker, whatever becomes of the notes.
+        # First: the next start reads the marker, even if the notes cannot be written.
         record_made_safe(task["station"], "The guardian made it safe")
     lines = [f"{reason}; last set-points: {marker.set_points}", *_lines(reports, left)]
     for line in lines[1:]:

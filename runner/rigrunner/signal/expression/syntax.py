@@ -130,7 +130,7 @@ def parse(text: str, names: Collection[str]) -> Expression:
 
 
 def parse_any(text: str) -> Expression:
-    """Return the formula of a text, whatever it calls its quantities; raise ExpressionError."""
+    """Return the formula of a text with any names of quantities; raise ExpressionError."""
     words = {each["name"] for each in _WORD.finditer(text) if each["name"]}
     return parse(text, words - set(_KNOWN_FUNCTIONS) - set(CONSTANTS))
 

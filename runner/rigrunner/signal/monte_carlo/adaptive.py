@@ -1,7 +1,7 @@
 """The adaptive Monte Carlo procedure (JCGM 101:2008, 7.9.4): blocks until the results stay.
 
 Every block has a random stream of its own, which follows from seed and block number alone. So the
-same seed gives the same values whatever is drawn besides, and each further block only adds.
+same seed gives the same values in any number of blocks, and each further block only adds.
 """
 
 from __future__ import annotations
