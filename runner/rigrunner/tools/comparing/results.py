@@ -15,7 +15,7 @@ from rigrunner.run.set_points import (
     named_place,
     other_results,
 )
-from rigrunner.signal.rounding import places, places_apart
+from rigrunner.signal.rounding import places, places_apart, places_of_margin
 from rigrunner.signal.uncertainty import coverage_factor
 from rigrunner.tools.comparing.tree import Change, changes
 
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     Json = Mapping[str, Any]
 
 SECTION = "results"
-TORQUE = "N·m"
 ROUNDING = 1e-9
 """An E_n that is above 1 by this much is 1: 0.75 - 0.7 is 0.050000000000000044."""
 
@@ -130,9 +129,7 @@ def _apart(what: str, before: Json | None, after: Json | None) -> Iterator[Chang
     expanded = [each["expanded_uncertainty_95"] for each in (before, after)]
     widths = [each for each in expanded if each]
     # as many decimals as the smaller uncertainty bears
-    digits = max(0, places(min(widths))) if widths else 6
-    if unit == TORQUE:
-        digits = max(4, digits - 1)
+    digits = places_of_margin(max(0, places(min(widths))) if widths else 6, unit)
     known = all(each is not None for each in expanded)
     combined = hypot(*expanded) if known else 0.0
     ratio = abs(difference) / combined if combined else inf
