@@ -24,7 +24,6 @@ NAMES_BEARINGS = {
     "api/certificate/method.py": "fields of certificates of 0.1.0",
     "api/certificate/results.py": "fields of certificates of 0.1.0",
     "certificate/content.py": "fills the fields of certificates of 0.1.0",
-    "registry/culprit.py": "the packages of this project are no plugins of others",
     "yamlfile/upgrade.py": "procedures of 0.1.0 have one analysis without a name",
 }
 """Modules of the core that name what is of bearings, each with its reason."""
