@@ -40,6 +40,8 @@ STORED = "stored"
 LEAST_POINTS = 2
 """Least number of points of a correction table."""
 TORQUE = "torque"
+DEFAULT_QUANTITY = TORQUE
+"""The quantity of an entry without `measures`, as in stations of 0.1.0."""
 ZEROED = (TORQUE, "force")
 """Quantities that are calibrated relative to a zero reading (DIN 51309, ISO 376)."""
 
@@ -75,7 +77,7 @@ class Instrument(Settings):
     # Before all that has its unit: a validator sees only the fields above its own.
     quantity: Annotated[
         str, AfterValidator(_kind), Field(alias="measures", json_schema_extra=_name_quantities)
-    ] = TORQUE
+    ] = DEFAULT_QUANTITY
     """The quantity, such as force, angle or temperature."""
     id: PlainText = ""
     """Inventory number of the laboratory."""
