@@ -35,6 +35,7 @@ MOVED = {
     "rigrunner.api.hooks.Influence": f"{_API}:Influence",
     "rigrunner.api.data.RunData.rig": f"{_API}.rig:rig_of",
     "rigrunner.api.gauge": f"{_API}.rig",
+    "rigrunner.api.instruments.torque_instruments": f"{_API}.rig:torque_instruments",
     "rigrunner.api.measurand": f"{_API}.measurand",
     "rigrunner.api.results.Result.compensations": f"{_API}.torque:compensations_of",
     "rigrunner.api.rig": f"{_API}.rig",

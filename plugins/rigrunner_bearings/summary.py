@@ -1,7 +1,8 @@
-"""What `run` and `show` say of torque in a terminal: its keys of a result document."""
+"""What the core says of torque in a terminal, and compares: its keys of a result document."""
 
 from __future__ import annotations
 
+from math import sqrt
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.summaries import SummaryParts, table
@@ -80,4 +81,36 @@ def _fits(document: Document) -> Iterator[str]:
             yield f"  {name} = {value} {found['unit']}"
 
 
-SUMMARY = SummaryParts(facts=_facts, blocks=_blocks, checks=_checks)
+def _results(document: Document) -> Iterator[Document]:
+    """Yield the torque at each set-point: by the primary method, or else the mean raw peak."""
+    headline, methods = document.get("headline") or {}, document.get("compensations") or {}
+    primary = methods.get(headline.get("method")) or {}
+    found = [(each, each["torque"]) for each in primary.get("points") or ()]
+    found = found or [(each, _raw_peak(each)) for each in document.get("points") or ()]
+    for point, torque in found:
+        hz = point["set_frequency"]["value"]
+        at = {} if hz is None else {"frequency": {"value": hz, "unit": "Hz"}}
+        yield {"name": "torque", "coordinates": at, "estimate": torque}
+
+
+def _raw_peak(point: Document) -> Document:
+    """Return a mean peak with the expanded uncertainty of its scatter (GUM 4.2.3, G.3.4).
+
+    What the sensor adds is not in it.
+    """
+    from rigrunner.signal.uncertainty import coverage_factor  # noqa: PLC0415  (scipy)
+
+    peak = point["raw_peak"]
+    kept, deviation = peak["cycles_kept"], peak["standard_deviation"]["value"]
+    known = kept > 1 and deviation is not None
+    expanded = coverage_factor(kept - 1) * deviation / sqrt(kept) if known else None
+    return {**peak["mean"], "expanded_uncertainty_95": expanded, "note": " from scatter alone"}
+
+
+SUMMARY = SummaryParts(
+    facts=_facts,
+    blocks=_blocks,
+    checks=_checks,
+    reads=("points", "no_load_points", "compensations", "fits", "validation"),
+    results=_results,
+)

@@ -18,8 +18,8 @@ from other_physics.chain import RATE_HZ, measured
 from other_physics.model import integrate, natural_hz, starting_torque_nm
 from other_physics.rigs import LOAD_N, known_bearing, run_after
 from rigrunner.api.data import Recording, RunData
-from rigrunner.api.instruments import torque_instruments
 from rigrunner.clock import utc_text
+from rigrunner_bearings.api.rig import torque_instruments
 from rigrunner_bearings.study.recording import RecordedBench
 from rigrunner_bearings.study.tools import tools
 

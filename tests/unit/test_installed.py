@@ -7,6 +7,7 @@ import sys
 
 import pytest
 
+from rigrunner.registry import culprit
 from rigrunner.registry.installed import Installed, installed
 
 
@@ -28,13 +29,23 @@ def add(site, name, version, entry_points):
     importlib.invalidate_caches()
 
 
-OURS = Installed("ours", "ours.hooks", "1.0")
+OURS = Installed("ours", "ours.hooks", "1.0", "ours")
 
 
 def test_a_provider_that_is_added_is_found_by_name_with_its_version(lab):
     assert installed() == (OURS,)
     add(lab, "beside", "0.2", "[rigrunner]\nbeside = beside:hooks\n")
-    assert installed() == (Installed("beside", "beside:hooks", "0.2"), OURS)
+    assert installed() == (Installed("beside", "beside:hooks", "0.2", "beside"), OURS)
+
+
+@pytest.mark.parametrize(("distribution", "said"), [("beside", "beside 0.2, "), ("rigrunner", "")])
+def test_an_error_is_of_a_plugin_that_another_distribution_brings(lab, distribution, said):
+    add(lab, distribution, "0.2", "[rigrunner]\nbeside = beside.hooks\n")
+    (lab / "beside.py").write_text("def broken():\n    raise ValueError('worn')\n")
+    sys.modules.pop("beside", None)
+    with pytest.raises(ValueError, match="worn") as raised:
+        importlib.import_module("beside").broken()
+    assert culprit(raised.value) == (f"{said}{lab / 'beside.py'}:2" if said else "")
 
 
 def test_what_ships_is_installed_here():

@@ -21,10 +21,13 @@ from rigrunner.api import (
     Settings,
     Torque,
 )
+from rigrunner.api.instruments import TORQUE
 from rigrunner.api.settings import MomentOfInertia, RotationalDamping, own_keys
 
 if TYPE_CHECKING:
-    from rigrunner.api import RunData
+    from collections.abc import Iterable
+
+    from rigrunner.api import Instrument, RunData
     from rigrunner.api.planned import PlannedRun
 
 _STAND_IN = {
@@ -218,3 +221,8 @@ def planned_rig(planned: PlannedRun) -> RigDescription:
         return own_keys(RigDescription, planned.rig_keys)
     except ValidationError:
         return RigDescription.model_validate(_STAND_IN)
+
+
+def torque_instruments(register: Iterable[Instrument]) -> dict[str, Instrument]:
+    """Return the torque transducers of a register, by channel."""
+    return {each.channel: each for each in register if each.quantity == TORQUE}

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigrunner.api import DeviceContext, Recording, RunData
-from rigrunner.api.instruments import torque_instruments
 from rigrunner.clock import SimulatedClock, utc_text
 from rigrunner.run.locate import find_station
 from rigrunner.station import load_station
+from rigrunner_bearings.api.rig import torque_instruments
 from rigrunner_bearings.study.bench import LOAD_N, Value
 from rigrunner_bearings.study.coverage import limits
 from rigrunner_bearings.study.coverage_rigs import draw

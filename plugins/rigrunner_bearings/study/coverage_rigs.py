@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from rigrunner.api.instruments import torque_instruments
+from rigrunner_bearings.api.rig import torque_instruments
 from rigrunner_bearings.study.bench import (
     LOAD_N,
     NATURAL,

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rigrunner.api import DeviceContext, Recording, RunData
-from rigrunner.api.instruments import torque_instruments
 from rigrunner.bus import Bus, Emitter
 from rigrunner.clock import SimulatedClock, utc_text
 from rigrunner.engine import UnattendedAnswers
@@ -21,6 +20,7 @@ from rigrunner.engine.interlocks import Guard
 from rigrunner.engine.session import Session
 from rigrunner.engine.streams import checked_stream
 from rigrunner.rig import Rig
+from rigrunner_bearings.api.rig import torque_instruments
 from rigrunner_bearings.study.bench import LOAD_N, nested
 from rigrunner_bearings.torque.settings import NO_LOAD, NO_LOAD_AFTER
 

@@ -13,12 +13,11 @@ from rigrunner.api.certificate import (
     Results,
     ValidityCondition,
 )
-from rigrunner.api.instruments import torque_instruments
 from rigrunner.signal.numerals import finite, stated
 from rigrunner.signal.rounding import printed
 from rigrunner_bearings.api.measurand import Validity
 from rigrunner_bearings.api.points import StartPoint, SwingPoint
-from rigrunner_bearings.api.rig import rig_of
+from rigrunner_bearings.api.rig import rig_of, torque_instruments
 from rigrunner_bearings.signal.peaks import mean_peak
 from rigrunner_bearings.torque.channels import role_of
 

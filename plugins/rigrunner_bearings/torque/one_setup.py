@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.analysis import Bias
 from rigrunner.api.checks import Limit, skipped
-from rigrunner.api.instruments import torque_instruments
-from rigrunner_bearings.api.rig import rig_of
+from rigrunner_bearings.api.rig import rig_of, torque_instruments
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence

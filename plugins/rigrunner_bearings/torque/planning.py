@@ -14,12 +14,11 @@ from rigrunner.api.coordinates import (
     mixed_labels,
 )
 from rigrunner.api.errors import did_you_mean
-from rigrunner.api.instruments import torque_instruments
 from rigrunner.api.places import matches as is_place
 from rigrunner.api.planned import ExpectedReading, PlanProblem, StationPart
 from rigrunner_bearings.api.measurand import LimitMeasurand
 from rigrunner_bearings.api.points import MotionSource
-from rigrunner_bearings.api.rig import planned_rig, rig_of
+from rigrunner_bearings.api.rig import planned_rig, rig_of, torque_instruments
 from rigrunner_bearings.torque.channels import INDEX, motion_channel
 from rigrunner_bearings.torque.contradictions import contradictions
 from rigrunner_bearings.torque.definition import kind_of

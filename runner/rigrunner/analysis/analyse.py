@@ -15,10 +15,10 @@ from rigrunner.api.analysis_context import AnalysisContext
 from rigrunner.api.checks import forbidden
 from rigrunner.api.findings import Findings
 from rigrunner.api.hooks import AnalysisRecord
-from rigrunner.api.instruments import TORQUE
 from rigrunner.api.progress import unseen
 from rigrunner.api.results import Result
 from rigrunner.api.units import si_symbol, unit
+from rigrunner.signal.rounding import LEAST_PLACES
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -92,8 +92,8 @@ def analyse(
 def _unit_of(measurand: Measurand | None, analyses: Sequence[AnalysisRef], lookup: Scrutiny) -> str:
     """Return the unit of the measurand, '' if it is not known.
 
-    The SI unit of what the analysis gives it for; else as the procedure states it, and N·m of any
-    torque, as documents of result/1 have it.
+    The SI unit of what the analysis gives it for; else as the procedure states it, and that of
+    LEAST_PLACES for all of its kind, as documents of result/1 have it.
     """
     for each in analyses:
         record = lookup.record(each.kind, each.name)
@@ -101,8 +101,8 @@ def _unit_of(measurand: Measurand | None, analyses: Sequence[AnalysisRef], looku
             return si_symbol(record.measurand)
     if measurand is None or measurand.unit is None:
         return ""
-    is_torque = unit(measurand.unit).dimension == TORQUE
-    return si_symbol(TORQUE) if is_torque else measurand.unit
+    si = si_symbol(unit(measurand.unit).dimension)
+    return si if si in LEAST_PLACES else measurand.unit
 
 
 def _joined(found: Sequence[Findings]) -> Findings:

@@ -8,7 +8,7 @@ freedom are the text "infinite".
 from __future__ import annotations
 
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from rigrunner.analysis.verdict.document import decision, limits, verdict
 from rigrunner.api.partner_keys import KEYS, ONLY
@@ -23,8 +23,6 @@ from rigrunner.signal.as_json.values import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
     from rigrunner.api.data import RunData
     from rigrunner.api.findings import MeasurementResult, ResultDefinition
     from rigrunner.api.results import Result
@@ -48,13 +46,6 @@ ALWAYS_SETTINGS: Json = {
     "primary": None,
 }
 """What its key `analysis` has where no analysis records its settings itself."""
-
-
-def primary_points(document: Mapping[str, Any]) -> Sequence[Mapping[str, Any]]:
-    """Return the set-points of the method that counts, of a document; empty where there is none."""
-    headline, methods = document.get("headline") or {}, document.get("compensations") or {}
-    method: Mapping[str, Any] = methods.get(headline.get("method")) or {}
-    return method.get("points") or ()
 
 
 def document(result: Result) -> Json:

@@ -177,7 +177,7 @@ class RunData:
     outcome: str
     inputs: Mapping[str, str]
     instruments: Mapping[str, Instrument]
-    """The register of instruments of the station by channel, torque transducers first."""
+    """The register of instruments of the station by channel, those of DEFAULT_QUANTITY first."""
     zeros: Mapping[str, float]
     """The zero reading of each zeroed channel; stored recordings are uncorrected."""
     recordings: tuple[Recording, ...]

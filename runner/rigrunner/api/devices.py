@@ -376,5 +376,5 @@ class KnowsTruth(Protocol):
     """A simulator with true values, which are stored apart and never passed to the analysis."""
 
     def truth(self) -> Mapping[str, float]:
-        """Return the true values of the last stream, such as 'starting_torque_nm'."""
+        """Return the true values of the last stream, such as 'temperature_k'."""
         ...

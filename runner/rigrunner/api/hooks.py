@@ -244,7 +244,7 @@ class AnalysisRecord(PluginRecord):
     live: Callable[..., LiveAnalysis] | None = None
     """Makes, from the settings, the live view of a measurement; None for no live view."""
     measurand: str = ""
-    """The dimension of its result, such as 'torque', if that is the `measurand` of the procedure,
+    """The dimension of its result, such as 'voltage', if that is the `measurand` of the procedure,
     which gives it symbol, name and unit. A procedure has one such analysis at most. '' for an
     analysis whose settings name its results."""
     limit_measurand: type[Settings] | str | None = None

@@ -25,9 +25,10 @@ from rigrunner.api.member import Member
 from rigrunner.api.quantity import Quantity
 from rigrunner.api.settings import AnyQuantity, IsoDate, ListOf, PlainText, Settings
 from rigrunner.api.units import QuantityError, kinds, si_symbol, with_article
+from rigrunner.moved import moved
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterator
 
     from numpy import float64
     from numpy.typing import NDArray
@@ -39,6 +40,8 @@ STORED = "stored"
 LEAST_POINTS = 2
 """Least number of points of a correction table."""
 TORQUE = "torque"
+DEFAULT_QUANTITY = TORQUE
+"""The quantity of an entry without `measures`, as in stations of 0.1.0."""
 ZEROED = (TORQUE, "force")
 """Quantities that are calibrated relative to a zero reading (DIN 51309, ISO 376)."""
 
@@ -74,7 +77,7 @@ class Instrument(Settings):
     # Before all that has its unit: a validator sees only the fields above its own.
     quantity: Annotated[
         str, AfterValidator(_kind), Field(alias="measures", json_schema_extra=_name_quantities)
-    ] = TORQUE
+    ] = DEFAULT_QUANTITY
     """The quantity, such as force, angle or temperature."""
     id: PlainText = ""
     """Inventory number of the laboratory."""
@@ -371,11 +374,6 @@ def is_stored(info: ValidationInfo) -> bool:
     return info.context is not None and bool(info.context.get(STORED))
 
 
-def torque_instruments(register: Iterable[Instrument]) -> dict[str, Instrument]:
-    """Return the torque transducers of a register, by channel."""
-    return {each.channel: each for each in register if each.quantity == TORQUE}
-
-
 def __getattr__(name: str) -> Any:
     """Return names of version 0.1.0, with a warning."""
     if name in {"TorqueInstrument", "OtherInstrument"}:
@@ -385,4 +383,4 @@ def __getattr__(name: str) -> Any:
         )
         warnings.warn(message, DeprecationWarning, stacklevel=2)
         return Instrument
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return moved(__name__, name)

@@ -81,7 +81,7 @@ class Quantity:
 
     @property
     def dimension(self) -> str:
-        """The kind of quantity, such as 'torque'."""
+        """The kind of quantity, such as 'force'."""
         return self.unit.dimension
 
     def __str__(self) -> str:

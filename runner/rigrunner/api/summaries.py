@@ -1,4 +1,4 @@
-"""What a package adds to the summary of a result in a terminal: lines, tables, checks."""
+"""What a package reads in its own keys of a result document: for the terminal and comparisons."""
 
 from __future__ import annotations
 
@@ -6,10 +6,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping, Sequence
+    from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 
     Document = Mapping[str, Any]
 
+GROUP = "rigrunner.summaries"
+"""The group of the entry points of SummaryParts."""
 GAP = "  "
 
 
@@ -26,6 +28,12 @@ class SummaryParts:
     """Returns tables and paragraphs, which come after the verdict."""
     checks: Callable[[Document], Iterable[Document]]
     """Returns checks in keys of its own, in the form of `checks` of the document."""
+    reads: Collection[str] = ()
+    """The keys of its own. Those of result/1 that no installed package reads are reported."""
+    results: Callable[[Document], Iterable[Document]] = lambda _: ()
+    """Returns results in keys of its own: name, coordinates and estimate, as in `results` of the
+    document. A `note` in the estimate says what its U covers, such as ' from scatter alone'; a
+    value with a note is compared with that of another run, but is no result."""
 
 
 def table(header: Sequence[str], rows: Sequence[Sequence[str]], right: str = "") -> str:

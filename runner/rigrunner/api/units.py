@@ -212,7 +212,7 @@ def is_coherent(known: Unit) -> bool:
 
 
 def with_article(dimension: str) -> str:
-    """Return a kind with its article: 'a torque', 'an angle', 'a quantity in V/K'."""
+    """Return a kind with its article: 'a force', 'an angle', 'a quantity in V/K'."""
     if dimension not in kinds():
         return f"a quantity in {dimension}"
     return f"{'an' if dimension[0] in 'aeiou' else 'a'} {dimension}"

@@ -223,7 +223,7 @@ class LimitDecision:
     probability: float = nan
     """Probability that the true value is within the limits (JCGM 106, 7); nan if unknown."""
     uncompensated: Verdict | None = None
-    """The verdict of the same rule on the raw torque; None for other quantities."""
+    """The verdict of the same rule on the uncorrected value; None where there is none."""
     marginal: bool = False
     """Whether a change of the result within the marginal band would change the verdict."""
     measurand: LimitedMeasurand | None = None
@@ -271,8 +271,8 @@ class Decision:
         """The deciding limit: the worst one, as it applies to the run.
 
         Among equal verdicts it is the one with the least probability of conformity. Its reason
-        names the result if there are several means. The verdict on the raw torque is the worst of
-        all limits.
+        names the result if there are several means. The verdict on the uncorrected value is the
+        worst of all limits.
         """
         worst_part = min(self.parts, key=lambda part: part.badness)
         raw = worst(part.uncompensated for part in self.parts)
@@ -290,7 +290,7 @@ class Decision:
         return self.deciding.reason
 
     def words(self, part: LimitDecision) -> str:
-        """Return what a limit applies to: a torque by its name if other results have limits too."""
+        """Return what a limit applies to, with the name of a corrected result among others."""
         if part.uncompensated is not None and len({each.named for each in self.parts}) > 1:
             return f"{part.named}, {part.of}"
         return part.of

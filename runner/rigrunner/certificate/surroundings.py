@@ -5,10 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rigrunner.api.certificate import Condition, InstrumentEntry
-from rigrunner.api.instruments import TORQUE
 from rigrunner.api.member import Member, channel_of
 from rigrunner.api.units import si_symbol
-from rigrunner.signal.rounding import printed
+from rigrunner.signal.rounding import LEAST_PLACES, printed
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -118,10 +117,11 @@ def _range(each: Instrument) -> str:
 def _limit(each: Instrument, name: str, stated: ErrorLimit) -> tuple[str, str]:
     """Return one limit under its printed name, as written.
 
-    The first limits of torque are in N·m and %, as in version 0.1.0, whose certificates are
-    compared with this output.
+    In a unit of LEAST_PLACES the first limits are in that unit and %, as in version 0.1.0, whose
+    certificates are compared with this output.
     """
-    if each.quantity == TORQUE and name in _IN_SI:
+    si = si_symbol(each.quantity)
+    if si in LEAST_PLACES and name in _IN_SI:
         share, absolute = stated.in_parts(1.0)
         if name == "gain":
             return name, f"±{100 * share:.6g} %"
@@ -129,7 +129,7 @@ def _limit(each: Instrument, name: str, stated: ErrorLimit) -> tuple[str, str]:
             key = "of_full_scale" if name == "overall" else name
             return key, f"±{100 * absolute:.6g} %"
         if not share and name != "overall":
-            return name, f"±{absolute:.6g} N·m"
+            return name, f"±{absolute:.6g} {si}"
     if name == "overall":
         return "accuracy", stated.limit
     return f"limit_{name}", f"±{stated.described}"

@@ -6,12 +6,12 @@ from collections import Counter
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.events import Outcome
-from rigrunner.api.summaries import SummaryParts, pairs, table
+from rigrunner.api.summaries import GROUP, SummaryParts, pairs, table
 from rigrunner.api.units import with_symbol
 from rigrunner.api.verdict import probability_text, risk_text
 from rigrunner.cli.brought import entries
 from rigrunner.cli.output import message
-from rigrunner.run.set_points import other_results
+from rigrunner.run.set_points import other_results, unread
 from rigrunner.signal.rounding import estimate_text
 
 if TYPE_CHECKING:
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 
     Document = Mapping[str, Any]
 
-GROUP = "rigrunner.summaries"
 MOST_SHOWN = 20
 """The number of values out of limits that are listed; 'show' has the whole tables."""
 
@@ -33,6 +32,7 @@ def summary(document: Document) -> str:
         *(block for each in others for block in each.blocks(document)),
         _results(document),
         _failed_checks(document, (check for each in others for check in each.checks(document))),
+        *(f"not shown: {key}, as no installed package reads it" for key in unread(document)),
     ]
     return "\n\n".join(part for part in parts if part)
 
@@ -123,7 +123,7 @@ def _stated(decision: Document) -> Iterator[tuple[str, str]]:
         yield "limits", f"{len(parts)}: {each}"
         mixed = len({part.get("named") for part in parts}) > 1
         for part in parts:
-            # a torque by its name, if others have limits too
+            # the result of the headline by its name, if others have limits too
             named = mixed and part.get("measurand")
             of = f"{part['named']}, {part['of']}" if named else str(part["of"])
             shown = with_symbol(estimate_text(part["result"]), part["upper_limit"]["unit"])

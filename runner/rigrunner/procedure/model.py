@@ -22,9 +22,9 @@ class Measurand(Settings):
     """What is measured: its symbol, its name in words, its unit."""
 
     symbol: Text
-    """Such as Td."""
+    """Such as R."""
     name: Text
-    """In words, such as 'starting torque'."""
+    """In words, such as 'contact resistance'."""
     unit: UnitSymbol | None = None
     """Unit, of the dimension that the analysis yields; any unit without such an analysis."""
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from traceback import walk_stack, walk_tb
 from typing import TYPE_CHECKING
 
+from rigrunner.api.hooks import PROJECT
 from rigrunner.registry.installed import installed
 
 if TYPE_CHECKING:
@@ -13,14 +14,6 @@ if TYPE_CHECKING:
 
 DROP_IN = "rigrunner_drop_in_"
 """Prefix of the module name of a file in the folder of a lab."""
-_OURS = {
-    "rigrunner",
-    "rigrunner_bearings",
-    "rigrunner_fleet",
-    "rigrunner_panel",
-    "rigrunner_plugins",
-    "rigrunner_reports",
-}
 
 
 def culprit(error: BaseException) -> str:
@@ -41,13 +34,17 @@ def whereabouts(frame: FrameType) -> str:
 
 def _innermost(frames: Iterable[tuple[FrameType, int]]) -> str:
     """Return the last of these frames that is of a plugin; they begin with the outermost."""
-    known = {each.place.partition(":")[0].partition(".")[0]: each for each in installed()}
+    known = {
+        each.place.partition(":")[0].partition(".")[0]: each
+        for each in installed()
+        if each.distribution != PROJECT
+    }
     found = ""
     for frame, line in frames:
         package = str(frame.f_globals.get("__name__", "")).partition(".")[0]
         place = f"{frame.f_code.co_filename}:{line}"
         if package.startswith(DROP_IN):
             found = place
-        elif package in known and package not in _OURS:
+        elif package in known:
             found = f"{known[package].name} {known[package].version}, {place}"
     return found

@@ -15,13 +15,16 @@ class Installed:
     name: str
     place: str
     """The module with its hooks, from the entry point."""
-    version: str
+    version: str = ""
     """Of its distribution; '' for none."""
+    distribution: str = ""
+    """The name of its distribution; '' for none."""
 
     @classmethod
     def of(cls, entry: EntryPoint) -> Installed:
         """Return the provider of an entry point."""
-        return cls(entry.name, entry.value, entry.dist.version if entry.dist else "")
+        known = (entry.dist.version, entry.dist.name) if entry.dist else ()
+        return cls(entry.name, entry.value, *known)
 
     @property
     def entry(self) -> EntryPoint:

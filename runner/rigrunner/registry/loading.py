@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
     from types import ModuleType
 
-_OWN = Installed("rigrunner", "rigrunner.steps.hooks", "")
+_OWN = Installed(PROJECT, "rigrunner.steps.hooks")
 """The parts of the language that are loaded as plugins."""
 _IN_TEXT = re.compile(r"^api_version\b[^=\n]*=\s*(\d+)\s*(?:#.*)?$", re.MULTILINE)
 """The API version in the text of a module, for one that cannot be imported."""

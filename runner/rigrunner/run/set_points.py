@@ -1,14 +1,20 @@
-"""Names of the set-points of a result document; a sweep may repeat a frequency."""
+"""Results of a result document with their places; a sweep may repeat one."""
 
 from __future__ import annotations
 
 from collections import Counter
+from contextlib import suppress
+from functools import cache
+from importlib.metadata import entry_points
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from rigrunner.api.coordinates import CoordinateValue, place_text
+from rigrunner.api.summaries import GROUP
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
+
+    from rigrunner.api.summaries import SummaryParts
 
 _T = TypeVar("_T")
 
@@ -19,11 +25,6 @@ def told_apart(named: Iterable[tuple[str, _T]]) -> Iterator[tuple[str, _T]]:
     for name, each in named:
         seen[name] += 1
         yield f"{name} ({seen[name]})".strip() if seen[name] > 1 else name, each
-
-
-def named_by_frequency(points: Iterable[tuple[float | None, _T]]) -> Iterator[tuple[str, _T]]:
-    """Yield each with the name of its set-point, such as 'at 5 Hz'; '' without a frequency."""
-    return told_apart(("" if hz is None else f"at {hz:g} Hz", each) for hz, each in points)
 
 
 def coordinates_in(result: Mapping[str, Any]) -> dict[str, CoordinateValue]:
@@ -40,25 +41,49 @@ def named_place(result: Mapping[str, Any]) -> str:
 
 
 def other_results(document: Mapping[str, Any]) -> list[Mapping[str, Any]]:
-    """Return the named results of a document, without the torque, which is in its points."""
-    torque = (document.get("headline") or {}).get("name")
-    return [each for each in document.get("results") or () if each["name"] != torque]
+    """Return the named results of a document, except the one of its headline."""
+    headline = (document.get("headline") or {}).get("name")
+    return [each for each in document.get("results") or () if each["name"] != headline]
 
 
 def results_in(document: Mapping[str, Any]) -> list[Mapping[str, Any]]:
-    """Return the named results of a document; of one of 0.1.0, the torque of its set-points."""
-    from rigrunner.analysis.document import primary_points  # noqa: PLC0415  (numpy)
-
+    """Return the named results of a document; of one of 0.1.0, also those in keys of packages."""
     found = list(document.get("results") or ())
     if (document.get("headline") or {}).get("name"):
         return found
-    torque = [
-        {
-            "name": "torque",
-            "coordinates": {"frequency": {"value": each["set_frequency"]["value"], "unit": "Hz"}},
-            "estimate": each["torque"],
-        }
-        for each in primary_points(document)
-        if each["set_frequency"]["value"] is not None
-    ]
-    return [*torque, *found]
+    others = (each for each in _of_packages(document) if "note" not in each["estimate"])
+    return [*(each for each in others if each["coordinates"]), *found]
+
+
+def estimates_of_packages(document: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, Any]]]:
+    """Yield the estimates in keys of packages, by their places, such as 'at 5 Hz'; '' for none."""
+    for name, each in told_apart((_at(each), each) for each in _of_packages(document)):
+        yield name, each["estimate"]
+
+
+def unread(document: Mapping[str, Any]) -> list[str]:
+    """Return the keys of packages that have values, and that no installed package reads."""
+    from rigrunner.analysis.document import ALWAYS  # noqa: PLC0415  (numpy)
+
+    known = {"headline", *(key for each in _readers() for key in each.reads)}
+    keys = (key for key, empty in ALWAYS.items() if document.get(key, empty) != empty)
+    return [key for key in keys if key not in known]
+
+
+def _of_packages(document: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    return [one for each in _readers() for one in each.results(document)]
+
+
+def _at(result: Mapping[str, Any]) -> str:
+    places = ", ".join(str(each) for each in coordinates_in(result).values())
+    return f"at {places}" if places else ""
+
+
+@cache
+def _readers() -> tuple[SummaryParts, ...]:
+    """Return what installed packages read; the keys of one that cannot be imported are unread."""
+    found = []
+    for entry in entry_points(group=GROUP):
+        with suppress(Exception):  # a stranger's may raise anything
+            found.append(entry.load())
+    return tuple(found)

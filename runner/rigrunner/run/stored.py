@@ -12,7 +12,7 @@ from rigrunner.analysis.scrutiny import Scrutiny
 from rigrunner.api.data import RunData
 from rigrunner.api.errors import DataError, ExitCode, PluginError
 from rigrunner.api.events import CONCLUDED, Outcome
-from rigrunner.api.instruments import TORQUE
+from rigrunner.api.instruments import DEFAULT_QUANTITY
 from rigrunner.api.progress import unseen
 from rigrunner.api.verdict import Verdict
 from rigrunner.procedure import kinds_of, parse_procedure
@@ -173,7 +173,9 @@ def run_data(stored: StoredRun) -> RunData:
         rig_keys=station.rig,
         instruments={
             each.channel: each
-            for each in sorted(station.instruments, key=lambda each: each.quantity != TORQUE)
+            for each in sorted(
+                station.instruments, key=lambda each: each.quantity != DEFAULT_QUANTITY
+            )
         },
         people=header.people or ({"operator": name} if name else {}),
         approval=header.approval,

@@ -36,6 +36,8 @@ _CHUNK = 16_384
 _FILTERS = {"compression": "gzip", "compression_opts": 1, "shuffle": True, "fletcher32": True}
 """Filters that every HDF5 has; others are faster, but readers need a plugin for them."""
 _AXIS = "time"
+_POSITIONS = ("rad", "m")
+"""Units of channels that say where the others were read."""
 
 
 @dataclass(frozen=True)
@@ -123,9 +125,9 @@ def write_recording(group: h5py.Group, facts: RecordingFacts, blocks: Iterable[B
     time = group.create_dataset(_AXIS, (facts.samples,), "<f8", **_storage(facts))
     time.attrs.update({"units": "s", "long_name": "time / s"})
     columns = {name: _new_column(group, name, facts) for name in facts.channels}
-    # What a viewer plots first: the torque, or else the first channel.
-    torques = [name for name in facts.channels if facts.units.get(name) == "N·m"]
-    for name in (torques or list(facts.channels))[:1]:
+    # What a viewer plots first: the first channel that is no position, or else the first.
+    measured = [name for name in facts.channels if facts.units.get(name) not in _POSITIONS]
+    for name in (measured or list(facts.channels))[:1]:
         group.attrs.update({"signal": columns[name].name.rpartition("/")[2], "axes": [_AXIS]})
     digest, at = facts.digest(), 0
     for channels, count in _in_chunks(blocks, facts.channels):

@@ -9,6 +9,11 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
 PLACES_WITHOUT_UNCERTAINTY = 4
+LEAST_PLACES: Mapping[str, int] = {"N·m": 4}
+"""Decimals of a margin at least, by the SI units in which 0.1.0 stated all values of their kind.
+
+Documents of that version are compared with those of today.
+"""
 UNKNOWN = "-"
 """In place of a missing estimate."""
 
@@ -23,6 +28,15 @@ def places(uncertainty: float, digits: int = 2) -> int:
     # Rounded first: 0.0996 has the place of the 0.10 as which it is printed.
     rounded = float(f"{uncertainty:.{digits - 1}e}")
     return digits - 1 - floor(log10(rounded))
+
+
+def places_of_margin(decimals: int, unit: str) -> int:
+    """Return how many decimals a margin or a difference has, from those of U with two digits.
+
+    In a unit of LEAST_PLACES so many, or as many as show one digit of a smaller U.
+    """
+    least = LEAST_PLACES.get(unit)
+    return decimals if least is None else max(least, decimals - 1)
 
 
 def places_apart(first: float, second: float, decimals: int) -> int:

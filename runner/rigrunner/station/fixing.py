@@ -12,6 +12,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.errors import InvalidFileError
+from rigrunner.api.instruments import DEFAULT_QUANTITY
 from rigrunner.station.model import Station
 from rigrunner.yamlfile import validate
 
@@ -85,11 +86,11 @@ def _fixed_instrument(instruments: Any, at: int, key: str | None) -> bool:
     elif key is None:
         for each in _TOGETHER:
             entry.pop(each, None)
-        if entry.get("measures", "torque") == "torque":
+        if entry.get("measures", DEFAULT_QUANTITY) == DEFAULT_QUANTITY:
             entry.setdefault("accuracy", _ACCURACY)
     else:
-        is_torque = entry.get("measures", "torque") == "torque"
-        instead = _INSTRUMENT if is_torque else _OTHER
+        is_default = entry.get("measures", DEFAULT_QUANTITY) == DEFAULT_QUANTITY
+        instead = _INSTRUMENT if is_default else _OTHER
         entry.pop(key, None)
         if key in instead:
             entry[key] = instead[key]

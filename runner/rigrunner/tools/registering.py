@@ -17,7 +17,7 @@ from pydantic import ValidationError
 from rigrunner.api.analysis import Component
 from rigrunner.api.data import Estimate
 from rigrunner.api.errors import DataError
-from rigrunner.api.instruments import TORQUE, ZEROED, Instrument
+from rigrunner.api.instruments import DEFAULT_QUANTITY, ZEROED, Instrument
 from rigrunner.api.units import unit
 from rigrunner.documents.verifying.run import verify_run
 from rigrunner.run.stored import analyse_run
@@ -88,7 +88,7 @@ def entry_from(path: Path, wanted: Wanted, registry: Registry) -> Entry:
     applied_unit = _applied(deviations[0])[1]
     points = list(_points(result, deviations))
     entry: dict[str, Any] = {"channel": wanted.channel}
-    if kind != TORQUE:
+    if kind != DEFAULT_QUANTITY:
         entry["measures"] = kind
     entry |= {
         "serial": wanted.serial or run.inputs.get("specimen", ""),
@@ -99,7 +99,7 @@ def entry_from(path: Path, wanted: Wanted, registry: Registry) -> Entry:
     }
     if any(each.calibration is not None for each in run.instruments.values()):
         entry["calibration"] = "trial"  # of standards that are none
-    if kind == TORQUE or wanted.full_scale:
+    if kind == DEFAULT_QUANTITY or wanted.full_scale:  # which must be stated there
         highest = max(abs(_applied(each)[0]) for each in deviations)
         entry["full_scale"] = wanted.full_scale or f"{highest:.9g} {applied_unit}"
     cubic = kind in ZEROED and len(points) >= LEAST_OF_CUBIC
@@ -127,7 +127,7 @@ def _deviations(result: Result) -> list[MeasurementResult]:
     if not found or not numbers:
         raise DataError(
             f"{result.run.run_id} has no result '{DEVIATION}' at each applied value",
-            hint="the procedure torque_transducer_calibration makes such runs",
+            hint="the guide on calibrating a transducer has a procedure that makes such runs",
         )
     unknown = [each for each in found if not isfinite(each.estimate.u)]
     if unknown:

@@ -7,7 +7,7 @@ from math import inf, sqrt
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.analysis.verdict.document import verdict_in
-from rigrunner.run.set_points import named_by_frequency, named_place, other_results, told_apart
+from rigrunner.run.set_points import named_place, other_results, told_apart
 from rigrunner.signal.uncertainty import coverage_factor
 
 if TYPE_CHECKING:
@@ -106,7 +106,8 @@ def checks(document: Json) -> dict[str, bool]:
 
 def _named(points: list[tuple[float | None, Any]]) -> Iterator[tuple[str, Any]]:
     """Yield each with the name of its set-point, as a suffix of the figure's name."""
-    for place, each in named_by_frequency(points):
+    named = (("" if hz is None else f"at {hz:g} Hz", each) for hz, each in points)
+    for place, each in told_apart(named):
         yield f" {place}" if place else "", each
 
 

@@ -13,6 +13,9 @@ from pathlib import Path
 import pytest
 
 from helpers_cli import call
+from rigrunner.documents.packing.unpack import unpack
+from rigrunner.run.set_points import estimates_of_packages, results_in
+from rigrunner.runfile import read
 
 OLD = Path(__file__).parents[2] / "data" / "format-1" / "run.h5"
 RAW_PEAKS_NM = [2.964894580078125, 7.62080888671875]
@@ -48,3 +51,19 @@ def test_it_is_verified_and_reported(run, tmp_path):
     assert "sealed without a manifest, by an older version" in verified.out
     assert "recordings: 2 with the digest" in verified.out
     assert call("report", run, "--out", tmp_path / "report.html").code == 0
+
+
+def test_its_set_points_are_read_from_its_result(run):
+    found = dict(estimates_of_packages(read(run / "run.h5").result_document))
+    assert list(found) == ["at 15 Hz", "at 35 Hz"]
+    assert [each["value"] for each in found.values()] == pytest.approx(RAW_PEAKS_NM, rel=1e-12)
+
+
+def test_the_torques_of_a_run_of_0_1_0_are_results(tmp_path):
+    unpack(OLD.parents[1] / "0.1.0" / "run.zip", tmp_path)
+    (folder,) = tmp_path.iterdir()
+    found = results_in(read(folder).result_document)
+    places = [each["coordinates"]["frequency"]["value"] for each in found]
+    assert places == [8.0, 15.0, 25.0, 35.0]
+    mean = sum(each["estimate"]["value"] for each in found) / len(found)
+    assert f"{mean:.3f}" == "0.729"  # as the certificate of that time prints it

@@ -154,7 +154,7 @@ NAMES = {  # of things and threads, and what stands in the log alone
     "a bug in the panel: the screen may be wrong, the run is not",
     "a bug in the panel: the queue has stopped",
     *("nesting depth", "mapping values", "end of stream"),  # words of PyYAML
-    *("no mapping at Q", "module Q has no attribute Q"),  # for programs
+    "no mapping at Q",  # for programs
     "rigrunner.api.instruments.Q is now Instrument; the old name will be removed in 0.3",
     *("5 deg", "2 mm", "45 mm", "0.002 kg·m²", "0.3 N·m·s/rad"),
     *("Q per Q, within Q", "reading of Q", "Q, order Q, Q HzQ", ", Q dB ripple"),

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from rigrunner.signal.rounding import with_uncertainty
+from rigrunner.signal.rounding import places_of_margin, with_uncertainty
 
 
 @pytest.mark.parametrize(
@@ -23,3 +23,14 @@ from rigrunner.signal.rounding import with_uncertainty
 )
 def test_value_and_uncertainty_end_at_the_same_place(value, expanded, text):
     assert with_uncertainty(value, expanded) == text
+
+
+@pytest.mark.parametrize(
+    ("decimals", "unit", "expected"),
+    [(3, "N·m", 4), (5, "N·m", 4), (6, "N·m", 5), (-1, "N·m", 4), (3, "mN·m", 3), (1, "V", 1)],
+)
+def test_a_margin_in_newton_metres_is_told_to_a_tenth_of_a_millinewton_metre(
+    decimals, unit, expected
+):
+    """So did 0.1.0, or to one digit of a smaller U."""
+    assert places_of_margin(decimals, unit) == expected

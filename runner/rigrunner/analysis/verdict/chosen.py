@@ -27,7 +27,7 @@ class Chosen:
     """What a limit is held against."""
 
     words: str
-    """Which result, and where: 'voltage at load.current = 2 A'; of the torque 'mean', '35 Hz'."""
+    """Which result, and where: 'voltage at load.current = 2 A'; of the headline 'mean', '35 Hz'."""
     unit: str
     estimate: Estimate | None
     uncorrected: Estimate | None = None

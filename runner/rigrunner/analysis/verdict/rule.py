@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from rigrunner.api.units import of_difference, unit, with_symbol
 from rigrunner.api.verdict import Verdict
 from rigrunner.signal.coverage import expanded, probability_within
-from rigrunner.signal.rounding import places, places_apart, printed
+from rigrunner.signal.rounding import places, places_apart, places_of_margin, printed
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -27,7 +27,6 @@ if TYPE_CHECKING:
 ENGLISH = "en"
 ROUNDING = 1e-9
 """A value that is off its limit by this share of u is on it: 25.05 °C, computed in K, is not."""
-TORQUE = "N·m"
 
 
 @dataclass(frozen=True)
@@ -74,9 +73,7 @@ class AppliedRule:
         margin = limits.margin(estimate.value)
         if abs(margin) <= ROUNDING * estimate.u:
             margin = 0.0
-        decimals = places(expanded(estimate))
-        if limits.unit == TORQUE:  # to 0.1 mN·m, or to one digit of an U that is smaller
-            decimals = max(4, decimals - 1)
+        decimals = places_of_margin(places(expanded(estimate)), limits.unit)
         decimals = max(places_apart(abs(margin), abs(zone.margin), decimals) for zone in zones)
         shown = partial(_shown, unit=limits.unit, decimals=decimals)
         # `proof.older_texts` knows the older words.

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from rigrunner.analysis.document import document, primary_points
+from rigrunner.analysis.document import document
 from rigrunner.analysis.revisions import FIRST
 from rigrunner.api.errors import DataError
-from rigrunner.run.set_points import named_by_frequency, named_place, other_results
+from rigrunner.run.set_points import estimates_of_packages, named_place, other_results, unread
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -30,6 +30,11 @@ def refuse_other_numbers(stored: StoredRun, result: Result) -> None:
     """
     if stored.result_document is None:
         return
+    if keys := unread(stored.result_document):
+        raise DataError(
+            f"{stored.header.run_id}: no installed package reads {', '.join(keys)} of its result",
+            hint="certify where the package is installed with which the run was made",
+        )
     before = dict(_estimates(stored.result_document))
     after = dict(_estimates(document(result)))
     for name in before | after:
@@ -53,8 +58,8 @@ def refuse_other_numbers(stored: StoredRun, result: Result) -> None:
 def _estimates(content: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, Any]]]:
     headline = content.get("headline") or {}
     yield "the mean", headline.get("compensated") or {}
-    points = primary_points(content)
-    yield from named_by_frequency((one["set_frequency"]["value"], one["torque"]) for one in points)
+    of_packages = estimates_of_packages(content)
+    yield from ((place, one) for place, one in of_packages if "note" not in one)
     yield from ((named_place(one), one["estimate"]) for one in other_results(content))
 
 

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from math import hypot, inf, sqrt
+from math import hypot, inf
 from typing import TYPE_CHECKING, Any
 
-from rigrunner.analysis.document import primary_points
 from rigrunner.analysis.verdict.document import verdict_in
 from rigrunner.api.units import from_si, with_symbol
 from rigrunner.api.units import unit as kind_of
 from rigrunner.run.set_points import (
     coordinates_in,
-    named_by_frequency,
+    estimates_of_packages,
     named_place,
     other_results,
+    unread,
 )
-from rigrunner.signal.rounding import places, places_apart
-from rigrunner.signal.uncertainty import coverage_factor
+from rigrunner.signal.rounding import places, places_apart, places_of_margin
 from rigrunner.tools.comparing.tree import Change, changes
 
 if TYPE_CHECKING:
@@ -25,7 +24,6 @@ if TYPE_CHECKING:
     Json = Mapping[str, Any]
 
 SECTION = "results"
-TORQUE = "N·m"
 ROUNDING = 1e-9
 """An E_n that is above 1 by this much is 1: 0.75 - 0.7 is 0.050000000000000044."""
 
@@ -48,10 +46,7 @@ def result_changes(before: Json | None, after: Json | None) -> Iterator[Change]:
     yield from changes(SECTION, _method(before), _method(after), ("method",))
     name = before["measurand"]["name"]
     yield from _apart(name, before["headline"]["compensated"], after["headline"]["compensated"])
-    torques, other_torques = _torques(before), _torques(after)
-    for place in torques:
-        if place in other_torques:
-            yield from _apart(place, torques[place], other_torques[place])
+    yield from _of_packages(before, after)
     first, second = _named(before), _named(after)
     for key, (what, estimate) in first.items():
         if key in second:
@@ -81,15 +76,15 @@ def _method(document: Json) -> str:
     return str(document["headline"]["method"] or "")
 
 
-def _torques(document: Json) -> dict[str, Json | None]:
-    """Return the torque at each set-point: compensated by the primary method, or else the peak."""
-    points, compensated = document["points"], primary_points(document)
-    if compensated:
-        values = [point["torque"] for point in compensated]
-    else:
-        values = [_raw_peak(point["raw_peak"]) for point in points]
-    frequencies = (point["set_frequency"]["value"] for point in points)
-    return dict(named_by_frequency(zip(frequencies, values, strict=False)))
+def _of_packages(before: Json, after: Json) -> Iterator[Change]:
+    """Yield how values in keys of packages differ, and keys that no installed package reads."""
+    for key in dict.fromkeys((*unread(before), *unread(after))):
+        if before.get(key) != after.get(key):
+            yield Change(SECTION, f"{key} differs, and no installed package reads it")
+    first, second = (dict(estimates_of_packages(each)) for each in (before, after))
+    for place in first:
+        if place in second:
+            yield from _apart(place, first[place], second[place])
 
 
 def _named(document: Json) -> dict[object, tuple[str, Json | None]]:
@@ -101,17 +96,6 @@ def _named(document: Json) -> dict[object, tuple[str, Json | None]]:
         )
         for each in other_results(document)
     }
-
-
-def _raw_peak(peak: Json) -> Json:
-    """Return a mean peak with the expanded uncertainty of its scatter (GUM 4.2.3, G.3.4).
-
-    What the sensor adds is not in it.
-    """
-    kept, deviation = peak["cycles_kept"], peak["standard_deviation"]["value"]
-    known = kept > 1 and deviation is not None
-    expanded = coverage_factor(kept - 1) * deviation / sqrt(kept) if known else None
-    return {**peak["mean"], "expanded_uncertainty_95": expanded, "note": " from scatter alone"}
 
 
 def _apart(what: str, before: Json | None, after: Json | None) -> Iterator[Change]:
@@ -130,9 +114,7 @@ def _apart(what: str, before: Json | None, after: Json | None) -> Iterator[Chang
     expanded = [each["expanded_uncertainty_95"] for each in (before, after)]
     widths = [each for each in expanded if each]
     # as many decimals as the smaller uncertainty bears
-    digits = max(0, places(min(widths))) if widths else 6
-    if unit == TORQUE:
-        digits = max(4, digits - 1)
+    digits = places_of_margin(max(0, places(min(widths))) if widths else 6, unit)
     known = all(each is not None for each in expanded)
     combined = hypot(*expanded) if known else 0.0
     ratio = abs(difference) / combined if combined else inf

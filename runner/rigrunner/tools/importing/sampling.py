@@ -61,7 +61,7 @@ def rate_of(
 def start_of(columns: Mapping[str, Column], rate_hz: float, where: str) -> datetime | None:
     """Return when the first samples were taken, from the file `where`, or None.
 
-    Raises DataError if columns begin at different times (a torque that is late against its angle
+    Raises DataError if columns begin at different times (a force that is late against its path
     gives another result, unnoticed), and for a gap between two segments.
     """
     timed = {name: each for name, each in columns.items() if each.started} or dict(columns)

@@ -103,3 +103,9 @@ def test_another_revision_of_a_method_is_named(known):
         refuse_other_numbers(sealed_with(stored, changed), newer)
     said = "analysis has revision 7, the run was computed by revision 1; certify with the versions"
     assert caught.value.hint.startswith(said)
+
+
+def test_a_result_that_no_installed_package_reads_is_not_certified(known, monkeypatch):
+    monkeypatch.setattr("rigrunner.run.set_points._readers", tuple)
+    with pytest.raises(DataError, match="reads points, no_load_points, compens"):
+        refuse_other_numbers(*known)

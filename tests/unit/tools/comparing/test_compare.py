@@ -151,6 +151,9 @@ def test_what_is_the_same(one, other, equal):
     assert bool(list(changes("x", one, other))) is not equal
 
 
+AT = {"set_frequency": {"value": 8.0, "unit": "Hz"}}
+
+
 def estimate(value, expanded=0.03):
     return {"value": value, "expanded_uncertainty_95": expanded, "unit": "N·m"}
 
@@ -160,8 +163,8 @@ def document(value, expanded=0.03, verdict="pass"):
         "measurand": {"name": "torque"},
         "decision": {"verdict": verdict},
         "headline": {"method": "m", "compensated": estimate(value, expanded)},
-        "compensations": {"m": {"points": [{"torque": estimate(value + 1, expanded)}]}},
-        "points": [{"set_frequency": {"value": 8.0, "unit": "Hz"}}],
+        "compensations": {"m": {"points": [{**AT, "torque": estimate(value + 1, expanded)}]}},
+        "points": [AT],
     }
 
 
@@ -199,7 +202,7 @@ def test_each_visit_of_a_frequency_is_compared_with_its_own():
     def twice(first, second):
         made = document(0.7)
         made["compensations"]["m"]["points"] = [
-            {"torque": estimate(each)} for each in (first, second)
+            {**AT, "torque": estimate(each)} for each in (first, second)
         ]
         return made | {"points": 2 * made["points"]}
 

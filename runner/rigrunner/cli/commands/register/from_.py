@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 @click.option(
     "--full-scale",
     default="",
-    help="Full scale of a torque transducer; by default the highest torque.",
+    help="Full scale; where the entry needs one, by default the highest applied value.",
 )
 @runs_option
 @lab_option
@@ -47,9 +47,9 @@ def command(
 ) -> None:
     """Create an entry for the register from a calibration run.
 
-    RUN is a sealed run with a result 'deviation' (indicated less applied) at each applied value,
-    such as one of the procedure torque_transducer_calibration. It is verified first. The
-    printed entry goes under 'instruments:' of a station.
+    RUN is a sealed run with a result 'deviation' (indicated less applied) at each applied value;
+    the guide on calibrating a transducer has a procedure. It is verified first. The printed entry
+    goes under 'instruments:' of a station.
     """
     from rigrunner.run.lab_plugins import lab_registry
     from rigrunner.run.locate import find_run
