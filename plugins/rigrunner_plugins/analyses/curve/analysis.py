@@ -33,8 +33,8 @@ from rigrunner_plugins.analyses.curve import derived
 from rigrunner_plugins.analyses.curve.derived import Derived, Fitted, OutOfRangeError
 from rigrunner_plugins.analyses.curve.figure import figures_of
 from rigrunner_plugins.analyses.curve.formula import mathematics
-from rigrunner_plugins.analyses.curve.of_results import STEP, sources_of_results
-from rigrunner_plugins.analyses.curve.points import sources
+from rigrunner_plugins.analyses.curve.of_results import sources_of_results
+from rigrunner_plugins.analyses.curve.points import STEP, sources
 from rigrunner_plugins.analyses.curve.settings import (
     BothWays,
     Nonlinearity,
@@ -51,9 +51,9 @@ if TYPE_CHECKING:
     from rigrunner.api import Fit, ResultDefinition, RunData
     from rigrunner.api.accuracy import ReadingError
     from rigrunner.api.figures import Figure
-    from rigrunner_plugins.analyses.curve.of_results import SharedLine
     from rigrunner_plugins.analyses.curve.points import Source, Values
     from rigrunner_plugins.analyses.curve.settings import CurveSettings
+    from rigrunner_plugins.analyses.curve.shared_lines import SharedLine
     from rigrunner_plugins.analyses.settings import ResultSettings
 
 ROUNDING = 1e-12
@@ -266,7 +266,7 @@ class _OneCurve:
             return [(nan, nan)] * len(found)
         up, down = np.zeros(len(found)), np.zeros(len(found))
         for rows in (slice(None),) if line.line.shared else fitted.values.rows():
-            points, share = line.moved(fitted.values, rows)
+            points, share = fitted.values.moved_by(line.by, rows)
             moved = self._fitted(points)
             by = np.array([_change(one, moved) / share for one in found])
             up, down = up + np.maximum(by, 0.0), down + np.maximum(-by, 0.0)
@@ -318,7 +318,9 @@ class _OneCurve:
             *(
                 line
                 for error, up, down in of_errors
-                for line in error.lines(up / shown.factor, down / shown.factor, value)
+                for line in error.lines(
+                    up / shown.factor, down / shown.factor, is_difference=value.is_difference
+                )
             ),
         ]
         u, dof = combine(components)
@@ -348,12 +350,12 @@ class _Error:
     unit: str
     error: ReadingError
 
-    def lines(self, up: float, down: float, value: Derived) -> Iterator[Component]:
+    def lines(self, up: float, down: float, *, is_difference: bool) -> Iterator[Component]:
         """Yield its budget lines from its effects up and down, per unit of the error's size."""
         name = f"{self.error.name} ({self.error.source})" if self.error.source else self.error.name
         if self.error.acts != "each":
             yield self._line(name, up - down)  # one error, whose sign counts where it is shared
-        elif value.is_difference:
+        elif is_difference:
             # errors of two readings that are independent: a line for each
             yield self._line(f"{name}, falling", up)
             yield self._line(f"{name}, rising", down)

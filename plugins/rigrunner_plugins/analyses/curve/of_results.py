@@ -1,15 +1,8 @@
-"""The points of a curve that are results of other analyses, and what their budgets have in common.
-
-A line that is common to all points, such as the gain of one meter or a constant of an equation,
-moves them together: its effect on a result is found by a fit to the moved points. A line that may
-be another one at each point counts with its greatest possible effect. Lines of one point alone
-(type A) only weight the points: the scatter about the curve shows them.
-"""
+"""The points of a curve that are results of other analyses."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from math import hypot, isfinite, isnan, nan
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,6 +11,7 @@ from rigrunner.api import Component, DataError, MeasurementResult, unit
 from rigrunner.api.places import is_at
 from rigrunner.api.units import si_symbol
 from rigrunner_plugins.analyses.curve.points import Source, Values, origin_of
+from rigrunner_plugins.analyses.curve.shared_lines import shared_lines
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -25,48 +19,7 @@ if TYPE_CHECKING:
     from rigrunner.api import Array, RunData
     from rigrunner.api.coordinates import CoordinateValue
     from rigrunner.api.findings import ResultPlace
-    from rigrunner_plugins.analyses.curve.derived import Derived
     from rigrunner_plugins.analyses.curve.settings import CurveSettings
-
-STEP = 1e-6
-"""Shift of the points used to find the effect of a line, as a share of their range."""
-
-
-@dataclass(eq=False)
-class SharedLine:
-    """A budget line that several points have, and what its standard uncertainty changes there."""
-
-    line: Component
-    """As it stands in a point's budget; `input_u` is nan if it is not the same in all."""
-    by: Array
-    """The change of y and of each x in SI, shape (1 + k, n)."""
-
-    def moved(self, values: Values, rows: Array | slice) -> tuple[Values, float]:
-        """Return points, some of them moved, and by which share of the standard uncertainty."""
-        of = np.vstack([values.y, values.x.T])
-        range_ = np.ptp(of, axis=1)
-        range_[range_ == 0] = 1.0
-        share = STEP / float((np.abs(self.by).max(axis=1) / range_).max())
-        of[:, rows] += share * self.by[:, rows]
-        return replace(values, y=of[0], x=of[1:].T), share
-
-    def lines(self, up: float, down: float, value: Derived) -> Iterator[Component]:
-        """Yield its lines in a result's budget from what it raises and lowers the result by."""
-        name = self.line.name
-        if self.line.shared:
-            yield self._line(name, up - down)
-        elif value.is_difference:
-            # errors of two readings that are independent: a line for each
-            yield self._line(f"{name}, falling", up)
-            yield self._line(f"{name}, rising", down)
-        else:
-            yield self._line(name, up + down)
-
-    def _line(self, name: str, effect: float) -> Component:
-        of = self.line
-        if isnan(of.input_u):  # it differs from point to point: the input is one of it at each
-            of = replace(of, value=nan, unit="1", input_u=1.0)
-        return replace(of, name=name, u=abs(effect), sensitivity=effect / of.input_u)
 
 
 _Point = tuple[MeasurementResult, *tuple[MeasurementResult | None, ...]]
@@ -120,7 +73,7 @@ def _source(
     x, stated = np.array(columns, np.float64).T, first[0].of.unit
     units = tuple(si_symbol(unit(symbol).dimension) for symbol in shown)
     origin = origin_of(settings, units)
-    lines, own = _lines(
+    lines, own = shared_lines(
         [
             [*_of_result(each[0]), *_of_x(run, each[1:], names, row)]
             for each, row in zip(points, x, strict=True)
@@ -191,43 +144,3 @@ def _of_x(
 def _of_result(result: MeasurementResult) -> Iterator[Sequence[Component]]:
     factor = unit(result.of.unit).factor
     yield [replace(line, u=line.u * factor) for line in result.components]
-
-
-def _lines(
-    points: Sequence[Sequence[Sequence[Component]]],
-) -> tuple[tuple[SharedLine, ...], Array]:
-    """Return the lines that points may share, and each y's own standard uncertainty, shape (n,).
-
-    `points` has for each point the budget of y and of each x; u of each line is in SI.
-    """
-    found: dict[tuple[str, str, float | None], SharedLine] = {}
-    own = np.zeros(len(points))
-    for i, point in enumerate(points):
-        for row, budget in enumerate(point):
-            for line in budget:
-                if line.u == 0:
-                    continue
-                if line.common:
-                    value = line.value if isfinite(line.value) else None
-                    several = found.setdefault(
-                        (line.name, line.distribution, value),
-                        SharedLine(_alike(line), np.zeros((len(point), len(points)))),
-                    )
-                    several.by[row, i] += -line.u if line.sensitivity < 0 else line.u
-                    # Its size may be that at one reading: a share of it, a row of a certificate.
-                    same = several.line.input_u == line.input_u
-                    several.line = replace(
-                        several.line,
-                        input_u=line.input_u if same else nan,
-                        dof=min(several.line.dof, line.dof),
-                    )
-                elif row == 0:  # the own scatter of an x takes the point off the curve
-                    own[i] = hypot(own[i], line.u)
-    return tuple(found.values()), own
-
-
-def _alike(line: Component) -> Component:
-    """Return a line as points share it; one without a sign may be another error at each point."""
-    if isfinite(line.sensitivity) and not (isnan(line.value) and line.sensitivity == 1):
-        return line
-    return replace(line, shared=False, input_u=nan)

@@ -26,11 +26,13 @@ if TYPE_CHECKING:
     from rigrunner.api import Array, RunData
     from rigrunner.api.accuracy import ReadingError
     from rigrunner.api.coordinates import CoordinateValue
-    from rigrunner_plugins.analyses.curve.of_results import SharedLine
     from rigrunner_plugins.analyses.curve.settings import CurveSettings
+    from rigrunner_plugins.analyses.curve.shared_lines import SharedLine
     from rigrunner_plugins.analyses.sources import Part
 
 CELSIUS = 273.15
+STEP = 1e-6
+"""Shift of points used to find the effect of an error, as a share of their range."""
 MOST_MOVED = 500
 """Up to this number, points are shifted one by one to find their effects; above it, in groups."""
 
@@ -101,6 +103,18 @@ class Values:
         x = self.x.copy()
         x[rows, column] += size
         return replace(self, x=x)
+
+    def moved_by(self, by: Array, rows: Array | slice) -> tuple[Values, float]:
+        """Return the values with some rows moved by a share of `by`, and that share.
+
+        `by` is the change of y and of each column of x, shape (1 + k, n).
+        """
+        of = np.vstack([self.y, self.x.T])
+        range_ = np.ptp(of, axis=1)
+        range_[range_ == 0] = 1.0
+        share = STEP / float((np.abs(by).max(axis=1) / range_).max())
+        of[:, rows] += share * by[:, rows]
+        return replace(self, y=of[0], x=of[1:].T), share
 
     def rows(self) -> Sequence[Array]:
         """Return which points are shifted together; each one alone if there are few."""

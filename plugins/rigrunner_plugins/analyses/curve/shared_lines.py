@@ -1,0 +1,91 @@
+"""Lines of the budgets of a curve's points: what several points have in common.
+
+A line that is common to all points, such as the gain of one meter or a constant of an equation,
+moves them together. A line that may be another one at each point counts with its greatest possible
+effect. Lines of one point alone (type A) only weight the points: the scatter about the curve shows
+them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import hypot, isfinite, isnan, nan
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from rigrunner.api import Array, Component
+
+
+@dataclass(eq=False)
+class SharedLine:
+    """A budget line that several points have, and what its standard uncertainty changes there."""
+
+    line: Component
+    """As it stands in a point's budget; `input_u` is nan if it is not the same in all."""
+    by: Array
+    """The change of y and of each x in SI, shape (1 + k, n)."""
+
+    def lines(self, up: float, down: float, *, is_difference: bool) -> Iterator[Component]:
+        """Yield its lines in a result's budget from what it raises and lowers the result by.
+
+        `is_difference`: of readings of one instrument at one place.
+        """
+        name = self.line.name
+        if self.line.shared:
+            yield self._line(name, up - down)
+        elif is_difference:
+            # errors of two readings that are independent: a line for each
+            yield self._line(f"{name}, falling", up)
+            yield self._line(f"{name}, rising", down)
+        else:
+            yield self._line(name, up + down)
+
+    def _line(self, name: str, effect: float) -> Component:
+        of = self.line
+        if isnan(of.input_u):  # it differs from point to point: the input is one of it at each
+            of = replace(of, value=nan, unit="1", input_u=1.0)
+        return replace(of, name=name, u=abs(effect), sensitivity=effect / of.input_u)
+
+
+def shared_lines(
+    points: Sequence[Sequence[Sequence[Component]]],
+) -> tuple[tuple[SharedLine, ...], Array]:
+    """Return the lines that points may share, and each y's own standard uncertainty, shape (n,).
+
+    `points` has for each point the budget of y and of each x; u of each line is in SI.
+    """
+    found: dict[tuple[str, str, float | None], SharedLine] = {}
+    own = np.zeros(len(points))
+    for i, point in enumerate(points):
+        for row, budget in enumerate(point):
+            for line in budget:
+                if line.u == 0:
+                    continue
+                if line.common:
+                    value = line.value if isfinite(line.value) else None
+                    several = found.setdefault(
+                        (line.name, line.distribution, value),
+                        SharedLine(_alike(line), np.zeros((len(point), len(points)))),
+                    )
+                    several.by[row, i] += -line.u if line.sensitivity < 0 else line.u
+                    # Its size may be that at one reading: a share of it, a row of a certificate.
+                    same = several.line.input_u == line.input_u
+                    several.line = replace(
+                        several.line,
+                        input_u=line.input_u if same else nan,
+                        dof=min(several.line.dof, line.dof),
+                    )
+                elif row == 0:  # the own scatter of an x takes the point off the curve
+                    own[i] = hypot(own[i], line.u)
+    return tuple(found.values()), own
+
+
+def _alike(line: Component) -> Component:
+    """Return a line as points share it; one without a sign may be another error at each point."""
+    if isfinite(line.sensitivity) and not (isnan(line.value) and line.sensitivity == 1):
+        return line
+    return replace(line, shared=False, input_u=nan)
