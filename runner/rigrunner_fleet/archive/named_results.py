@@ -24,7 +24,11 @@ def named_results(document: object, decision: object) -> list[Row]:
     """
     judged: dict[str, list[Row]] = {}
     for part in rows(at(decision, "parts")):
-        judged.setdefault(_judged(part), []).append(part)
+        if coordinates_in(part):
+            of = named_place({"name": part.get("named"), "coordinates": part["coordinates"]})
+        else:  # older documents have only a text
+            of = str(part.get("of")).removeprefix("worst ")
+        judged.setdefault(of, []).append(part)
     return [_result(order, each, judged) for order, each in _numbered(document)]
 
 
@@ -35,13 +39,6 @@ def coordinates(document: object) -> list[Row]:
         for order, each in _numbered(document)
         for name, found in coordinates_in(each).items()
     ]
-
-
-def _judged(part: Row) -> str:
-    """Return the result that a limit applies to; older documents have only a text."""
-    if coordinates_in(part):
-        return named_place({"name": part.get("named"), "coordinates": part["coordinates"]})
-    return str(part.get("of")).removeprefix("worst ")
 
 
 def _numbered(document: object) -> Iterator[tuple[int, Row]]:

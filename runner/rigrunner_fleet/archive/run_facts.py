@@ -52,18 +52,13 @@ class RunFacts:
 def read_facts(found: FoundRun) -> RunFacts:
     """Read a run folder; a damaged one gives its problem instead of an error."""
     try:
-        _refuse(found)
+        sealed = found.folder / RUN_FILE
+        if sealed.exists() and not sealed.is_file():  # to open a pipe would never end
+            raise DataError(f"{sealed} is not a regular file")
         summary = read_summary(found.folder)
         return _facts(found, summary, _later_decisions(found, summary))
     except RigrunnerError as error:
         return RunFacts(found, {"problem": storable(str(error))})
-
-
-def _refuse(found: FoundRun) -> None:
-    """Raise DataError for values that no archive can hold, and for unsafe files."""
-    sealed = found.folder / RUN_FILE
-    if sealed.exists() and not sealed.is_file():  # to open a pipe would never end
-        raise DataError(f"{sealed} is not a regular file")
 
 
 def _facts(found: FoundRun, summary: RunSummary, later: Sequence[DecisionFile]) -> RunFacts:
@@ -71,6 +66,7 @@ def _facts(found: FoundRun, summary: RunSummary, later: Sequence[DecisionFile]) 
     decisions = _decisions(summary, later)
     judged = later[-1].document["decision"] if later else at(document, "decision")
     in_force = decisions[-1] if decisions else {}
+    inputs = {key(name): text(value) for name, value in summary.inputs.items()}
     run = {
         "problem": "",
         **_identity(summary),
@@ -83,7 +79,7 @@ def _facts(found: FoundRun, summary: RunSummary, later: Sequence[DecisionFile]) 
         "results": named_results(document, judged),
         "coordinates": coordinates(document),
         "figures": figures(document, summary.zeros),
-        "inputs": _inputs(summary.inputs),
+        "inputs": [{"name": name, "value": value} for name, value in inputs.items()],
         "decisions": decisions,
         "files": _files(found),
     }
@@ -113,11 +109,6 @@ def _identity(summary: RunSummary) -> dict[str, Any]:
         "digest_sha256": digest(summary.digest),
         "manifest_sha256": digest(summary.manifest_sha256),
     }
-
-
-def _inputs(inputs: Mapping[str, str]) -> list[Row]:
-    stored = {key(name): text(value) for name, value in inputs.items()}
-    return [{"name": name, "value": value} for name, value in stored.items()]
 
 
 def _decisions(summary: RunSummary, later: Sequence[DecisionFile]) -> list[Row]:
@@ -155,22 +146,18 @@ def _later_decisions(found: FoundRun, summary: RunSummary) -> Sequence[DecisionF
 
 
 def _later(later: Sequence[DecisionFile], summary: RunSummary) -> Iterator[Row]:
+    # Measured values out of their limits: no decision on the results alters that.
+    missed = at(summary.result_document, "limits", "verdict") == Verdict.FAIL
     for each in later:
         decided = decision(each.document["decision"])
         yield {
             **decided,
-            "verdict": _with_limits(decided["verdict"], summary),
+            "verdict": str(Verdict.FAIL) if missed else decided["verdict"],
             "file": text(each.path.name),
             "decided_utc": moment(each.document["decided_utc"]),
             "by": text(each.document["by"]),
             "why": text(each.document["reason"]),
         }
-
-
-def _with_limits(verdict: str | None, summary: RunSummary) -> str | None:
-    """Return the verdict of a later decision, unless measured values are out of their limits."""
-    missed = at(summary.result_document, "limits", "verdict") == Verdict.FAIL
-    return str(Verdict.FAIL) if missed else verdict
 
 
 def _files(found: FoundRun) -> list[Row]:

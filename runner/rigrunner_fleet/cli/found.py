@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from datetime import datetime
-from math import isfinite
+from math import isfinite, nan
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.summaries import table
@@ -25,7 +25,10 @@ def table_of_runs(found: Rows) -> str:
     for row in found:
         run = row["run_id"] or row["path"]
         texts = (run, row["specimen"], row["rig"], _state(row), row["verdict"])
-        rows.append([*map(_cell, texts), _torque(row)])
+        torque = row["torque_nm"]
+        expanded = nan if row["expanded_nm"] is None else row["expanded_nm"]
+        shown = "" if torque is None else with_uncertainty(torque, expanded)
+        rows.append([*map(_cell, texts), shown])
     return table(_HEADER, rows, "lllllr")
 
 
@@ -58,13 +61,6 @@ def _state(row: Mapping[str, Any]) -> str:
     if row["problem"]:
         return "unreadable"
     return str(row["outcome"]) if row["sealed"] else "not sealed"
-
-
-def _torque(row: Mapping[str, Any]) -> str:
-    if row["torque_nm"] is None:
-        return ""
-    expanded = row["expanded_nm"]
-    return with_uncertainty(row["torque_nm"], float("nan") if expanded is None else expanded)
 
 
 def _cell(value: str | None) -> str:
