@@ -124,20 +124,12 @@ def _difference(quantity: Quantity) -> Quantity:
     return quantity
 
 
-def _read_si(dimension: str, value: object) -> float:
-    return _read(dimension, value).si
-
-
 def _read_yes_no(value: object) -> bool:
     if isinstance(value, bool):
         return value
     if isinstance(value, str) and value in _YES_NO:
         return _YES_NO[value]
     raise ValueError(f"got {str(value)[:20]!r}, expected yes or no")
-
-
-def _symbol(text: str) -> str:
-    return unit(text).symbol
 
 
 def _read_date(value: object) -> object:
@@ -171,7 +163,7 @@ class QuantitySchema:
 
 
 def _field(dimension: str) -> tuple[BeforeValidator, QuantitySchema]:
-    return BeforeValidator(partial(_read_si, dimension)), QuantitySchema(dimension)
+    return BeforeValidator(lambda value: _read(dimension, value).si), QuantitySchema(dimension)
 
 
 Torque = Annotated[float, *_field("torque")]
@@ -198,7 +190,7 @@ YesNo = Annotated[
 PlainText = Annotated[str, AfterValidator(plain)]
 """A text for people, without invisible characters."""
 
-UnitSymbol = Annotated[str, AfterValidator(_symbol)]
+UnitSymbol = Annotated[str, AfterValidator(lambda text: unit(text).symbol)]
 """A unit such as mV, by its symbol."""
 
 IsoDate = Annotated[date, BeforeValidator(_read_date)]

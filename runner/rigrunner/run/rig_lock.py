@@ -87,6 +87,9 @@ def station_lock(
             taken |= place.addresses
         # With the locks held: no other run can energise these instruments any more.
         _refuse_left_by_others(station_id, places)
+        of_role: dict[str, set[str]] = {}
+        for place in places:
+            of_role.setdefault(place.role, set()).update(place.addresses)
         owner = Owner(
             station=station_id,
             station_file=os.path.abspath(station.document.name),  # noqa: PTH100  (a name, no path of ours)
@@ -95,7 +98,7 @@ def station_lock(
             host=socket.gethostname(),
             since=now,
             plugins={role: station.model.devices[role].plugin for role in real},
-            addresses=_by_role(places),
+            addresses={role: tuple(sorted(each)) for role, each in of_role.items()},
         )
         yield RigMarks(owner, real, locks)
 
@@ -108,15 +111,6 @@ def _places(station: LoadedStation, registry: Registry, roles: list[str]) -> Ite
             continue
         for written in registry.physical_addresses(binding.plugin, binding.settings):
             yield Place(role, written, canonical(written))
-
-
-def _by_role(places: list[Place]) -> dict[str, tuple[str, ...]]:
-    return {
-        place.role: tuple(
-            sorted(each for other in places if other.role == place.role for each in other.addresses)
-        )
-        for place in places
-    }
 
 
 def _take(held: ExitStack, lock_file: Path, holder: Holder, named: str) -> int:
