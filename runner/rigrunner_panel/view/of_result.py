@@ -123,12 +123,12 @@ def _named_view(found: MeasurementResult, limits: Limits | None) -> ResultView:
 def _figures(limited: Sequence[tuple[MeasurementResult, Limits | None]]) -> Iterator[Figure]:
     """Yield for each result over a coordinate the figure that shows most: within its limits."""
     for name in dict.fromkeys(each.name for each, _ in limited):
-        own = [(each, at) for each, at in limited if each.name == name]
-        yield from over_coordinate([(each, at, _is_out(each, at)) for each, at in own])[-1:]
-
-
-def _is_out(result: MeasurementResult, limits: Limits | None) -> bool:
-    return limits is not None and not limits.allow(result.estimate.value)
+        own = [
+            (each, at, at is not None and not at.allow(each.estimate.value))
+            for each, at in limited
+            if each.name == name
+        ]
+        yield from over_coordinate(own)[-1:]
 
 
 def _interim_verdict(result: Result) -> Verdict | None:
