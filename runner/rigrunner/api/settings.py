@@ -202,10 +202,6 @@ ListOf = Annotated[tuple[Item, ...], Field(strict=False)]
 """A list in YAML, stored as a tuple: `ListOf[Frequency]`."""
 
 
-def _several(value: object) -> object:
-    return value if isinstance(value, list | tuple) else [value]
-
-
 class _OneToo:
     """Allows a single item in place of a list, in the schema."""
 
@@ -217,7 +213,10 @@ class _OneToo:
 
 
 OneOrSeveral = Annotated[
-    tuple[Item, ...], BeforeValidator(_several), Field(strict=False), _OneToo()
+    tuple[Item, ...],
+    BeforeValidator(lambda value: value if isinstance(value, list | tuple) else [value]),
+    Field(strict=False),
+    _OneToo(),
 ]
 """One value, or a list of values."""
 

@@ -24,6 +24,10 @@ Row = dict[str, Any]
 def headline(document: object) -> Row:
     """Return the columns of a run that say what it found."""
     found = at(document, "headline", "compensated")
+    checks = [*rows(at(document, "checks"))]
+    for _, each in named(at(document, "compensations")):
+        checks += rows(each.get("checks"))
+    failed = sum(each.get("ok") is False for each in checks)
     return {
         "measurand": text(at(document, "measurand", "name")),
         "symbol": text(at(document, "measurand", "symbol")),
@@ -33,7 +37,7 @@ def headline(document: object) -> Row:
         "torque_nm": number(at(found, "value")),
         **_uncertainty(found),
         "raw_peak_nm": number(at(document, "headline", "raw_peak", "value")),
-        "failed_checks": None if document is None else _failed(document),
+        "failed_checks": None if document is None else failed,
     }
 
 
@@ -95,13 +99,6 @@ def _uncertainty(found: object) -> Row:
         "expanded_nm": number(at(found, "expanded_uncertainty_95")),
         "dof": degrees_of_freedom(at(found, "degrees_of_freedom")),
     }
-
-
-def _failed(document: object) -> int:
-    every = [*rows(at(document, "checks"))]
-    for _, each in named(at(document, "compensations")):
-        every += rows(each.get("checks"))
-    return sum(each.get("ok") is False for each in every)
 
 
 def _torque(compensated: Mapping[Any, list[Row]], point: Row) -> Row:

@@ -63,7 +63,12 @@ def read_facts(found: FoundRun) -> RunFacts:
 
 def _facts(found: FoundRun, summary: RunSummary, later: Sequence[DecisionFile]) -> RunFacts:
     document = summary.result_document
-    decisions = _decisions(summary, later)
+    # The run's own and all later ones; the last one is in force.
+    decided = [*_own(summary), *_later(later, summary)]
+    decisions = [
+        {**each, "number": number, "in_force": number == len(decided)}
+        for number, each in enumerate(decided, 1)
+    ]
     judged = later[-1].document["decision"] if later else at(document, "decision")
     in_force = decisions[-1] if decisions else {}
     inputs = {key(name): text(value) for name, value in summary.inputs.items()}
@@ -81,7 +86,15 @@ def _facts(found: FoundRun, summary: RunSummary, later: Sequence[DecisionFile]) 
         "figures": figures(document, summary.zeros),
         "inputs": [{"name": name, "value": value} for name, value in inputs.items()],
         "decisions": decisions,
-        "files": _files(found),
+        "files": [
+            {
+                "name": storable(file.name),
+                "bytes": file.bytes,
+                "modified_ns": min(file.modified_ns, _LATEST_NS),
+                "sha256": "" if file.name == RUN_FILE else _sha256(found.folder / file.name),
+            }
+            for file in found.files
+        ],
     }
     return RunFacts(found, run, parts)
 
@@ -109,15 +122,6 @@ def _identity(summary: RunSummary) -> dict[str, Any]:
         "digest_sha256": digest(summary.digest),
         "manifest_sha256": digest(summary.manifest_sha256),
     }
-
-
-def _decisions(summary: RunSummary, later: Sequence[DecisionFile]) -> list[Row]:
-    """Return the run's own decision and all later ones; the last one is in force."""
-    decided = [*_own(summary), *_later(later, summary)]
-    return [
-        {**each, "number": number, "in_force": number == len(decided)}
-        for number, each in enumerate(decided, 1)
-    ]
 
 
 def _own(summary: RunSummary) -> Iterator[Row]:
@@ -158,18 +162,6 @@ def _later(later: Sequence[DecisionFile], summary: RunSummary) -> Iterator[Row]:
             "by": text(each.document["by"]),
             "why": text(each.document["reason"]),
         }
-
-
-def _files(found: FoundRun) -> list[Row]:
-    return [
-        {
-            "name": storable(file.name),
-            "bytes": file.bytes,
-            "modified_ns": min(file.modified_ns, _LATEST_NS),
-            "sha256": "" if file.name == RUN_FILE else _sha256(found.folder / file.name),
-        }
-        for file in found.files
-    ]
 
 
 def _sha256(path: Path) -> str:

@@ -91,8 +91,13 @@ class Overall:
     def by_frequency(self) -> list[AtFrequency]:
         """Return the changes of the results at each set-point, by frequency."""
         shifts: dict[float, list[tuple[float, float | None]]] = {}
-        for hz, shift, u in self._at_set_points():
-            shifts.setdefault(hz, []).append((shift, shift / u if u else None))
+        for each in self._compared():
+            for point in each.before.frequencies:
+                before, after = (f.figures.get(point.figure) for f in (each.before, each.after))
+                if before and after:
+                    shift, u = after.value - before.value, before.expanded
+                    pair = (shift, shift / u if u else None)
+                    shifts.setdefault(point.frequency_hz, []).append(pair)
         found = []
         for hz, pairs in sorted(shifts.items()):
             in_u = [u for _, u in pairs if u is not None]
@@ -115,14 +120,6 @@ class Overall:
     def _compared(self) -> Iterator[Compared]:
         skip = Standing.NOT_COMPARED
         return (each for each in self.runs if each.standing is not skip)
-
-    def _at_set_points(self) -> Iterator[tuple[float, float, float | None]]:
-        for each in self._compared():
-            for point in each.before.frequencies:
-                before = each.before.figures.get(point.figure)
-                after = each.after.figures.get(point.figure)
-                if before and after:
-                    yield point.frequency_hz, after.value - before.value, before.expanded
 
 
 def _spread(values: list[float]) -> Spread:
