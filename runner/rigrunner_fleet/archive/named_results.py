@@ -13,7 +13,6 @@ from rigrunner_fleet.archive.documents import at, degrees_of_freedom, key, numbe
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from rigrunner.api.coordinates import CoordinateValue
     from rigrunner_fleet.archive.result_facts import Row
 
 
@@ -34,11 +33,21 @@ def named_results(document: object, decision: object) -> list[Row]:
 
 def coordinates(document: object) -> list[Row]:
     """Return a row for each coordinate of each named result, in units that make runs comparable."""
-    return [
-        {"number": order, **_coordinate(name, found)}
-        for order, each in _numbered(document)
-        for name, found in coordinates_in(each).items()
-    ]
+    found = []
+    for order, each in _numbered(document):
+        for name, as_written in coordinates_in(each).items():
+            usual = as_written.usual
+            is_number = not isinstance(usual.value, str)
+            row = {
+                "number": order,
+                "name": key(name),
+                "short": key(name.rpartition(".")[2]),
+                "value": number(usual.value),
+                "unit": text(usual.unit) if is_number else None,
+                "text": text(str(usual)),
+            }
+            found.append(row)
+    return found
 
 
 def _numbered(document: object) -> Iterator[tuple[int, Row]]:
@@ -79,15 +88,3 @@ def _si(value: float | None, symbol: object) -> Row:
 def _badness(part: Row) -> int:
     verdict = part.get("verdict")
     return WORST_FIRST.index(verdict) if verdict in WORST_FIRST else len(WORST_FIRST)
-
-
-def _coordinate(name: str, as_written: CoordinateValue) -> Row:
-    found = as_written.usual
-    is_number = not isinstance(found.value, str)
-    return {
-        "name": key(name),
-        "short": key(name.rpartition(".")[2]),
-        "value": number(found.value),
-        "unit": text(found.unit) if is_number else None,
-        "text": text(str(found)),
-    }

@@ -17,7 +17,7 @@ from rigrunner.spreadsheet import cell
 from rigrunner_fleet.archive.searching import CONTEXT
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Iterator, Mapping
     from pathlib import Path
 
     import pandas as pd
@@ -78,9 +78,11 @@ class Rows:
         frame: pd.DataFrame = pandas.DataFrame(
             {name: pandas.Series(columns.get(name, ()), dtype=object) for name in self.columns}
         )
-        return frame.astype(
-            {name: _dtype(kind, columns.get(name, ())) for name, kind in self.columns.items()}
-        )
+        dtypes = {}
+        for name, kind in self.columns.items():
+            known = {} if None in columns.get(name, ()) else _WITHOUT_UNKNOWN
+            dtypes[name] = {**_DTYPES, **known}.get(kind, object)
+        return frame.astype(dtypes)
 
     def to_xarray(self) -> xr.Dataset:
         """Return a dataset; needs xarray and pandas.
@@ -158,11 +160,6 @@ class Rows:
             parquet.write_table(pyarrow.table(arrays, names=list(self.columns)), path)
         except OSError as error:
             raise UsageError(f"{path} cannot be written: {error.strerror}") from error
-
-
-def _dtype(kind: type, values: Sequence[Any]) -> Any:
-    known = {} if None in values else _WITHOUT_UNKNOWN
-    return {**_DTYPES, **known}.get(kind, object)
 
 
 def _cell(value: Any) -> Any:

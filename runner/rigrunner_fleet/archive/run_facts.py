@@ -56,7 +56,12 @@ def read_facts(found: FoundRun) -> RunFacts:
         if sealed.exists() and not sealed.is_file():  # to open a pipe would never end
             raise DataError(f"{sealed} is not a regular file")
         summary = read_summary(found.folder)
-        return _facts(found, summary, _later_decisions(found, summary))
+        later: Sequence[DecisionFile] = ()
+        if any(file.name.startswith("decision-") for file in found.files):
+            from rigrunner.run.decisions import later_decisions  # noqa: PLC0415  (it loads the analysis; few runs need it)
+
+            later = later_decisions(summary, found.folder)
+        return _facts(found, summary, later)
     except RigrunnerError as error:
         return RunFacts(found, {"problem": storable(str(error))})
 
@@ -139,14 +144,6 @@ def _own(summary: RunSummary) -> Iterator[Row]:
             "by": None,
             "why": None,
         }
-
-
-def _later_decisions(found: FoundRun, summary: RunSummary) -> Sequence[DecisionFile]:
-    if not any(file.name.startswith("decision-") for file in found.files):
-        return ()
-    from rigrunner.run.decisions import later_decisions  # noqa: PLC0415  (it loads the analysis; few runs need it)
-
-    return later_decisions(summary, found.folder)
 
 
 def _later(later: Sequence[DecisionFile], summary: RunSummary) -> Iterator[Row]:

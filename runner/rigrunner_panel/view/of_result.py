@@ -41,12 +41,15 @@ def live_view(
 ) -> LiveView:
     """Return the result of the recordings so far, or of all, with what it may be."""
     limited = [(each, _limits(each, acceptance)) for each in result.results]
+    # On what was measured so far: all within limits is no verdict yet.
+    missed = Verdict.FAIL if result.limits.missed else None
+    verdict = worst((missed, result.decision.verdict if result.decision else None))
     return LiveView(
         recordings=len(result.run.recordings),
         final=final,
         problem=" ".join(result.notes),
         taken_s=taken_s,
-        verdict=str(_interim_verdict(result) or ""),
+        verdict=str(verdict or ""),
         headline=_value(result.headline),
         checks=tuple(
             CheckView(
@@ -129,12 +132,6 @@ def _figures(limited: Sequence[tuple[MeasurementResult, Limits | None]]) -> Iter
             if each.name == name
         ]
         yield from over_coordinate(own)[-1:]
-
-
-def _interim_verdict(result: Result) -> Verdict | None:
-    """Return the verdict on what was measured so far: all within limits is none yet."""
-    missed = Verdict.FAIL if result.limits.missed else None
-    return worst((missed, result.decision.verdict if result.decision else None))
 
 
 def finished_view(finished: FinishedRun) -> Finished:
