@@ -132,6 +132,10 @@ def _read_yes_no(value: object) -> bool:
     raise ValueError(f"got {str(value)[:20]!r}, expected yes or no")
 
 
+def _symbol(text: str) -> str:
+    return unit(text).symbol
+
+
 def _read_date(value: object) -> object:
     if not isinstance(value, str):
         return value
@@ -190,7 +194,7 @@ YesNo = Annotated[
 PlainText = Annotated[str, AfterValidator(plain)]
 """A text for people, without invisible characters."""
 
-UnitSymbol = Annotated[str, AfterValidator(lambda text: unit(text).symbol)]
+UnitSymbol = Annotated[str, AfterValidator(_symbol)]
 """A unit such as mV, by its symbol."""
 
 IsoDate = Annotated[date, BeforeValidator(_read_date)]
@@ -200,6 +204,10 @@ Item = TypeVar("Item")
 # Not strict, as YAML gives a list, and strictly that is no tuple.
 ListOf = Annotated[tuple[Item, ...], Field(strict=False)]
 """A list in YAML, stored as a tuple: `ListOf[Frequency]`."""
+
+
+def _several(value: object) -> object:
+    return value if isinstance(value, list | tuple) else [value]
 
 
 class _OneToo:
@@ -213,10 +221,7 @@ class _OneToo:
 
 
 OneOrSeveral = Annotated[
-    tuple[Item, ...],
-    BeforeValidator(lambda value: value if isinstance(value, list | tuple) else [value]),
-    Field(strict=False),
-    _OneToo(),
+    tuple[Item, ...], BeforeValidator(_several), Field(strict=False), _OneToo()
 ]
 """One value, or a list of values."""
 
