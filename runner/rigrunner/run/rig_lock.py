@@ -70,7 +70,13 @@ def station_lock(
         yield None
         return
     now, station_id, process = utc_text(datetime.now(UTC)), station.model.id, os.getpid()
-    places = list(_places(station, registry, real))
+    # Those that no other run may use at the same time.
+    places = [
+        Place(role, written, canonical(written))
+        for role in real
+        if not (binding := station.model.devices[role]).shared
+        for written in registry.physical_addresses(binding.plugin, binding.settings)
+    ]
     folder = shared_folder()
     holder = Holder(station_id, what, process, now)
     with ExitStack() as held:
@@ -101,16 +107,6 @@ def station_lock(
             addresses={role: tuple(sorted(each)) for role, each in of_role.items()},
         )
         yield RigMarks(owner, real, locks)
-
-
-def _places(station: LoadedStation, registry: Registry, roles: list[str]) -> Iterator[Place]:
-    """Yield the addresses that no other run may use at the same time."""
-    for role in roles:
-        binding = station.model.devices[role]
-        if binding.shared:
-            continue
-        for written in registry.physical_addresses(binding.plugin, binding.settings):
-            yield Place(role, written, canonical(written))
 
 
 def _take(held: ExitStack, lock_file: Path, holder: Holder, named: str) -> int:
