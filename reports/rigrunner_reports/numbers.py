@@ -114,3 +114,13 @@ def _signed(text: str) -> str:
     if not text.startswith("-"):
         return text
     return text.removeprefix("-") if float(text) == 0 else text.replace("-", MINUS)
+
+
+def as_scattered(value: float, deviation: float) -> str:
+    """Return a value with one decimal more than its standard deviation justifies."""
+    return fixed(value, max(0, places(deviation) + 1))
+
+
+def percent(part: float, of: float) -> str:
+    """Return a part of a whole in percent, with one decimal."""
+    return fixed(100.0 * part / of, 1)

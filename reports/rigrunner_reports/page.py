@@ -72,6 +72,11 @@ def make_page(report: ReportInput) -> Page:
     result = report.result
     others = [(each, page) for each in brought() if (page := each.page(report)) is not None]
     numbers = (found for each, page in others if (found := each.headline(report, page)))
+    inside: dict[str, list[tuple[Section, object]]] = {TILES: [], BELOW: []}
+    for sections, page in others:
+        for each in sections.sections:
+            if each.inside and (shown := each.view(report, page)):
+                inside[each.inside].append((each, shown))
     warnings = run.warnings(result)
     decision = None
     if result.decision is not None:
@@ -105,7 +110,7 @@ def make_page(report: ReportInput) -> Page:
             recordings=tuple(map(of_recording, drawn_recordings(result))),
         ),
         brought=tuple(others),
-        inside=_inside(report, others),
+        inside=inside,
     )
 
 
@@ -120,17 +125,6 @@ def _provenance(report: ReportInput) -> run.Facts:
         if each.digest and each.digest not in told
     )
     return (*digests, *report.provenance.items())
-
-
-def _inside(
-    report: ReportInput, others: list[tuple[Sections, Any]]
-) -> dict[str, list[tuple[Section, object]]]:
-    found: dict[str, list[tuple[Section, object]]] = {TILES: [], BELOW: []}
-    for sections, page in others:
-        for each in sections.sections:
-            if each.inside and (shown := each.view(report, page)):
-                found[each.inside].append((each, shown))
-    return found
 
 
 def _named(result: Result) -> dict[str, tuple[Picture, ...]]:

@@ -64,8 +64,9 @@ class Bus:
                 sink(event)
             except Exception as error:  # noqa: BLE001  (a stranger's listener may raise anything)
                 self._guarded = _without(sink, self._guarded)
+                name = getattr(sink, "__name__", type(sink).__name__)
                 why = f"{type(error).__name__}: {error}"
-                dropped += (f"{_name(sink)} failed and was dropped: {why}",)
+                dropped += (f"{name} failed and was dropped: {why}",)
         if failures:
             self.failure = self.failure or failures[0]
             raise_first(failures)
@@ -141,7 +142,3 @@ class EventStamp:
             if now < latest:
                 self._set_back(latest, now)
         return kind(seq=next(self._seq), monotonic_s=monotonic_s, utc=self._utc, **fields)
-
-
-def _name(sink: EventSink) -> str:
-    return getattr(sink, "__name__", type(sink).__name__)

@@ -75,7 +75,8 @@ class Desk:
     def start(self, job: Job, links: Links) -> None:
         """Start a job; raise PanelError while another one is running."""
         with self._lock:
-            self._refuse_second()
+            if self.is_busy:
+                raise wrong_state("the rig is in use", "wait until it ends, or abort it")
             process = Process(RIG_PROCESS)
             story = Story(self.board, job.view, links, self._left_energised())
             watcher = None
@@ -227,10 +228,6 @@ class Desk:
                             if each.seq > story.latest:
                                 self._show(story, each)
             time.sleep(LOOK_S)
-
-    def _refuse_second(self) -> None:
-        if self.is_busy:
-            raise wrong_state("the rig is in use", "wait until it ends, or abort it")
 
     def _going(self) -> Story:
         if self._story is None or self._story.is_over:

@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-    from rigrunner.runfile import StoredRun
 
 SHOWN = (".html", ".json", ".pdf", ".h5", ".log", ".svg", ".txt")
 """The files of a run's folder that may be downloaded."""
@@ -90,6 +89,7 @@ class History:
         """Return everything about a run except its samples; raise PanelError or DataError."""
         stored = read(self.folder(run))
         document = stored.result_document
+        told = ((event.utc, event_text(event)) for event in stored.events)
         return RunDetail(
             item=self.item(run),
             inputs=dict(stored.header.inputs),
@@ -101,7 +101,7 @@ class History:
             recordings=stored.info.recording_names,
             digest_sha256=stored.digest,
             result=None if document is None else {**document, "results": results_in(document)},
-            events=tuple(_events(stored)),
+            events=tuple({"utc": utc, "text": text} for utc, text in told if text),
             notes=stored.notes,
         )
 
@@ -180,9 +180,3 @@ def _named(document: dict[str, Any]) -> str:
     estimate, width = found[0]["estimate"], found[0]["estimate"]["expanded_uncertainty_95"]
     shown = with_uncertainty(estimate["value"], nan if width is None else width)
     return f"{found[0]['name']}: {shown} {estimate['unit']}"
-
-
-def _events(stored: StoredRun) -> Iterator[dict[str, str]]:
-    for event in stored.events:
-        if text := event_text(event):
-            yield {"utc": event.utc, "text": text}

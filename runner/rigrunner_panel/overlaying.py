@@ -84,7 +84,8 @@ def _named(run: StoredRun) -> dict[tuple[str, Axis, Axis], Columns]:
         x, y, half = found.setdefault((each["name"], *axes), ([], [], []))
         x.append(float(at[1].value))
         y.append(estimate["value"])
-        half.append(_expanded(estimate))
+        expanded = estimate["expanded_uncertainty_95"]
+        half.append(nan if expanded is None else float(expanded))
     return found
 
 
@@ -92,11 +93,6 @@ def _axis(result: Mapping[str, Any]) -> tuple[str, CoordinateValue] | None:
     """Return the first numeric coordinate of a named result, with its name."""
     places = coordinates_in(result).items()
     return next(((key, at) for key, at in places if isinstance(at.value, float)), None)
-
-
-def _expanded(estimate: Mapping[str, Any]) -> float:
-    expanded = estimate["expanded_uncertainty_95"]
-    return nan if expanded is None else float(expanded)
 
 
 def _envelope(name: str, recording: Recording, channel: str, symbol: str) -> Series:

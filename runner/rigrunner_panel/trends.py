@@ -11,10 +11,9 @@ from rigrunner.api.studies import Trend
 from rigrunner_fleet.archive.filters import filters_of
 from rigrunner_fleet.archive.indexing import index
 from rigrunner_fleet.archive.querying import open_archive, rows
-from rigrunner_fleet.monitoring.baseline import baseline_of
 from rigrunner_fleet.monitoring.observing import NoStudyError, observe
 from rigrunner_fleet.monitoring.quantities import TORQUES
-from rigrunner_fleet.monitoring.trending import trend
+from rigrunner_fleet.monitoring.trending import baseline_of, trend
 from rigrunner_fleet.trends.charting import Charting
 
 RULES = ("nelson", "western-electric", "shewhart")

@@ -32,16 +32,36 @@ def command(folder: Path) -> ExitCode:
     from rigrunner.cli.progress import shown_progress
     from rigrunner.cli.stopping import stop_on_signals
     from rigrunner.clock import SimulatedClock
+    from rigrunner.engine import UnattendedAnswers
     from rigrunner.registry import load_registry
-    from rigrunner_bearings.demo import run_demo
+    from rigrunner.run.inputs import answer_inputs
+    from rigrunner.run.locate import find_procedure, find_station
+    from rigrunner.run.partners import partners_for
+    from rigrunner.run.prepare import plan_run
+    from rigrunner.run.record import execute
+    from rigrunner_bearings.labs import PROCEDURES
 
     message(
         "No-load sweep and 1000 N test on a simulated rig, in simulated time, with its own answers."
     )
+    answers, registry, clock = UnattendedAnswers(), load_registry(), SimulatedClock()
     runs: list[FinishedRun] = []
     try:
         with stop_on_signals() as stop, shown_progress() as progress:
-            runs.extend(run_demo(folder, load_registry(), SimulatedClock(), stop, [stop, progress]))
+            for name in PROCEDURES:  # the no-load run, then the loaded one that it compensates
+                planned = plan_run(find_procedure(name), find_station("simulated"), registry, clock)
+                finished = execute(
+                    planned,
+                    runs=folder,
+                    inputs=answer_inputs(planned.procedure, {}, answers),
+                    partners=partners_for(planned, folder),
+                    answers=answers,
+                    stop=stop,
+                    listeners=[stop, progress],
+                )
+                runs.append(finished)
+                if finished.error is not None:
+                    break
     finally:
         for finished in runs:
             tell_finished(finished)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from io import BytesIO
 from itertools import product
 from typing import TYPE_CHECKING, Any
 
@@ -49,18 +48,12 @@ def draw_figures(study: Study, folder: Path) -> list[Path]:
     written = []
     for name, (paint, height_in) in FIGURES.items():
         path = folder / f"{name}.svg"
-        path.write_bytes(_svg(study, paint, height_in))
+        with style.context(["default", STYLE]):
+            figure = Figure(figsize=(8.4, height_in), layout="constrained")
+            paint(figure, study)
+            figure.savefig(path, format="svg", metadata={"Date": None})
         written.append(path)
     return written
-
-
-def _svg(study: Study, paint: Callable[[Any, Study], None], height_in: float) -> bytes:
-    with style.context(["default", STYLE]):
-        figure = Figure(figsize=(8.4, height_in), layout="constrained")
-        paint(figure, study)
-        buffer = BytesIO()
-        figure.savefig(buffer, format="svg", metadata={"Date": None})
-    return buffer.getvalue()
 
 
 def _errors(figure: Any, study: Study) -> None:

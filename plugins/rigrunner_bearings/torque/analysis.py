@@ -41,7 +41,6 @@ if TYPE_CHECKING:
 
     from rigrunner.api import (
         AnalysisContext,
-        Array,
         Curve,
         Estimate,
         Fit,
@@ -49,7 +48,6 @@ if TYPE_CHECKING:
         OutlierRule,
         Points,
         Recording,
-        Rejection,
         RunData,
     )
     from rigrunner.api.analysis_context import Plugins
@@ -331,15 +329,11 @@ class _TorqueOfRun:
 
 def _outlier_rule(spec: TorqueSettings, context: AnalysisContext) -> OutlierRule:
     if spec.outliers is None:
-        return _keep_all
+        return lambda _: []
     rule: OutlierRule = context.plugins.make(
         "outlier_rule", spec.outliers.name, spec.outliers.settings
     )
     return rule
-
-
-def _keep_all(values: Array) -> list[Rejection]:  # noqa: ARG001  (a rule takes values)
-    return []
 
 
 def fitted(

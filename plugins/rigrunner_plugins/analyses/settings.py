@@ -69,13 +69,9 @@ ValueName = Annotated[
 """A channel, 'role.name', or a statistic of its samples, 'role.name.rms'."""
 
 
-def _one_or_several(value: object) -> object:
-    return [value] if isinstance(value, str) else value
-
-
 Per = Annotated[
     ListOf[CoordinateKey],
-    BeforeValidator(_one_or_several),
+    BeforeValidator(lambda value: [value] if isinstance(value, str) else value),
     WithJsonSchema({"anyOf": [_KEY, {"type": "array", "items": _KEY}]}),
 ]
 """One or several coordinates that distinguish results."""

@@ -3,31 +3,7 @@
 from __future__ import annotations
 
 from rigrunner.api import DeviceRecord, Imported, hookimpl
-from rigrunner_plugins.devices.modbus import trial as of_modbus
-from rigrunner_plugins.devices.pymeasure import trial as of_pymeasure
-from rigrunner_plugins.devices.serial_ascii import trial as of_serial_ascii
-from rigrunner_plugins.devices.visa import trial as of_visa
-
-TABLE = {
-    "title": "A table of three rows",
-    "set_points": ["frequency", "load"],
-    "cycle_frequency": "frequency",
-    "rows": [
-        {"frequency": "0 Hz", "load": "0 N", "angle": "0 deg", "torque": "0 N·m"},
-        {"frequency": "1 Hz", "load": "10 N", "angle": "2 deg", "torque": "1.2 N·m"},
-        {"frequency": "10 Hz", "load": "100 N", "angle": "2 deg", "torque": "1.3 N·m"},
-    ],
-}
-"""With which the table is tried."""
-PARTS = {
-    "parts": {
-        "rig": {"plugin": "swing_tester_sim"},
-        "table": {"plugin": "tabulated", "settings": TABLE},
-    },
-    "channels": {"angle": "rig.angle", "torque": "rig.torque", "reference": "table.torque"},
-    "drives": {"frequency": "rig.frequency", "load": "rig.load"},
-}
-"""With which a role of several instruments is tried."""
+from rigrunner_plugins.devices import trials
 
 
 @hookimpl
@@ -45,7 +21,7 @@ def rigrunner_devices() -> list[DeviceRecord]:
             name="tabulated",
             help="Single values from a table, chosen by set-points, such as published ones",
             settings="rigrunner_plugins.devices.tabulated.settings:TabulatedSettings",
-            trial=TABLE,
+            trial=trials.TABLE,
             factory=Imported("rigrunner_plugins.devices.tabulated.device:Tabulated"),
             simulated=True,
         ),
@@ -62,7 +38,7 @@ def rigrunner_devices() -> list[DeviceRecord]:
             name="composite",
             help="One role made of several instruments, each with its own plugin",
             settings="rigrunner_plugins.devices.composite.settings:CompositeSettings",
-            trial=PARTS,
+            trial=trials.PARTS,
             factory=Imported("rigrunner_plugins.devices.composite.device:make"),
             wired=True,  # by its parts: it exchanges nothing itself
         ),
@@ -85,8 +61,8 @@ def rigrunner_devices() -> list[DeviceRecord]:
             settings="rigrunner_plugins.devices.modbus.settings:ModbusSettings",
             factory=Imported("rigrunner_plugins.devices.modbus.device:ModbusDevice"),
             wired=True,
-            trial=of_modbus.TRIAL,
-            absent=of_modbus.ABSENT,
+            trial=trials.MODBUS,
+            absent=trials.ABSENT_MODBUS,
         ),
         DeviceRecord(
             name="opcua",
@@ -102,8 +78,8 @@ def rigrunner_devices() -> list[DeviceRecord]:
             settings="rigrunner_plugins.devices.visa.settings:VisaSettings",
             factory=Imported("rigrunner_plugins.devices.visa.streaming:make"),
             wired=True,
-            trial=of_visa.TRIAL,
-            absent=of_visa.ABSENT,
+            trial=trials.VISA,
+            absent=trials.ABSENT_VISA,
         ),
         DeviceRecord(
             name="serial_ascii",
@@ -111,8 +87,8 @@ def rigrunner_devices() -> list[DeviceRecord]:
             settings="rigrunner_plugins.devices.serial_ascii.settings:SerialAsciiSettings",
             factory=Imported("rigrunner_plugins.devices.serial_ascii.streaming:make"),
             wired=True,
-            trial=of_serial_ascii.TRIAL,
-            absent=of_serial_ascii.ABSENT,
+            trial=trials.SERIAL_ASCII,
+            absent=trials.ABSENT_SERIAL_ASCII,
         ),
         DeviceRecord(
             name="pymeasure",
@@ -121,7 +97,7 @@ def rigrunner_devices() -> list[DeviceRecord]:
             settings="rigrunner_plugins.devices.pymeasure.settings:PyMeasureSettings",
             factory=Imported("rigrunner_plugins.devices.pymeasure.device:make"),
             wired=True,
-            trial=of_pymeasure.TRIAL,
-            absent=of_pymeasure.ABSENT,
+            trial=trials.PYMEASURE,
+            absent=trials.ABSENT_PYMEASURE,
         ),
     ]

@@ -31,12 +31,12 @@ def _different(items: tuple[Item, ...]) -> tuple[Item, ...]:
     return items
 
 
-def _ascending(powers: tuple[int, ...]) -> tuple[int, ...]:
-    return tuple(sorted(_different(powers)))
-
-
 Power = Annotated[int, Field(ge=0, le=8)]
-PowerSet = Annotated[ListOf[Power], Field(min_length=1), AfterValidator(_ascending)]
+PowerSet = Annotated[
+    ListOf[Power],
+    Field(min_length=1),
+    AfterValidator(lambda powers: tuple(sorted(_different(powers)))),
+]
 
 
 class WeightedSettings(Settings):

@@ -39,7 +39,14 @@ def over_coordinate(
         limits = None if part is None else part.limits
         found.append((each, limits, part is not None and not part.passes))
     alt = "; ".join(f"{each.place}: {stated(each.estimate)}" for each in results[:MOST_POINTS])
-    return tuple(_picture(figure, alt) for figure in figures_over(found))
+    pictures = []
+    for figure in figures_over(found):
+        shown = replace(figure, series=tuple(map(_thinned, figure.series)))
+        caption = f"{figure.title} over {figure.x.name}. The bars are U for 95 %."
+        caption += " The dashed lines are the limits." if figure.has_limits else ""
+        caption += THINNED if shown != figure else ""
+        pictures.append(Picture(caption, alt, (shown,)))
+    return tuple(pictures)
 
 
 def given(figure: Figure) -> Picture:
@@ -50,14 +57,6 @@ def given(figure: Figure) -> Picture:
         if (y := [point.y for point in each.points])
     )
     return Picture(figure.caption or figure.title, alt, (figure,))
-
-
-def _picture(figure: Figure, alt: str) -> Picture:
-    shown = replace(figure, series=tuple(map(_thinned, figure.series)))
-    limits = " The dashed lines are the limits." if figure.has_limits else ""
-    caption = f"{figure.title} over {figure.x.name}. The bars are U for 95 %.{limits}"
-    thinned = THINNED if shown != figure else ""
-    return Picture(f"{caption}{thinned}", alt, (shown,))
 
 
 def _thinned(series: Series) -> Series:

@@ -8,7 +8,7 @@ import numpy as np
 
 from rigrunner.api.figures import Axis, Figure, Mark, Picture, Point, Series
 from rigrunner.signal.thinning import places_of_extremes
-from rigrunner_reports.studies.numbers import as_scattered
+from rigrunner_reports.numbers import as_scattered
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

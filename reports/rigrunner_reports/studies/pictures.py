@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigrunner.api.figures import Axis, Figure, Mark, Picture, Series
-from rigrunner_reports.numbers import fixed
-from rigrunner_reports.studies.numbers import as_scattered
+from rigrunner_reports.numbers import as_scattered, fixed
 
 if TYPE_CHECKING:
     from rigrunner.api.studies import CapabilitySeries, CapabilityStudy, GaugeStudy

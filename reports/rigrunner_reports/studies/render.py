@@ -7,11 +7,10 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.studies import CapabilityStudy, GaugeStudy, GoldenStudy, Trend
-from rigrunner_reports.numbers import fixed, significant, with_sign
+from rigrunner_reports.numbers import as_scattered, fixed, percent, significant, with_sign
 from rigrunner_reports.render import filled
 from rigrunner_reports.studies.control_chart import control_chart
 from rigrunner_reports.studies.golden import MOST_RUNS, in_u, shifts
-from rigrunner_reports.studies.numbers import as_scattered, percent
 from rigrunner_reports.studies.pictures import components, distribution, letter, readings
 
 if TYPE_CHECKING:

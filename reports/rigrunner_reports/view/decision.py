@@ -14,7 +14,7 @@ from rigrunner_reports.numbers import fixed, significant, stated
 from rigrunner_reports.view.run import moment
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Sequence
 
     from rigrunner.api.results import Result
     from rigrunner.api.verdict import Decision, LaterDecision, LimitDecision
@@ -93,15 +93,14 @@ class LimitView:
     @property
     def risk(self) -> str:
         """The greatest specific risks that the rule implies."""
-        return "; ".join(self._risks()) or "not determined"
-
-    def _risks(self) -> Iterator[str]:
+        risks = []
         if not isnan(self.found.false_accept_risk):
-            yield f"at most {risk_text(self.found.false_accept_risk)} of a false pass"
+            risks.append(f"at most {risk_text(self.found.false_accept_risk)} of a false pass")
         elif not isnan(self.found.guard_band):
-            yield "no value could pass"
+            risks.append("no value could pass")
         if not isnan(self.found.false_reject_risk):
-            yield f"at most {risk_text(self.found.false_reject_risk)} of a false fail"
+            risks.append(f"at most {risk_text(self.found.false_reject_risk)} of a false fail")
+        return "; ".join(risks) or "not determined"
 
 
 @dataclass(frozen=True)

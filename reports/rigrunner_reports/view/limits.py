@@ -5,14 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from rigrunner.api.coordinates import (
-    coordinates_text,
-    measured_column,
-    with_unit,
-    written_column,
-    written_text,
-)
-from rigrunner.api.readings import reading_text
+from rigrunner.api.coordinates import coordinates_text, written_text
+from rigrunner.api.summaries import table_cells
 from rigrunner.api.verdict import worst
 from rigrunner_reports.section import Section
 from rigrunner_reports.view.decision import VerdictView, shown_verdict
@@ -105,41 +99,12 @@ def _where(row: Measurement) -> Iterator[str]:
 
 def measured_table(name: str, rows: Sequence[Measurement]) -> MeasuredTable:
     """Return a table of measured values, ready to print."""
-    units = {member: unit for row in rows for member, unit in row.units.items()}
-    coordinates = list(dict.fromkeys(name for row in rows for name in row.coordinates))
-    setpoints = list(dict.fromkeys(member for row in rows for member in row.setpoints))
-    values = list(dict.fromkeys(member for row in rows for member in row.values))
-    told = list(dict.fromkeys(member for row in rows for member in row.readings))
-    placed = [written_column(rows, name, units.get(name, "")) for name in coordinates + setpoints]
-    heads = [*coordinates, *(f"set {name}" for name in setpoints)]
-    read = [measured_column(rows, member, units.get(member) or "1") for member in values]
-    return MeasuredTable(
-        name=name,
-        columns=(
-            *(with_unit(head, unit) for head, (unit, _) in zip(heads, placed, strict=True)),
-            *(
-                f"{member} / {unit}" if unit else member
-                for member, (unit, _) in zip(values, read, strict=True)
-            ),
-            *(with_unit(member, units.get(member, "")) for member in told),
-        ),
-        rows=tuple(
-            (
-                (
-                    *(column[index] for _, column in (*placed, *read)),
-                    *(reading_text(row.readings.get(member, "")) for member in told),
-                ),
-                _row_verdict(row),
-            )
-            for index, row in enumerate(rows[:MOST_ROWS])
-        ),
-        left_out=max(0, len(rows) - MOST_ROWS),
-    )
-
-
-def _row_verdict(row: Measurement) -> VerdictView | None:
-    found = worst(each.verdict for each in row.decisions)
-    return None if found is None else shown_verdict(found)
+    heads, cells = table_cells(rows)
+    found = []
+    for row, texts in zip(rows[:MOST_ROWS], cells, strict=False):
+        verdict = worst(each.verdict for each in row.decisions)
+        found.append((tuple(texts), None if verdict is None else shown_verdict(verdict)))
+    return MeasuredTable(name, tuple(heads), tuple(found), max(0, len(rows) - MOST_ROWS))
 
 
 SECTIONS = (

@@ -113,7 +113,14 @@ def _view(result: Result, definition: ResultDefinition) -> ResultView:
         if part.named == definition.name
     ]
     own = {id(part.result): part for part in parts if part.result is not None}
-    rows = [*(_row(each, own) for each in found), *(_missing(each, parts) for each in missing)]
+    rows = [
+        _row(each, own.get(id(each.estimate)), stated(each.estimate), each.readings)
+        for each in found
+    ]
+    rows += [
+        _row(each, next((part for part in parts if _has_row(part, [each])), None))
+        for each in missing
+    ]
     if len(rows) > MOST_ROWS:
         rows.sort(key=lambda row: row.limit is None or row.limit.found.passes)
     judged = {id(each.estimate) for each in found}
@@ -159,24 +166,14 @@ def _cell(value: float | str) -> str:
     return _TRAILING_ZEROS.sub(r"\1", significant(value, TABLE_DIGITS))
 
 
-def _row(found: MeasurementResult, own: dict[int, LimitDecision]) -> ResultRow:
-    part = own.get(id(found.estimate))
-    return ResultRow(
-        coordinates=tuple(map(str, found.coordinates.values())),
-        shown=stated(found.estimate),
-        readings=found.readings,
-        limit=None if part is None else LimitView(part),
-    )
-
-
-def _missing(missing: MissingResult, parts: Sequence[LimitDecision]) -> ResultRow:
-    part = next((each for each in parts if _has_row(each, [missing])), None)
-    return ResultRow(
-        coordinates=tuple(map(str, missing.coordinates.values())),
-        shown=None,
-        readings=None,
-        limit=None if part is None else LimitView(part),
-    )
+def _row(
+    at: MeasurementResult | MissingResult,
+    part: LimitDecision | None,
+    shown: Stated | None = None,
+    readings: int | None = None,
+) -> ResultRow:
+    coordinates = tuple(map(str, at.coordinates.values()))
+    return ResultRow(coordinates, shown, readings, None if part is None else LimitView(part))
 
 
 def _has_row(part: LimitDecision, missing: Sequence[MissingResult]) -> bool:

@@ -124,10 +124,6 @@ def _difference(quantity: Quantity) -> Quantity:
     return quantity
 
 
-def _read_si(dimension: str, value: object) -> float:
-    return _read(dimension, value).si
-
-
 def _read_yes_no(value: object) -> bool:
     if isinstance(value, bool):
         return value
@@ -171,7 +167,7 @@ class QuantitySchema:
 
 
 def _field(dimension: str) -> tuple[BeforeValidator, QuantitySchema]:
-    return BeforeValidator(partial(_read_si, dimension)), QuantitySchema(dimension)
+    return BeforeValidator(lambda value: _read(dimension, value).si), QuantitySchema(dimension)
 
 
 Torque = Annotated[float, *_field("torque")]

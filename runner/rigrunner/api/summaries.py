@@ -5,8 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from rigrunner.api.coordinates import measured_column, with_unit, written_column
+from rigrunner.api.readings import reading_text
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+
+    from rigrunner.api.data import Measurement
 
     Document = Mapping[str, Any]
 
@@ -62,3 +67,29 @@ def pairs(rows: Sequence[tuple[str, str]]) -> str:
     return "\n".join(
         f"{name.ljust(width)}{GAP}{below.join(value.splitlines())}".rstrip() for name, value in rows
     )
+
+
+def table_cells(rows: Sequence[Measurement]) -> tuple[list[str], list[list[str]]]:
+    """Return the heads with units, and the cells of each row, of one table of measured values.
+
+    First coordinates and set-points, then values, then readings that are not numbers.
+    """
+    units = {name: symbol for row in rows for name, symbol in row.units.items()}
+    coordinates = dict.fromkeys(name for row in rows for name in row.coordinates)
+    setpoints = dict.fromkeys(member for row in rows for member in row.setpoints)
+    values = dict.fromkeys(member for row in rows for member in row.values)
+    told = dict.fromkeys(member for row in rows for member in row.readings)
+    heads: list[str] = []
+    columns: list[list[str]] = []
+    for name in (*coordinates, *setpoints):
+        symbol, column = written_column(rows, name, units.get(name, ""))
+        heads.append(with_unit(name if name in coordinates else f"set {name}", symbol))
+        columns.append(column)
+    for member in values:
+        symbol, column = measured_column(rows, member, units.get(member) or "1")
+        heads.append(f"{member} / {symbol}" if symbol else member)
+        columns.append(column)
+    for member in told:
+        heads.append(with_unit(member, units.get(member, "")))
+        columns.append([reading_text(row.readings.get(member, "")) for row in rows])
+    return heads, [[column[row] for column in columns] for row in range(len(rows))]

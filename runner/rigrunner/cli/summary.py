@@ -157,16 +157,14 @@ def _results(document: Document) -> str:
                 at = ", ".join(f"{key} = {text}" for key, text in place.items())
                 reasons.append(f"no value{f' at {at}' if at else ''}: {each['why']}")
             else:
-                found = [_with_known_u(each["estimate"]), str(each["readings"])]
+                estimate = each["estimate"]
+                shown = f"{estimate['value']:.6g}, U unknown"
+                if estimate["expanded_uncertainty_95"] is not None:
+                    shown = estimate_text(estimate)
+                found = [shown, str(each["readings"])]
             rows.append([*(place[key] for key in first["coordinates"]), *found])
         tables.append("\n".join([caption, table(header, rows, "r" * len(header)), *reasons]))
     return "\n\n".join(tables)
-
-
-def _with_known_u(estimate: Mapping[str, Any]) -> str:
-    if estimate["expanded_uncertainty_95"] is None:
-        return f"{estimate['value']:.6g}, U unknown"
-    return estimate_text(estimate)
 
 
 def coordinate_text(value: str | Mapping[str, Any]) -> str:

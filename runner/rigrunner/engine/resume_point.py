@@ -58,7 +58,11 @@ def find_resume_point(
     attempts = Counter(one.index for one in events if isinstance(one, StepStarted))
     # Nothing but the teardown of the procedure itself is left.
     over = start == len(steps) or (steps[start].phase is Phase.TEARDOWN and not steps[start].calls)
-    left_out = frozenset(_left_out(events))
+    # A later look at a condition replaces the earlier one: a set-point can be repeated.
+    looks = {one.index: one.leaves for one in events if isinstance(one, StepEnded) and one.ok}
+    left_out = frozenset(
+        index for at, leaves in looks.items() for index in range(at + 1, at + 1 + leaves)
+    )
     before = () if over else tuple(_again(steps, start, done, left_out))
     # What was interrupted may have had its effect or not: the events do not show it.
     for index in (*before, *range(start, reached + 1)):
@@ -142,14 +146,6 @@ def _reached(steps: Sequence[PlannedStep], events: Iterable[Event]) -> int:
             case Intervention(action=Choice.REPEAT) if reached < len(steps):
                 reached = point_at(steps, reached).start
     return reached
-
-
-def _left_out(events: Iterable[Event]) -> Iterator[int]:
-    """Yield the steps that the last evaluation of each condition skipped."""
-    # A later look at the same condition replaces the earlier one: a set-point can be repeated.
-    looks = {one.index: one.leaves for one in events if isinstance(one, StepEnded) and one.ok}
-    for index, leaves in looks.items():
-        yield from range(index + 1, index + 1 + leaves)
 
 
 def _cycles(events: Iterable[Event]) -> Mapping[str, float]:

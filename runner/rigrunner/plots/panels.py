@@ -94,7 +94,10 @@ LINES = (
     Line(OCHRE, ":", "^"),
     Line(GREY, "--", "P"),
 )
-_APART = {"excluded", "marked"}
+_APART: dict[str, dict[str, Any]] = {
+    "excluded": {"marker": "x", "color": VERMILION, "markersize": 6},
+    "marked": {"marker": "s", "color": INK, "markersize": 8, "markerfacecolor": "none"},
+}
 """Kinds that have a look of their own."""
 _LIMIT: dict[str, Any] = {"color": INK, "linestyle": (0, (5, 3)), "linewidth": 1.3}
 
@@ -139,6 +142,9 @@ def paint(canvas: Canvas, picture: Picture, *, titled: bool = False) -> None:
     # A series is drawn alike in all panels, by its name.
     lines = {name: LINES[place % len(LINES)] for place, name in enumerate(named)}
 
+    def date(seconds: float, _: object) -> str:
+        return f"{datetime.fromtimestamp(seconds, UTC):%Y-%m-%d}"
+
     def number(value: float, _: object) -> str:
         return f"{value:.6g}".replace("-", "\N{MINUS SIGN}").replace(".", picture.decimal)
 
@@ -153,7 +159,7 @@ def paint(canvas: Canvas, picture: Picture, *, titled: bool = False) -> None:
             axes.set_xticks([place for place, _ in shown], [name for _, name in shown])
             axes.grid(visible=False, axis="x")
         if figure.x.is_time:
-            axes.xaxis.set_major_formatter(FuncFormatter(_date))
+            axes.xaxis.set_major_formatter(FuncFormatter(date))
         if picture.decimal != ".":
             axes.xaxis.set_major_formatter(FuncFormatter(number))
             axes.yaxis.set_major_formatter(FuncFormatter(number))
@@ -181,10 +187,6 @@ def limit_lines(points: Iterable[Point]) -> Iterator[tuple[list[float], list[flo
             yield from (([], [value]) for value in values)
 
 
-def _is_limited(point: Point) -> bool:
-    return point.lower is not None or point.upper is not None
-
-
 def _panel(axes: Axes, figure: Figure, lines: Mapping[str, Line], limit: str) -> None:
     for mark in figure.marks:
         _mark(axes, mark)
@@ -192,7 +194,11 @@ def _panel(axes: Axes, figure: Figure, lines: Mapping[str, Line], limit: str) ->
         _PAINTERS[each.kind](axes, each, lines.get(each.name, LINES[0]))
     points = [point for series in figure.series for point in series.points]
     label = limit
-    limited = [series.points for series in figure.series if any(map(_is_limited, series.points))]
+    limited = [
+        series.points
+        for series in figure.series
+        if any(point.lower is not None or point.upper is not None for point in series.points)
+    ]
     for over, ends in limit_lines(point for points in limited for point in points):
         if over:
             axes.plot(over, ends, label=label, **_LIMIT)
@@ -201,7 +207,7 @@ def _panel(axes: Axes, figure: Figure, lines: Mapping[str, Line], limit: str) ->
         label = ""
     out = [point for point in points if point.missed]
     if out:
-        x, y = _x(out), _column(out, "y")
+        x, y = _column(out, "x"), _column(out, "y")
         look: dict[str, Any] = {"marker": "X", "color": VERMILION, "markersize": 8, "zorder": 4}
         axes.plot(x, y, linestyle="", label="not passed", **look)
     axes.set(xlabel=str(figure.x), ylabel=str(figure.y))
@@ -225,7 +231,7 @@ def _mark(axes: Axes, mark: Mark) -> None:
 def _points(axes: Axes, series: Series, line: Line) -> None:
     is_crowded = len(series.points) > CROWDED
     axes.errorbar(
-        _x(series.points),
+        _column(series.points, "x"),
         _column(series.points, "y"),
         yerr=_half_widths(series.points),
         label=series.name,
@@ -239,7 +245,7 @@ def _points(axes: Axes, series: Series, line: Line) -> None:
 
 
 def _line(axes: Axes, series: Series, line: Line) -> None:
-    x, y = _x(series.points), _column(series.points, "y")
+    x, y = _column(series.points, "x"), _column(series.points, "y")
     axes.plot(x, y, label=series.name, color=line.color, linestyle=line.dashes)
     half = _half_widths(series.points)
     if half is not None:
@@ -247,22 +253,15 @@ def _line(axes: Axes, series: Series, line: Line) -> None:
 
 
 def _bars(axes: Axes, series: Series, line: Line) -> None:
-    x = _x(series.points)
+    x = _column(series.points, "x")
     width = float(np.diff(x).min()) if len(x) > 1 else 1.0
     look: dict[str, Any] = {"color": line.color, "alpha": 0.35, "linewidth": 0}
     axes.bar(x, _column(series.points, "y"), width, label=series.name, **look)
 
 
-def _excluded(axes: Axes, series: Series, _: Line) -> None:
-    look: dict[str, Any] = {"marker": "x", "color": VERMILION, "markersize": 6}
-    x, y = _x(series.points), _column(series.points, "y")
-    axes.plot(x, y, label=series.name, linestyle="", zorder=3, **look)
-
-
-def _marked(axes: Axes, series: Series, _: Line) -> None:
-    look: dict[str, Any] = {"marker": "s", "markersize": 8, "markerfacecolor": "none"}
-    x, y = _x(series.points), _column(series.points, "y")
-    axes.plot(x, y, label=series.name, linestyle="", color=INK, zorder=3, **look)
+def _apart(axes: Axes, series: Series, _: Line) -> None:
+    x, y = _column(series.points, "x"), _column(series.points, "y")
+    axes.plot(x, y, label=series.name, linestyle="", zorder=3, **_APART[series.kind])
 
 
 _PAINTERS = {
@@ -270,13 +269,8 @@ _PAINTERS = {
     "joined": _points,
     "line": _line,
     "bars": _bars,
-    "excluded": _excluded,
-    "marked": _marked,
+    **dict.fromkeys(_APART, _apart),
 }
-
-
-def _date(seconds: float, _: object) -> str:
-    return f"{datetime.fromtimestamp(seconds, UTC):%Y-%m-%d}"
 
 
 def _legend(canvas: Canvas, every: Iterable[Axes]) -> None:
@@ -294,10 +288,6 @@ def _half_widths(points: Sequence[Point]) -> Array | None:
     """Return U of each point, 0 where it is not known; None where none is."""
     half = _column(points, "U")
     return np.nan_to_num(half) if np.isfinite(half).any() else None
-
-
-def _x(points: Sequence[Point]) -> Array:
-    return _column(points, "x")
 
 
 def _column(points: Sequence[Point], name: str) -> Array:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Literal, Protocol, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -16,9 +16,6 @@ from rigrunner.api.settings import (
     Settings,
     YesNo,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 Timeout = Annotated[
     PositiveDuration | None,
@@ -54,8 +51,8 @@ Cycles = Annotated[int, Field(ge=1, le=1_000_000)]
 Channels = Annotated[ListOf[Member], Field(min_length=1)]
 
 
-class Band(Settings):
-    """Limits of a value, and the distance from them within which it is marginal."""
+class Bounds(Settings):
+    """A lowest and a highest value, and the distance from them within which a value is marginal."""
 
     min: AnyQuantity | None = None
     """Lower limit."""
@@ -63,23 +60,47 @@ class Band(Settings):
     """Upper limit."""
     marginal: Difference | None = None
     """A value inside a limit by less than this is recorded as marginal."""
+
+    def _refuse_no_range(self) -> None:
+        if self.min is None and self.max is None:
+            raise ValueError("a limit needs max, min, or both")
+        given = [each for each in (self.min, self.max, self.marginal) if each is not None]
+        kinds = list(dict.fromkeys(each.dimension for each in given))
+        if len(kinds) > 1:
+            raise ValueError(
+                f"'{given[0]}' is a {kinds[0]}, but '{given[-1]}' is a {given[-1].dimension}"
+            )
+        if self.min is None or self.max is None:
+            return
+        if self.min.si >= self.max.si:
+            raise ValueError(f"min ({self.min}) must be below max ({self.max})")
+        if self.marginal is not None and 2 * self.marginal.si >= self.max.si - self.min.si:
+            raise ValueError(
+                f"marginal ({self.marginal}) leaves nothing between {self.min} and {self.max}"
+            )
+
+
+class Band(Bounds):
+    """Limits of a value, and the distance from them within which it is marginal."""
 
     @model_validator(mode="after")
     def _is_a_range(self) -> Self:
-        for message in objections(self):
-            raise ValueError(message)
+        self._refuse_no_range()
         return self
 
 
-class ValueBand(Settings):
+class DifferenceBand(Band):
+    """Limits of a difference of two values."""
+
+    min: Difference | None = None
+    """Lower limit."""
+    max: Difference | None = None
+    """Upper limit."""
+
+
+class ValueBand(Bounds):
     """Limits of a value: `min` and `max` of a number, `equals` or `one_of` of any other."""
 
-    min: AnyQuantity | None = None
-    """Lower limit."""
-    max: AnyQuantity | None = None
-    """Upper limit."""
-    marginal: Difference | None = None
-    """A value inside a limit by less than this is recorded as marginal."""
     equals: bool | str | None = None
     """Required text, or yes or no."""
     one_of: Annotated[ListOf[bool | str], Field(max_length=100)] = ()
@@ -98,61 +119,11 @@ class ValueBand(Settings):
         if self.equals is not None and self.one_of:
             raise ValueError("got both, expected one of: equals, one_of")
         if not self.texts:
-            for message in objections(self):
-                raise ValueError(message)
+            self._refuse_no_range()
         return self
 
 
-class Bounds(Protocol):
-    """A lowest and a highest value, and how near to them a value is marginal."""
-
-    @property
-    def min(self) -> AnyQuantity | None:
-        """Lower limit."""
-
-    @property
-    def max(self) -> AnyQuantity | None:
-        """Upper limit."""
-
-    @property
-    def marginal(self) -> Difference | None:
-        """How near to a limit a value is marginal."""
-
-
-def objections(band: Bounds) -> Iterator[str]:
-    """Yield why these bounds are no range, in words."""
-    if band.min is None and band.max is None:
-        yield "a limit needs max, min, or both"
-    given = [each for each in (band.min, band.max, band.marginal) if each is not None]
-    kinds = list(dict.fromkeys(each.dimension for each in given))
-    if len(kinds) > 1:
-        yield f"'{given[0]}' is a {kinds[0]}, but '{given[-1]}' is a {given[-1].dimension}"
-    if band.min is None or band.max is None:
-        return
-    if band.min.si >= band.max.si:
-        yield f"min ({band.min}) must be below max ({band.max})"
-    if band.marginal is not None and 2 * band.marginal.si >= band.max.si - band.min.si:
-        yield f"marginal ({band.marginal}) leaves nothing between {band.min} and {band.max}"
-
-
-class DifferenceBand(Settings):
-    """Limits of a difference of two values."""
-
-    min: Difference | None = None
-    """Lower limit."""
-    max: Difference | None = None
-    """Upper limit."""
-    marginal: Difference | None = None
-    """A value inside a limit by less than this is recorded as marginal."""
-
-    @model_validator(mode="after")
-    def _is_a_range(self) -> Self:
-        for message in objections(self):
-            raise ValueError(message)
-        return self
-
-
-class RecordedBand(Settings):
+class RecordedBand(Bounds):
     """Limits of a recorded channel: of every sample, and of statistics of all samples.
 
     Of a channel that is read beside the recording, the value.
@@ -179,8 +150,7 @@ class RecordedBand(Settings):
     def _is_complete(self) -> Self:
         of_samples = self.min is not None or self.max is not None
         if of_samples or self.marginal is not None or not self.statistics:
-            for message in objections(self):
-                raise ValueError(message)
+            self._refuse_no_range()
         for one, statistic in (("min", "minimum"), ("max", "maximum")):
             if getattr(self, one) is not None and statistic in self.statistics:
                 raise ValueError(

@@ -19,7 +19,6 @@ from dataclasses import dataclass
 from math import isfinite
 from typing import TYPE_CHECKING, Any, TypeGuard
 
-from rigrunner.proof.older_texts import today
 from rigrunner.signal.rounding import places
 
 if TYPE_CHECKING:
@@ -40,6 +39,22 @@ _OLDER_DIGITS = 6
 """Older programs wrote a limit with so many; the rest of it stands beside the text."""
 _LONGEST = 80
 """Letters of a value in a message."""
+_REASON = re.compile(
+    r"(?P<of>.*: )?[^:]+? is (?P<away>[^:]+?) (?P<side>within|outside) the limit (?P<limit>[^:]+?)"
+    r"(?:, (?P<how>by at least|but by less than|but by no more than|by more than"
+    r"|but no value is within both limits by) (?P<width>[^:]+?))?"
+    r"(?P<why>: conformity is not demonstrated|: so uncertain a result cannot pass)?\."
+)
+_BY_HOW = {
+    None: "",
+    "by at least": " ({width})",
+    "but by less than": ", less than {width}",
+    "but by no more than": ", no more than {width}",
+    "by more than": ", more than {width}",
+    "but no value is within both limits by": (
+        "; the limits are too close for {width}, so no result can pass"
+    ),
+}
 
 
 @dataclass(frozen=True, order=True)
@@ -125,6 +140,25 @@ def _same(recorded: object, derived: object, width: float) -> bool:
     if isinstance(recorded, str) and isinstance(derived, str):
         return recorded == derived or _same_text(today(recorded), derived)
     return recorded == derived and type(recorded) is type(derived)
+
+
+def today(text: str) -> str:
+    """Return the reason of a verdict as written since version 0.2; other texts unchanged.
+
+    Meaning and numbers stay, except the value itself, which is beside the reason in each document
+    and compared there.
+    """
+    old = _REASON.fullmatch(text)
+    if old is None:
+        return text
+    of, limit, away = old["of"] or "", old["limit"], old["away"]
+    inside, outside = f"Margin to the limit {limit}: {away}", f"Outside the limit {limit} by {away}"
+    place = inside if old["side"] == "within" else outside
+    if of.startswith(("At ", "The mean: ")):
+        place = f"{place[:1].lower()}{place[1:]}"
+    unproven = old["why"] == ": conformity is not demonstrated"
+    why = "; conformity is not demonstrated" if unproven else ""
+    return f"{of}{place}{_BY_HOW[old['how']].format(width=old['width'])}{why}."
 
 
 def _same_text(recorded: str, derived: str) -> bool:

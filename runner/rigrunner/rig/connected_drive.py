@@ -126,7 +126,6 @@ class ConnectedDrive:
 
     def read_back(self) -> float:
         """Return the read-back of the drive."""
-        return self._role.call(self._read_back, self._actual, self._answer_s)
-
-    def _actual(self) -> float:
-        return as_number(self._device.read_back(self.name))
+        return self._role.call(
+            self._read_back, lambda: as_number(self._device.read_back(self.name)), self._answer_s
+        )

@@ -32,15 +32,12 @@ def as_number(value: object) -> float:
     # Not isinstance: numpy.float64 is a float as well, and becomes a plain one below.
     if type(value) is float:
         return value
-    if isinstance(value, SupportsFloat) and not _is_complex(value):
+    # NumPy would drop an imaginary part with a mere warning.
+    is_complex = getattr(getattr(value, "dtype", None), "kind", "") == "c"
+    if isinstance(value, SupportsFloat) and not is_complex:
         with suppress(TypeError, ValueError, OverflowError):  # as of an array of several
             return float(value)
     raise DeviceRejectedError(f"the driver gave {value!r}, which is not a number")
-
-
-def _is_complex(value: object) -> bool:
-    """Return whether NumPy would drop an imaginary part with a mere warning."""
-    return getattr(getattr(value, "dtype", None), "kind", "") == "c"
 
 
 def agrees(info: DriveInfo, actual: float, value: float) -> bool:

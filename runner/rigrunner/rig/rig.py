@@ -60,10 +60,6 @@ if TYPE_CHECKING:
 _T = TypeVar("_T")
 
 
-def _nothing() -> None:
-    pass
-
-
 class Rig:
     """The devices by role. Every DeviceError names the role.
 
@@ -165,7 +161,7 @@ class Rig:
         drive: str,
         value: float,
         timeout_s: float | None = None,
-        meanwhile: Callable[[], None] = _nothing,
+        meanwhile: Callable[[], None] = lambda: None,
     ) -> float:
         """Set a drive within its limits and return the read-back; raise a DeviceError.
 

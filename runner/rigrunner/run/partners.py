@@ -138,7 +138,12 @@ def partners_after_for(
     """
     later = {name: each for name, each in _wanted(planned, started).items() if each.needed.after}
     _refuse_unasked(planned, named, later)
-    return {name: _found_after(wanted, runs, named.get(name)) for name, wanted in later.items()}
+    return {
+        name: _named(wanted, find_run(named[name], runs), _later_age)
+        if name in named
+        else _first_fit(wanted, run_names(runs), runs, _later_age)
+        for name, wanted in later.items()
+    }
 
 
 def later_partners(planned: Planned) -> list[str]:
@@ -173,12 +178,6 @@ def _found(wanted: Wanted, runs: Path, named: str | None) -> Path:
         return _named(wanted, find_run(name, runs), _named_age)
     # Names begin with the time: the latest one comes first.
     return _first_fit(wanted, reversed(run_names(runs)), runs, _earlier_age)
-
-
-def _found_after(wanted: Wanted, runs: Path, named: str | None) -> Path:
-    if named is not None:
-        return _named(wanted, find_run(named, runs), _later_age)
-    return _first_fit(wanted, run_names(runs), runs, _later_age)
 
 
 def _named(wanted: Wanted, path: Path, judge_age: JudgeAge) -> Path:

@@ -297,21 +297,21 @@ def new_folder(  # noqa: PLR0917  (what a header is made of)
     procedure, started = planned.procedure, planned.clock.utc()
     specimen, mark = inputs.get("specimen", ""), mark_of(planned.tape)
     folder = create_run_folder(runs, started, procedure.model.id, specimen, mark)
-    known = {
+    known: dict[str, Any] = {
         "people": people,
         "provenance": software(planned.registry) | identities(identified) | from_tape(planned.tape),
         "files": _files(planned, partners),
     }
-    with run_lock(folder), _writer(planned, folder, inputs, known) as writer:
+    # The header is not kept, since its texts may be long.
+    with (
+        run_lock(folder),
+        RunWriter(
+            folder,
+            replace(header_of(planned, folder.name, inputs), **known),
+            sync_measurements=syncs_measurements(planned),
+        ) as writer,
+    ):
         yield writer
-
-
-def _writer(
-    planned: Planned, folder: Path, inputs: Mapping[str, str], known: Mapping[str, Any]
-) -> RunWriter:
-    """Return the writer of a new run; the header is not kept, since its texts may be long."""
-    header = replace(header_of(planned, folder.name, inputs), **known)
-    return RunWriter(folder, header, sync_measurements=syncs_measurements(planned))
 
 
 def syncs_measurements(planned: Planned) -> bool:

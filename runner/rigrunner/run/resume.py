@@ -89,7 +89,11 @@ def prepare_resume(
     started = datetime.fromisoformat(stored.header.started_utc)
     if may_be_resumed(stored):
         require_still_allowed(planned, started)
-        resume_at = find_resume_point(planned.plan.steps, stored.events, by, _subject(stored))
+        names, rows = stored.info.recording_names, len(stored.measurements)
+        made = [f"recordings made before: {', '.join(names)}"] if names else []
+        made += [f"rows measured before: {rows}"] if rows else []
+        subject = "; ".join((how_it_ended(stored), *(made or ["nothing recorded before"])))
+        resume_at = find_resume_point(planned.plan.steps, stored.events, by, subject)
     later, ended = later_partners(planned), None if resume_at is not None else started
     known = {name: str(path) for name, path in used_partners(stored.header).items()} | dict(named)
     before = {name: each for name, each in known.items() if name not in later}
@@ -166,13 +170,6 @@ def _file(stored: StoredRun, what: str) -> Path:
         return Path(named)
     lost = f"its {what}, {named}, no longer exists" if named else f"it names no {what}"
     raise UsageError(f"{stored.header.run_id}: {lost}", hint=f"give it: --{what} FILE")
-
-
-def _subject(stored: StoredRun) -> str:
-    names, rows = stored.info.recording_names, len(stored.measurements)
-    made = [f"recordings made before: {', '.join(names)}"] if names else []
-    made += [f"rows measured before: {rows}"] if rows else []
-    return "; ".join((how_it_ended(stored), *(made or ["nothing recorded before"])))
 
 
 DEVICE = "device "

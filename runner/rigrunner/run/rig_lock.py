@@ -70,7 +70,13 @@ def station_lock(
         yield None
         return
     now, station_id, process = utc_text(datetime.now(UTC)), station.model.id, os.getpid()
-    places = list(_places(station, registry, real))
+    # Those that no other run may use at the same time.
+    places = [
+        Place(role, written, canonical(written))
+        for role in real
+        if not (binding := station.model.devices[role]).shared
+        for written in registry.physical_addresses(binding.plugin, binding.settings)
+    ]
     folder = shared_folder()
     holder = Holder(station_id, what, process, now)
     with ExitStack() as held:
@@ -87,6 +93,9 @@ def station_lock(
             taken |= place.addresses
         # With the locks held: no other run can energise these instruments any more.
         _refuse_left_by_others(station_id, places)
+        of_role: dict[str, set[str]] = {}
+        for place in places:
+            of_role.setdefault(place.role, set()).update(place.addresses)
         owner = Owner(
             station=station_id,
             station_file=os.path.abspath(station.document.name),  # noqa: PTH100  (a name, no path of ours)
@@ -95,28 +104,9 @@ def station_lock(
             host=socket.gethostname(),
             since=now,
             plugins={role: station.model.devices[role].plugin for role in real},
-            addresses=_by_role(places),
+            addresses={role: tuple(sorted(each)) for role, each in of_role.items()},
         )
         yield RigMarks(owner, real, locks)
-
-
-def _places(station: LoadedStation, registry: Registry, roles: list[str]) -> Iterator[Place]:
-    """Yield the addresses that no other run may use at the same time."""
-    for role in roles:
-        binding = station.model.devices[role]
-        if binding.shared:
-            continue
-        for written in registry.physical_addresses(binding.plugin, binding.settings):
-            yield Place(role, written, canonical(written))
-
-
-def _by_role(places: list[Place]) -> dict[str, tuple[str, ...]]:
-    return {
-        place.role: tuple(
-            sorted(each for other in places if other.role == place.role for each in other.addresses)
-        )
-        for place in places
-    }
 
 
 def _take(held: ExitStack, lock_file: Path, holder: Holder, named: str) -> int:

@@ -70,15 +70,10 @@ def walk(path: str) -> None:
             for _, item in objects(file):
                 try:
                     dict(item.attrs)
-                    _read_all(item)
+                    if isinstance(item, h5py.Dataset):
+                        for part in item.iter_chunks() if item.chunks else [()]:
+                            item[part]
                 except UNREADABLE:
                     continue
     except RigrunnerError:
         return
-
-
-def _read_all(item: h5py.Group | h5py.Dataset) -> None:
-    if isinstance(item, h5py.Group):
-        return
-    for part in item.iter_chunks() if item.chunks else [()]:
-        item[part]

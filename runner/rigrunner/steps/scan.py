@@ -160,14 +160,16 @@ class Scan(Action):
 
 def plan(scan: ScanStep, planning: Planning) -> None:
     """Plan the set-points and the channels."""
-    # Before `_through`, which moves the drives of the plan.
-    before = planning.setpoints()
-    units, moved_s = planning.units(scan.channels), _through(scan, planning)
+    before, units = planning.setpoints(), planning.units(scan.channels)
+    moved = [
+        planning.move(scan.set, quantity, ("set",), ("over", index))
+        for index, quantity in enumerate(scan.over)
+    ]
     for index, each in enumerate(scan.over):
         if not planning.must_be_read(units, {scan.set: each.si}, ("over", index)):
             break  # one such set-point tells of the others
     limits = tuple(planning.limits(scan.limits, scan.channels)) if units else ()
-    if not units or moved_s is None:
+    if not units or None in moved:
         return
     action = Scan(
         name=scan.name,
@@ -185,16 +187,8 @@ def plan(scan: ScanStep, planning: Planning) -> None:
     count = len(scan.over)
     span = f"between {least} and {most}, {count} points" if count > 1 else f"at {least}, 1 point"
     text = f"Scan {scan.set} {span}, reading {', '.join(scan.channels)}"
+    moved_s = sum(each[1] for each in moved if each)
     planning.emit(action, text, moved_s + count * (scan.settle or 0.0))
-
-
-def _through(scan: ScanStep, planning: Planning) -> float | None:
-    """Return the time that the drive moves; None if a set-point is invalid."""
-    moved = [
-        planning.move(scan.set, quantity, ("set",), ("over", index))
-        for index, quantity in enumerate(scan.over)
-    ]
-    return None if None in moved else sum(each[1] for each in moved if each)
 
 
 STEP = StepRecord(

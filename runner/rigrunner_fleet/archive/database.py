@@ -70,7 +70,9 @@ class Database:
         if self.file is not None and not self.file.parent.is_dir():
             raise UsageError(f"there is no folder {self.file.parent}")
         if self.file is not None:
-            self._write_ahead()
+            # Readers read during writes; the file keeps this setting.
+            with self._told(), self._engine.connect() as connection:
+                connection.connection.driver_connection.execute("PRAGMA journal_mode=WAL")  # type: ignore[union-attr]  # it is open
         try:
             with self.writing() as connection:
                 self._make(connection)
@@ -127,28 +129,19 @@ class Database:
             f"there is no archive {self.shown}", hint="'rigrunner archive index FOLDER' creates it"
         )
 
-    def _write_ahead(self) -> None:
-        """Let readers read during writes; the file keeps this setting."""
-        with self._told(), self._engine.connect() as connection:
-            connection.connection.driver_connection.execute("PRAGMA journal_mode=WAL")  # type: ignore[union-attr]  # it is open
-
     @contextmanager
     def _told(self) -> Iterator[None]:
         try:
             yield
         except SQLAlchemyError as error:
-            if _is_out_of_reach(error):
+            # There was no connection: PostgreSQL gives such a failure no SQLSTATE.
+            sqlstate = getattr(getattr(error, "orig", None), "sqlstate", "")
+            if isinstance(error, OperationalError) and sqlstate is None:
                 message = f"the database {self.shown} cannot be reached: {_words(error)}"
                 raise DataError(message, hint=_NO_SERVER) from error
             raise DataError(
                 f"the database {self.shown} reported an error", hint=_words(error)
             ) from error
-
-
-def _is_out_of_reach(error: SQLAlchemyError) -> bool:
-    """Return whether there was no connection: PostgreSQL gives such a failure no SQLSTATE."""
-    sqlstate = getattr(getattr(error, "orig", None), "sqlstate", "")
-    return isinstance(error, OperationalError) and sqlstate is None
 
 
 def _words(error: SQLAlchemyError) -> str:

@@ -81,6 +81,9 @@ def filters_of(**words: Any) -> Filters:
         hint = did_you_mean(unknown[0], KNOWN, f"there are: {', '.join(KNOWN)}", cutoff=0.5)
         raise UsageError(f"there is no filter '{unknown[0]}'", hint=hint)
     _check_choices(given)
+    results = given.get("result", {})
+    if not isinstance(results, Mapping):
+        results = dict.fromkeys(_several(results))
     return Filters(
         texts={name: _several(given[name]) for name in (*TEXTS, *CHOICES) if name in given},
         inputs={name: _several(each) for name, each in given.get("inputs", {}).items()},
@@ -90,7 +93,7 @@ def filters_of(**words: Any) -> Filters:
             if name in given
         },
         figures={name: range_of(each) for name, each in given.get("figures", {}).items()},
-        results={name: _if_given(range_of, each) for name, each in _results(given).items()},
+        results={name: _if_given(range_of, each) for name, each in results.items()},
         where={name: place_of(str(each)) for name, each in given.get("where", {}).items()},
         since=_if_given(since, given.get("since")),
         until=_if_given(until, given.get("until")),
@@ -100,12 +103,6 @@ def filters_of(**words: Any) -> Filters:
 
 
 KNOWN = (*TEXTS, *CHOICES, *RANGES, *NAMED, "result", "since", "until", "real", "copies")
-
-
-def _results(given: Mapping[str, Any]) -> Mapping[str, str | None]:
-    """Return the range of each result by name; None for a name alone."""
-    found = given.get("result", {})
-    return found if isinstance(found, Mapping) else dict.fromkeys(_several(found))
 
 
 def _check_choices(given: Mapping[str, Any]) -> None:

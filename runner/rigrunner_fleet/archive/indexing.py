@@ -138,7 +138,12 @@ def _look(database: Database, folder: Path, *, again: bool) -> _Work:
     there = {found.path: found for found in every if len(found.path) <= LONGEST_KEY}
     long = "its path is too long for an archive"
     unread += [(found.path, long) for found in every if found.path not in there]
-    stale = [found for found in there.values() if again or _is_stale(found, known)]
+    stale = []
+    for found in there.values():
+        row = known.get(found.path)
+        is_read = row is not None and not row.missing and found.stamp and row.stamp == found.stamp
+        if again or not is_read:
+            stale.append(found)
     return _Work(folder, root, known, there, stale, unread)
 
 
@@ -175,11 +180,6 @@ class _Count:
         self._done += count
         if self._total:
             self._progress(self._done, self._total)
-
-
-def _is_stale(found: FoundRun, known: Mapping[str, Known]) -> bool:
-    row = known.get(found.path)
-    return row is None or row.missing or not found.stamp or row.stamp != found.stamp
 
 
 def _facts(done: Done[FoundRun, RunFacts]) -> RunFacts:

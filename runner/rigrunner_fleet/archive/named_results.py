@@ -13,7 +13,6 @@ from rigrunner_fleet.archive.documents import at, degrees_of_freedom, key, numbe
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from rigrunner.api.coordinates import CoordinateValue
     from rigrunner_fleet.archive.result_facts import Row
 
 
@@ -24,24 +23,31 @@ def named_results(document: object, decision: object) -> list[Row]:
     """
     judged: dict[str, list[Row]] = {}
     for part in rows(at(decision, "parts")):
-        judged.setdefault(_judged(part), []).append(part)
+        if coordinates_in(part):
+            of = named_place({"name": part.get("named"), "coordinates": part["coordinates"]})
+        else:  # older documents have only a text
+            of = str(part.get("of")).removeprefix("worst ")
+        judged.setdefault(of, []).append(part)
     return [_result(order, each, judged) for order, each in _numbered(document)]
 
 
 def coordinates(document: object) -> list[Row]:
     """Return a row for each coordinate of each named result, in units that make runs comparable."""
-    return [
-        {"number": order, **_coordinate(name, found)}
-        for order, each in _numbered(document)
-        for name, found in coordinates_in(each).items()
-    ]
-
-
-def _judged(part: Row) -> str:
-    """Return the result that a limit applies to; older documents have only a text."""
-    if coordinates_in(part):
-        return named_place({"name": part.get("named"), "coordinates": part["coordinates"]})
-    return str(part.get("of")).removeprefix("worst ")
+    found = []
+    for order, each in _numbered(document):
+        for name, as_written in coordinates_in(each).items():
+            usual = as_written.usual
+            is_number = not isinstance(usual.value, str)
+            row = {
+                "number": order,
+                "name": key(name),
+                "short": key(name.rpartition(".")[2]),
+                "value": number(usual.value),
+                "unit": text(usual.unit) if is_number else None,
+                "text": text(str(usual)),
+            }
+            found.append(row)
+    return found
 
 
 def _numbered(document: object) -> Iterator[tuple[int, Row]]:
@@ -82,15 +88,3 @@ def _si(value: float | None, symbol: object) -> Row:
 def _badness(part: Row) -> int:
     verdict = part.get("verdict")
     return WORST_FIRST.index(verdict) if verdict in WORST_FIRST else len(WORST_FIRST)
-
-
-def _coordinate(name: str, as_written: CoordinateValue) -> Row:
-    found = as_written.usual
-    is_number = not isinstance(found.value, str)
-    return {
-        "name": key(name),
-        "short": key(name.rpartition(".")[2]),
-        "value": number(found.value),
-        "unit": text(found.unit) if is_number else None,
-        "text": text(str(found)),
-    }

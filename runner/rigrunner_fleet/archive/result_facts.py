@@ -16,7 +16,7 @@ from rigrunner_fleet.archive.documents import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Mapping
 
 Row = dict[str, Any]
 
@@ -24,6 +24,10 @@ Row = dict[str, Any]
 def headline(document: object) -> Row:
     """Return the columns of a run that say what it found."""
     found = at(document, "headline", "compensated")
+    checks = [*rows(at(document, "checks"))]
+    for _, each in named(at(document, "compensations")):
+        checks += rows(each.get("checks"))
+    failed = sum(each.get("ok") is False for each in checks)
     return {
         "measurand": text(at(document, "measurand", "name")),
         "symbol": text(at(document, "measurand", "symbol")),
@@ -33,14 +37,17 @@ def headline(document: object) -> Row:
         "torque_nm": number(at(found, "value")),
         **_uncertainty(found),
         "raw_peak_nm": number(at(document, "headline", "raw_peak", "value")),
-        "failed_checks": None if document is None else _failed(document),
+        "failed_checks": None if document is None else failed,
     }
 
 
 def points(document: object) -> list[Row]:
     """Return a row for each set-point: the raw peak, and the torque by the primary method."""
     method = at(document, "headline", "method")
-    compensated = _by_frequency(at(document, "compensations", str(method), "points"))
+    # By set and found frequency; a sweep may come back to one.
+    compensated: dict[tuple[float | None, float | None], list[Row]] = {}
+    for each in rows(at(document, "compensations", str(method), "points")):
+        compensated.setdefault(_frequencies(each), []).append(each)
     return [
         {
             "number": order,
@@ -60,10 +67,17 @@ def points(document: object) -> list[Row]:
 def figures(document: object, zeros: Mapping[str, tuple[float, str]]) -> list[Row]:
     """Return what a run found of its rig: parameters of compensations, fits, zero readings."""
     found = [
-        *_zeros(zeros),
-        *_parameters(document),
-        *_coefficients(document),
+        _figure("zero", name, {"value": value, "unit": unit})
+        for name, (value, unit) in zeros.items()
     ]
+    for source, each in named(at(document, "compensations")):
+        found += [_figure(source, name, one) for name, one in named(each.get("parameters"))]
+    for each in rows(at(document, "fits")):
+        dof = at(each, "curve", "degrees_of_freedom")
+        found += [
+            _figure(f"fit {each.get('name')}", name, {**one, "degrees_of_freedom": dof})
+            for name, one in named(at(each, "curve", "coefficients"))
+        ]
     return list({(each["source"], each["name"]): each for each in found}.values())
 
 
@@ -87,21 +101,6 @@ def _uncertainty(found: object) -> Row:
     }
 
 
-def _failed(document: object) -> int:
-    every = [*rows(at(document, "checks"))]
-    for _, each in named(at(document, "compensations")):
-        every += rows(each.get("checks"))
-    return sum(each.get("ok") is False for each in every)
-
-
-def _by_frequency(found: object) -> dict[tuple[float | None, float | None], list[Row]]:
-    """Return compensated points by set and found frequency; a sweep may come back to one."""
-    sorted_out: dict[tuple[float | None, float | None], list[Row]] = {}
-    for each in rows(found):
-        sorted_out.setdefault(_frequencies(each), []).append(each)
-    return sorted_out
-
-
 def _torque(compensated: Mapping[Any, list[Row]], point: Row) -> Row:
     """Return the torque of the compensated point that is of this one."""
     found = compensated.get(_frequencies(point))
@@ -114,25 +113,6 @@ def _frequencies(point: Row) -> tuple[float | None, float | None]:
         number(at(point, "set_frequency", "value")),
         number(at(point, "frequency", "value")),
     )
-
-
-def _zeros(zeros: Mapping[str, tuple[float, str]]) -> Iterator[Row]:
-    for name, (value, unit) in zeros.items():
-        yield _figure("zero", name, {"value": value, "unit": unit})
-
-
-def _parameters(document: object) -> Iterator[Row]:
-    for source, each in named(at(document, "compensations")):
-        for name, found in named(each.get("parameters")):
-            yield _figure(source, name, found)
-
-
-def _coefficients(document: object) -> Iterator[Row]:
-    for each in rows(at(document, "fits")):
-        source = f"fit {each.get('name')}"
-        for name, found in named(at(each, "curve", "coefficients")):
-            dof = at(each, "curve", "degrees_of_freedom")
-            yield _figure(source, name, {**found, "degrees_of_freedom": dof})
 
 
 def _figure(source: str, name: str, found: Row) -> Row:

@@ -6,18 +6,18 @@ import csv
 import io
 from dataclasses import dataclass
 from datetime import datetime
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from rigrunner.api.errors import UsageError
+from rigrunner.api.errors import MissingPackageError, UsageError
 from rigrunner.api.figures import Axis, Figure, Picture, Point, Series
 from rigrunner.clock import utc_text
 from rigrunner.plots import draw
 from rigrunner.spreadsheet import cell
-from rigrunner_fleet.archive.extras import imported
 from rigrunner_fleet.archive.searching import CONTEXT
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Iterator, Mapping
     from pathlib import Path
 
     import pandas as pd
@@ -32,6 +32,16 @@ _UNITS = {"nm": "N·m", "hz": "Hz", "n": "N"}
 """The suffixes of column names that stand for units."""
 _WITHOUT_UNKNOWN: dict[type, Any] = {int: "int64", bool: "bool"}
 """Types in data frames; integers and truth values with unknown entries stay objects there."""
+
+
+def imported(name: str) -> Any:
+    """Import a package of the extra 'export'; raise MissingPackageError."""
+    try:
+        return import_module(name)
+    except ModuleNotFoundError as error:
+        raise MissingPackageError(
+            f"this needs {error.name}", hint="pip install 'rigrunner[export]'"
+        ) from error
 
 
 @dataclass(frozen=True)
@@ -68,9 +78,11 @@ class Rows:
         frame: pd.DataFrame = pandas.DataFrame(
             {name: pandas.Series(columns.get(name, ()), dtype=object) for name in self.columns}
         )
-        return frame.astype(
-            {name: _dtype(kind, columns.get(name, ())) for name, kind in self.columns.items()}
-        )
+        dtypes = {}
+        for name, kind in self.columns.items():
+            known = {} if None in columns.get(name, ()) else _WITHOUT_UNKNOWN
+            dtypes[name] = {**_DTYPES, **known}.get(kind, object)
+        return frame.astype(dtypes)
 
     def to_xarray(self) -> xr.Dataset:
         """Return a dataset; needs xarray and pandas.
@@ -106,9 +118,10 @@ class Rows:
             if started is not None and found is not None:
                 groups.setdefault(str(name), []).append(Point(started.timestamp(), found, half))
         series = tuple(Series(name, tuple(points)) for name, points in groups.items())
-        label, _, unit = _label(value).partition(" / ")
+        label, _, suffix = value.rpartition("_")
+        axis = Axis(label, _UNITS[suffix]) if suffix in _UNITS else Axis(value)
         title = f"{self.table}, by {by}"
-        figure = Figure(title, Axis("start of the run", is_time=True), Axis(label, unit), series)
+        figure = Figure(title, Axis("start of the run", is_time=True), axis, series)
         return draw(Picture(title, title, (figure,)), titled=True)
 
     def to_csv(self, path: Path | None = None, *, raw: bool = False) -> str:
@@ -117,13 +130,16 @@ class Rows:
         A value that a spreadsheet would take for a formula gets an apostrophe before it, unless
         `raw`.
         """
-        shown = _cell if raw else _safe_cell
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
         writer.writerow(self.columns)
-        writer.writerows([shown(value) for value in row] for row in self.values)
+        cells = (map(_cell, row) for row in self.values)
+        writer.writerows(cells if raw else (map(cell, row) for row in cells))
         if path is not None:
-            _write(path, text.getvalue())
+            try:
+                path.write_text(text.getvalue(), encoding="utf-8", newline="")
+            except OSError as error:
+                raise UsageError(f"{path} cannot be written: {error.strerror}") from error
         return text.getvalue()
 
     def to_parquet(self, path: Path) -> None:
@@ -146,31 +162,9 @@ class Rows:
             raise UsageError(f"{path} cannot be written: {error.strerror}") from error
 
 
-def _label(column: str) -> str:
-    """Return the name of a column with its unit, as on the axis of a plot."""
-    name, _, unit = column.rpartition("_")
-    return f"{name} / {_UNITS[unit]}" if unit in _UNITS else column
-
-
-def _dtype(kind: type, values: Sequence[Any]) -> Any:
-    known = {} if None in values else _WITHOUT_UNKNOWN
-    return {**_DTYPES, **known}.get(kind, object)
-
-
 def _cell(value: Any) -> Any:
     if value is None:
         return ""
     if isinstance(value, bool):
         return str(value).lower()
     return utc_text(value) if isinstance(value, datetime) else value
-
-
-def _safe_cell(value: Any) -> Any:
-    return cell(_cell(value))
-
-
-def _write(path: Path, text: str) -> None:
-    try:
-        path.write_text(text, encoding="utf-8", newline="")
-    except OSError as error:
-        raise UsageError(f"{path} cannot be written: {error.strerror}") from error

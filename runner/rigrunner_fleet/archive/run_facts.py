@@ -52,25 +52,31 @@ class RunFacts:
 def read_facts(found: FoundRun) -> RunFacts:
     """Read a run folder; a damaged one gives its problem instead of an error."""
     try:
-        _refuse(found)
+        sealed = found.folder / RUN_FILE
+        if sealed.exists() and not sealed.is_file():  # to open a pipe would never end
+            raise DataError(f"{sealed} is not a regular file")
         summary = read_summary(found.folder)
-        return _facts(found, summary, _later_decisions(found, summary))
+        later: Sequence[DecisionFile] = ()
+        if any(file.name.startswith("decision-") for file in found.files):
+            from rigrunner.run.decisions import later_decisions  # noqa: PLC0415  (it loads the analysis; few runs need it)
+
+            later = later_decisions(summary, found.folder)
+        return _facts(found, summary, later)
     except RigrunnerError as error:
         return RunFacts(found, {"problem": storable(str(error))})
 
 
-def _refuse(found: FoundRun) -> None:
-    """Raise DataError for values that no archive can hold, and for unsafe files."""
-    sealed = found.folder / RUN_FILE
-    if sealed.exists() and not sealed.is_file():  # to open a pipe would never end
-        raise DataError(f"{sealed} is not a regular file")
-
-
 def _facts(found: FoundRun, summary: RunSummary, later: Sequence[DecisionFile]) -> RunFacts:
     document = summary.result_document
-    decisions = _decisions(summary, later)
+    # The run's own and all later ones; the last one is in force.
+    decided = [*_own(summary), *_later(later, summary)]
+    decisions = [
+        {**each, "number": number, "in_force": number == len(decided)}
+        for number, each in enumerate(decided, 1)
+    ]
     judged = later[-1].document["decision"] if later else at(document, "decision")
     in_force = decisions[-1] if decisions else {}
+    inputs = {key(name): text(value) for name, value in summary.inputs.items()}
     run = {
         "problem": "",
         **_identity(summary),
@@ -83,9 +89,17 @@ def _facts(found: FoundRun, summary: RunSummary, later: Sequence[DecisionFile]) 
         "results": named_results(document, judged),
         "coordinates": coordinates(document),
         "figures": figures(document, summary.zeros),
-        "inputs": _inputs(summary.inputs),
+        "inputs": [{"name": name, "value": value} for name, value in inputs.items()],
         "decisions": decisions,
-        "files": _files(found),
+        "files": [
+            {
+                "name": storable(file.name),
+                "bytes": file.bytes,
+                "modified_ns": min(file.modified_ns, _LATEST_NS),
+                "sha256": "" if file.name == RUN_FILE else _sha256(found.folder / file.name),
+            }
+            for file in found.files
+        ],
     }
     return RunFacts(found, run, parts)
 
@@ -115,20 +129,6 @@ def _identity(summary: RunSummary) -> dict[str, Any]:
     }
 
 
-def _inputs(inputs: Mapping[str, str]) -> list[Row]:
-    stored = {key(name): text(value) for name, value in inputs.items()}
-    return [{"name": name, "value": value} for name, value in stored.items()]
-
-
-def _decisions(summary: RunSummary, later: Sequence[DecisionFile]) -> list[Row]:
-    """Return the run's own decision and all later ones; the last one is in force."""
-    decided = [*_own(summary), *_later(later, summary)]
-    return [
-        {**each, "number": number, "in_force": number == len(decided)}
-        for number, each in enumerate(decided, 1)
-    ]
-
-
 def _own(summary: RunSummary) -> Iterator[Row]:
     """Yield the run's own decision. With limits on measured values its verdict covers both."""
     document = summary.result_document
@@ -146,43 +146,19 @@ def _own(summary: RunSummary) -> Iterator[Row]:
         }
 
 
-def _later_decisions(found: FoundRun, summary: RunSummary) -> Sequence[DecisionFile]:
-    if not any(file.name.startswith("decision-") for file in found.files):
-        return ()
-    from rigrunner.run.decisions import later_decisions  # noqa: PLC0415  (it loads the analysis; few runs need it)
-
-    return later_decisions(summary, found.folder)
-
-
 def _later(later: Sequence[DecisionFile], summary: RunSummary) -> Iterator[Row]:
+    # Measured values out of their limits: no decision on the results alters that.
+    missed = at(summary.result_document, "limits", "verdict") == Verdict.FAIL
     for each in later:
         decided = decision(each.document["decision"])
         yield {
             **decided,
-            "verdict": _with_limits(decided["verdict"], summary),
+            "verdict": str(Verdict.FAIL) if missed else decided["verdict"],
             "file": text(each.path.name),
             "decided_utc": moment(each.document["decided_utc"]),
             "by": text(each.document["by"]),
             "why": text(each.document["reason"]),
         }
-
-
-def _with_limits(verdict: str | None, summary: RunSummary) -> str | None:
-    """Return the verdict of a later decision, unless measured values are out of their limits."""
-    missed = at(summary.result_document, "limits", "verdict") == Verdict.FAIL
-    return str(Verdict.FAIL) if missed else verdict
-
-
-def _files(found: FoundRun) -> list[Row]:
-    return [
-        {
-            "name": storable(file.name),
-            "bytes": file.bytes,
-            "modified_ns": min(file.modified_ns, _LATEST_NS),
-            "sha256": "" if file.name == RUN_FILE else _sha256(found.folder / file.name),
-        }
-        for file in found.files
-    ]
 
 
 def _sha256(path: Path) -> str:

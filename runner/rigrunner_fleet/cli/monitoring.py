@@ -73,14 +73,15 @@ def in_words(quantity: str, words: Mapping[str, Any], **more: str) -> dict[str, 
 
 def finish(study: StudyInput, text: str, out: Path | None, *, as_json: bool) -> None:
     """Print a study and write its report if one was asked for."""
-    from rigrunner_fleet.monitoring.document import study_document  # noqa: PLC0415  (see above)
+    from rigrunner_fleet.monitoring.report import (  # noqa: PLC0415  (it loads plugins)
+        study_document,
+        write_study,
+    )
 
     if as_json:
         result_json(study_document(study))
     else:
         result(text)
     if out is not None:
-        from rigrunner_fleet.monitoring.report import write_study  # noqa: PLC0415  (it loads plugins)
-
         write_study(study, out)
         message(f"Wrote {out}.")

@@ -50,7 +50,7 @@ def command(
     from rigrunner_fleet.cli.monitoring import finish, in_words, observed, refuse_limit
     from rigrunner_fleet.cli.monitoring_text import capability_text
     from rigrunner_fleet.monitoring.capability import capability_study
-    from rigrunner_fleet.monitoring.limits import limit_in
+    from rigrunner_fleet.monitoring.quantities import limit_in
 
     refuse_limit(limit)
     found = observed(quantity, words, by, runs, database)

@@ -47,7 +47,7 @@ def command(
     from rigrunner_fleet.cli.monitoring import finish, in_words, refuse_limit
     from rigrunner_fleet.cli.monitoring_text import gauge_text
     from rigrunner_fleet.monitoring.gauge import gauge_study, sessions
-    from rigrunner_fleet.monitoring.limits import width_in
+    from rigrunner_fleet.monitoring.quantities import width_in
 
     refuse_limit(limit)
     with closing(open_archive(runs, database)) as archive:

@@ -73,8 +73,7 @@ def command(
     from rigrunner.api.errors import ExitCode
     from rigrunner_fleet.cli.monitoring import finish, in_words, observed, refuse_limit
     from rigrunner_fleet.cli.monitoring_text import trend_text
-    from rigrunner_fleet.monitoring.baseline import baseline_of
-    from rigrunner_fleet.monitoring.trending import trend
+    from rigrunner_fleet.monitoring.trending import baseline_of, trend
     from rigrunner_fleet.trends.charting import Charting
 
     refuse_limit(limit)

@@ -85,14 +85,25 @@ class Overall:
 
     def shifts(self) -> Spread | None:
         """Return the statistics of these; None if there are none."""
-        return _spread(self.shifts_in_u())
+        found = self.shifts_in_u()
+        return _spread(found) if found else None
 
     def by_frequency(self) -> list[AtFrequency]:
         """Return the changes of the results at each set-point, by frequency."""
         shifts: dict[float, list[tuple[float, float | None]]] = {}
-        for hz, shift, u in self._at_set_points():
-            shifts.setdefault(hz, []).append((shift, shift / u if u else None))
-        return [_at(hz, found) for hz, found in sorted(shifts.items())]
+        for each in self._compared():
+            for point in each.before.frequencies:
+                before, after = (f.figures.get(point.figure) for f in (each.before, each.after))
+                if before and after:
+                    shift, u = after.value - before.value, before.expanded
+                    pair = (shift, shift / u if u else None)
+                    shifts.setdefault(point.frequency_hz, []).append(pair)
+        found = []
+        for hz, pairs in sorted(shifts.items()):
+            in_u = [u for _, u in pairs if u is not None]
+            spread = _spread([shift for shift, _ in pairs])
+            found.append(AtFrequency(hz, spread, _spread(in_u) if in_u else None))
+        return found
 
     def document(self) -> dict[str, Any]:
         """Return the outcome for JSON."""
@@ -110,24 +121,8 @@ class Overall:
         skip = Standing.NOT_COMPARED
         return (each for each in self.runs if each.standing is not skip)
 
-    def _at_set_points(self) -> Iterator[tuple[float, float, float | None]]:
-        for each in self._compared():
-            for point in each.before.frequencies:
-                before = each.before.figures.get(point.figure)
-                after = each.after.figures.get(point.figure)
-                if before and after:
-                    yield point.frequency_hz, after.value - before.value, before.expanded
 
-
-def _at(frequency_hz: float, found: list[tuple[float, float | None]]) -> AtFrequency:
-    shift = _spread([each for each, _ in found])
-    assert shift is not None  # noqa: S101  (there is a shift for each frequency)
-    return AtFrequency(frequency_hz, shift, _spread([u for _, u in found if u is not None]))
-
-
-def _spread(values: list[float]) -> Spread | None:
-    if not values:
-        return None
+def _spread(values: list[float]) -> Spread:
     array = np.array(values)
     deviation = float(array.std(ddof=1)) if len(array) > 1 else None
     largest = float(array[np.abs(array).argmax()])

@@ -66,20 +66,17 @@ def _limits(group: Group, lower: float | None, upper: float | None) -> Bounds:
     if lower is not None or upper is not None:
         return lower, upper
     if len(group.limits) > 1:
-        known = "; ".join(
-            f"{count} with {_words(*each)}" for each, count in sorted(group.limits.items(), key=str)
-        )
+        words = []
+        for (low, high), count in sorted(group.limits.items(), key=str):
+            given = [] if low is None else [f"{low:.12g} or more"]
+            given += [] if high is None else [f"{high:.12g} or less"]
+            words.append(f"{count} with {' and '.join(given) or 'none'}")
+        known = "; ".join(words)
         raise DataError(f"the runs have several limits: {known}", hint=_GIVE)
     (found,) = group.limits
     if found == (None, None):
         raise DataError("the runs have no limit of it", hint=_GIVE)
     return found
-
-
-def _words(lower: float | None, upper: float | None) -> str:
-    given = [] if lower is None else [f"{lower:.12g} or more"]
-    given += [] if upper is None else [f"{upper:.12g} or less"]
-    return " and ".join(given) or "none"
 
 
 def _warnings(observed: Sequence[Observed]) -> list[str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass, field
-from math import isfinite
+from math import inf, isfinite
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from rigrunner.api.errors import DataError, UsageError
@@ -193,7 +193,11 @@ def _figures(archive: Database, quantity: Quantity, filters: Filters) -> dict[st
         known.add(row["name"])
         if quantity.fits(row["source"], row["name"]) and row["value"] is not None:
             names.add(f"{row['source']}/{row['name']}")
-            each = Found(row["value"], _expanded(row), row["unit"] or "")
+            expanded = None
+            if row["u"] is not None and isfinite(row["u"]):
+                dof = inf if row["dof"] is None else row["dof"]
+                expanded = float(row["u"] * coverage_factor(dof))
+            each = Found(row["value"], expanded, row["unit"] or "")
             found.setdefault(row[FOLDER], []).append(each)
     if len(names) > 1:
         raise UsageError(
@@ -207,13 +211,6 @@ def _figures(archive: Database, quantity: Quantity, filters: Filters) -> dict[st
             hint=f"there are: {', '.join([*TORQUES, *sorted(known)])}",
         )
     return found
-
-
-def _expanded(row: Mapping[str, Any]) -> float | None:
-    if row["u"] is None or not isfinite(row["u"]):
-        return None
-    dof = float("inf") if row["dof"] is None else row["dof"]
-    return float(row["u"] * coverage_factor(dof))
 
 
 def unfit(run: Mapping[str, Any]) -> str:

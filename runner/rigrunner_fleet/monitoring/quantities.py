@@ -1,13 +1,17 @@
-"""The quantities that can be studied over many runs: results, or figures of the rig."""
+"""The quantities that can be studied over many runs, results or figures of the rig, and limits."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+from rigrunner.api.errors import UsageError
+from rigrunner.api.quantity import parse_quantity
+from rigrunner.api.units import QuantityError, from_si, unit, with_article
 from rigrunner_fleet.archive.querying import rows
 
 if TYPE_CHECKING:
+    from rigrunner.api.quantity import Quantity as Given
     from rigrunner_fleet.archive.database import Database
     from rigrunner_fleet.archive.filters import Filters
 
@@ -60,3 +64,29 @@ def quantity_in(archive: Database, name: str, filters: Filters) -> Quantity:
 def of_name(name: str, filters: Filters) -> Filters:
     """Return filters of the runs that have a named result."""
     return replace(filters, results={name: None, **filters.results})
+
+
+def limit_in(text: str, symbol: str) -> float | None:
+    """Return a limit in the unit of a study, None for an empty text; raise UsageError."""
+    return from_si(_read(text, symbol).si, symbol) if text else None
+
+
+def width_in(text: str, symbol: str) -> float | None:
+    """Return a difference of two limits in the unit of a study; raises as `limit_in`."""
+    if not text:
+        return None
+    found = _read(text, symbol)
+    # A difference: the offset of a scale of temperature is in none.
+    return found.number * found.unit.factor / unit(symbol).factor
+
+
+def _read(text: str, symbol: str) -> Given:
+    try:
+        found = parse_quantity(text)
+    except QuantityError as error:
+        raise UsageError(f"'{text}': {error.message}", hint=error.hint) from error
+    if found.dimension != unit(symbol).dimension:
+        raise UsageError(
+            f"'{text}' is {with_article(found.dimension)}, and the values are in {symbol}"
+        )
+    return found

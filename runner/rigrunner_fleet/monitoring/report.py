@@ -1,11 +1,15 @@
-"""Write the report of a study, by a plugin."""
+"""A study as JSON, and its report by a plugin."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from dataclasses import fields, is_dataclass
+from datetime import datetime
+from math import isfinite
+from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.errors import UsageError
 from rigrunner.api.hooks import StudyFormatRecord
+from rigrunner.clock import utc_text
 from rigrunner.registry import load_registry
 
 if TYPE_CHECKING:
@@ -14,6 +18,7 @@ if TYPE_CHECKING:
     from rigrunner.api.studies import StudyInput
 
 KIND = "study_format"
+_NAMES = {"Trend": "trend", "CapabilityStudy": "capability", "GaugeStudy": "gauge-rr"}
 
 
 def write_study(study: StudyInput, path: Path) -> None:
@@ -30,3 +35,20 @@ def write_study(study: StudyInput, path: Path) -> None:
         path.write_bytes(content)
     except OSError as error:
         raise UsageError(f"{path} cannot be written: {error.strerror}") from error
+
+
+def study_document(study: StudyInput) -> dict[str, Any]:
+    """Return a study as JSON values: times as text, what is not finite as the text 'infinite'."""
+    return {"format": f"rigrunner: {_NAMES[type(study).__name__]}/1", **_json(study)}
+
+
+def _json(value: Any) -> Any:
+    if is_dataclass(value):
+        return {each.name: _json(getattr(value, each.name)) for each in fields(value)}
+    if isinstance(value, (list, tuple)):
+        return [_json(each) for each in value]
+    if isinstance(value, datetime):
+        return utc_text(value)
+    if isinstance(value, float) and not isfinite(value):
+        return "infinite"
+    return {key: _json(each) for key, each in value.items()} if hasattr(value, "items") else value

@@ -83,7 +83,13 @@ def results_plot(document: Document | None, name: str) -> Plot:
     """
     rows = results_of(document)
     every = list(zip((document or {}).get("results") or (), rows, strict=True))
-    limited = [(_result(each), *_limit(row)) for each, row in every if each["name"] == name]
+    limited = []
+    for each, row in every:
+        if each["name"] == name:
+            limits = Limits.between(row["lower"], row["upper"], row["unit"])
+            stated = row["lower"] is not None or row["upper"] is not None
+            missed = row["verdict"] not in {None, Verdict.PASS}
+            limited.append((_result(each), limits if stated else None, missed))
     if not limited:
         names = ", ".join(dict.fromkeys(each["name"] for each, _ in every)) or "none"
         raise UsageError(f"there is no result '{name}'", hint=f"there are: {names}")
@@ -107,12 +113,6 @@ def _result(stored: Mapping[str, Any]) -> MeasurementResult:
         found["value"], np.nan if u is None else u, np.nan if dof is None else dof, found["unit"]
     )
     return MeasurementResult(of=known, estimate=estimate, coordinates=coordinates_in(stored))
-
-
-def _limit(row: Mapping[str, Any]) -> tuple[Limits | None, bool]:
-    limits = Limits.between(row["lower"], row["upper"], row["unit"])
-    limited = row["lower"] is not None or row["upper"] is not None
-    return limits if limited else None, row["verdict"] not in {None, Verdict.PASS}
 
 
 def _rows(table: Table, every: list[Mapping[str, Any]] | list[dict[str, Any]]) -> Rows:

@@ -12,7 +12,7 @@ from rigrunner.api.errors import UsageError
 from rigrunner.plots import draw
 from rigrunner.runfile import read
 from rigrunner.signal.recording_figures import of_recording
-from rigrunner_fleet.archive.extras import imported
+from rigrunner_fleet.archive.rows import imported
 from rigrunner_fleet.notebook.found import figures_of, plot_of, points_of, results_of, results_plot
 
 if TYPE_CHECKING:

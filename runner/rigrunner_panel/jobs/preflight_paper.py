@@ -40,16 +40,13 @@ def calibrations(planned: Planned) -> Iterator[PreflightItem]:
 
 def _good(each: Instrument, today: date) -> PreflightItem:
     soon = each.due is not None and each.due - today <= _SOON
+    paper = f"certificate {each.certificate}" if each.certificate else ""
+    paper = paper or each.calibration or "no certificate"
+    due = f", due {each.due}" if each.due else ""
     return PreflightItem(
         kind="calibration",
         name=each.channel,
         state="warn" if soon else "ok",
-        text=f"{each.name}: {_paper(each)}",
+        text=f"{each.name}: {paper}{due}",
         fix="have it calibrated soon" if soon else "",
     )
-
-
-def _paper(each: Instrument) -> str:
-    known = each.calibration or "no certificate"
-    paper = f"certificate {each.certificate}" if each.certificate else known
-    return f"{paper}, due {each.due}" if each.due else paper

@@ -33,7 +33,9 @@ def rig_items(planned: Planned, marks: RigMarks | None = None) -> Iterator[Prefl
     safety = planned.station.model.safety
     patience = Patience(safety.patience.connect, safety.patience.answer)
     if marks is not None and marks.left is not None:
-        yield _left(marks.left.text)
+        fix = "each drive is made safe here before anything else; see the items below"
+        text = marks.left.text
+        yield PreflightItem(kind="device", name="rig", state="warn", text=text, fix=fix)
     with ExitStack() as held:
         rigs: dict[str, Rig] = {}
         for role, device in planned.devices.items():
@@ -41,7 +43,9 @@ def rig_items(planned: Planned, marks: RigMarks | None = None) -> Iterator[Prefl
             try:
                 identity = rig.connect()[role]
             except RigrunnerError as error:
-                yield _unconnected(role, error)
+                fix = error.hint or "check its power, its cable and its settings in the station"
+                text = error.message
+                yield PreflightItem(kind="device", name=role, state="fail", text=text, fix=fix)
                 continue
             # Done backwards at the end: each rig is made safe, and closed after that.
             held.callback(rig.close)
@@ -63,11 +67,6 @@ def _connected(role: str, identity: Identity) -> PreflightItem:
     )
     simulated = " (simulated)" if identity.simulated else ""
     return PreflightItem(kind="device", name=role, state="ok", text=f"{who}{simulated}")
-
-
-def _left(text: str) -> PreflightItem:
-    fix = "each drive is made safe here before anything else; see the items below"
-    return PreflightItem(kind="device", name="rig", state="warn", text=text, fix=fix)
 
 
 def unconfirmed(marks: RigMarks, station_file: str, job: Job) -> PreflightItem:
@@ -104,11 +103,6 @@ def _stands(role: str, rig: Rig) -> Iterator[PreflightItem]:
         text = f"found energised: {'; '.join(found)}; made safe, read back now: {read}"
         fix = "find out why it was left on before anyone touches the rig"
         yield PreflightItem(kind="device", name=role, state="warn", text=text, fix=fix)
-
-
-def _unconnected(role: str, error: RigrunnerError) -> PreflightItem:
-    fix = error.hint or "check its power, its cable and its settings in the station"
-    return PreflightItem(kind="device", name=role, state="fail", text=error.message, fix=fix)
 
 
 def _interlocks(planned: Planned, rigs: dict[str, Rig]) -> Iterator[PreflightItem]:

@@ -99,7 +99,10 @@ class Curves:
     def whole(self) -> list[bytes]:
         """Return the frames for a screen that has no data yet."""
         with self._lock:
-            latest = [_older(*each) for each in self._latest.values()]
+            latest = []
+            for header, arrays, told_s in self._latest.values():
+                late_s = header["late_s"] + time.monotonic() - told_s
+                latest.append(frame({**header, "late_s": round(late_s, 3)}, arrays))
             return [self._trend_frame(0, reset=True), *latest]
 
     def next_curve(self) -> bytes | None:
@@ -126,11 +129,6 @@ class Curves:
             "unit": self._unit,
         }
         return frame(header, {"minimum": low, "maximum": high})
-
-
-def _older(header: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]], told_s: float) -> bytes:
-    late_s = header["late_s"] + time.monotonic() - told_s
-    return frame({**header, "late_s": round(late_s, 3)}, arrays)
 
 
 def _axis(axis: Axis) -> dict[str, Any]:

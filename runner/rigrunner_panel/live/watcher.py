@@ -29,10 +29,6 @@ MOST_BLOCKS = 500
 """Most blocks that wait for a slow analyst; of more, the live analyses see a gap."""
 
 
-def _finds_something(ended: StepEnded) -> bool:
-    return bool(ended.recording or ended.measurement) or ended.action == "scan"
-
-
 class Watcher:
     """The analyst's process. Finished recordings are analysed one request at a time."""
 
@@ -56,7 +52,7 @@ class Watcher:
                 self._ask(message.recording)
             case StepEnded():
                 self._sender(message)
-                if _finds_something(message):
+                if message.recording or message.measurement or message.action == "scan":
                     self._ask(None)
             case StepStarted() | Samples():
                 self._sender(message)

@@ -41,12 +41,15 @@ def live_view(
 ) -> LiveView:
     """Return the result of the recordings so far, or of all, with what it may be."""
     limited = [(each, _limits(each, acceptance)) for each in result.results]
+    # On what was measured so far: all within limits is no verdict yet.
+    missed = Verdict.FAIL if result.limits.missed else None
+    verdict = worst((missed, result.decision.verdict if result.decision else None))
     return LiveView(
         recordings=len(result.run.recordings),
         final=final,
         problem=" ".join(result.notes),
         taken_s=taken_s,
-        verdict=str(_interim_verdict(result) or ""),
+        verdict=str(verdict or ""),
         headline=_value(result.headline),
         checks=tuple(
             CheckView(
@@ -123,18 +126,12 @@ def _named_view(found: MeasurementResult, limits: Limits | None) -> ResultView:
 def _figures(limited: Sequence[tuple[MeasurementResult, Limits | None]]) -> Iterator[Figure]:
     """Yield for each result over a coordinate the figure that shows most: within its limits."""
     for name in dict.fromkeys(each.name for each, _ in limited):
-        own = [(each, at) for each, at in limited if each.name == name]
-        yield from over_coordinate([(each, at, _is_out(each, at)) for each, at in own])[-1:]
-
-
-def _is_out(result: MeasurementResult, limits: Limits | None) -> bool:
-    return limits is not None and not limits.allow(result.estimate.value)
-
-
-def _interim_verdict(result: Result) -> Verdict | None:
-    """Return the verdict on what was measured so far: all within limits is none yet."""
-    missed = Verdict.FAIL if result.limits.missed else None
-    return worst((missed, result.decision.verdict if result.decision else None))
+        own = [
+            (each, at, at is not None and not at.allow(each.estimate.value))
+            for each, at in limited
+            if each.name == name
+        ]
+        yield from over_coordinate(own)[-1:]
 
 
 def finished_view(finished: FinishedRun) -> Finished:

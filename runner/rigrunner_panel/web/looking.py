@@ -35,7 +35,9 @@ _EXACT = ("procedure", "station", "outcome", "verdict")
 def runs(panel: Panel, asked: Asked) -> Runs:
     """Return the stored runs that are looked for, newest first."""
     query = asked.query
-    limit = _limit(query.get("limit", ""))
+    asked_for = query.get("limit", "")
+    is_number = asked_for.isascii() and asked_for.isdigit()
+    limit = min(max(int(asked_for), 1), MOST) if is_number else 50
     before = query.get("before", "")
     found = (
         each
@@ -118,7 +120,3 @@ def _fits(item: RunItem, query: Mapping[str, str]) -> bool:
         return False
     text = " ".join(str(each) for each in told.values()).casefold()
     return all(word in text for word in query.get("search", "").casefold().split())
-
-
-def _limit(text: str) -> int:
-    return min(max(int(text), 1), MOST) if text.isascii() and text.isdigit() else 50

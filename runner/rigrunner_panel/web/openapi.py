@@ -128,22 +128,20 @@ def _ref(name: str) -> Json:
 
 
 def _operation(each: Operation, refs: dict[type[BaseModel], Json]) -> Json:
+    words = (each.method.lower(), *re.findall(r"\w+", each.path.removeprefix(API)))
+    content = {"*/*": {}} if each.answer is None else _json(refs[each.answer])
     found: Json = {
         "summary": each.summary,
-        "operationId": _identity(each),
+        "operationId": "_".join(words).replace("-", "_"),
         "parameters": list(_parameters(each)),
         "responses": {
-            str(each.status): {"description": "done", "content": _content(each, refs)},
+            str(each.status): {"description": "done", "content": content},
             "default": {"description": "an error", "content": _json(refs[ErrorView])},
         },
     }
     if each.body is not None:
         found["requestBody"] = {"required": True, "content": _json(refs[each.body])}
     return found
-
-
-def _content(each: Operation, refs: dict[type[BaseModel], Json]) -> Json:
-    return {"*/*": {}} if each.answer is None else _json(refs[each.answer])
 
 
 def _parameters(each: Operation) -> Iterator[Json]:
@@ -162,11 +160,6 @@ def _parameters(each: Operation) -> Iterator[Json]:
             "description": told,
             "schema": text,
         }
-
-
-def _identity(each: Operation) -> str:
-    words = re.findall(r"\w+", each.path.removeprefix(API))
-    return "_".join((each.method.lower(), *words)).replace("-", "_")
 
 
 def _json(schema: Json) -> Json:

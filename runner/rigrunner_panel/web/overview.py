@@ -37,6 +37,7 @@ def _view(rig: Rig) -> RigView:
     finished: Finished | None = board.get("finished")
     alarms: tuple[AlarmView, ...] = board.get("alarms")
     queue: QueueView = board.get("queue")
+    plan: PlanView | None = board.get("plan")
     control, step = board.get("control"), _step(board)
     return RigView(
         station=rig.name,
@@ -51,7 +52,7 @@ def _view(rig: Rig) -> RigView:
         run="" if job is None else job.run,
         step=step,
         number=0 if step is None else step.index + 1,
-        steps=_steps(board),
+        steps=0 if plan is None else len(plan.steps),
         done_s=0 if progress is None else round(progress.done_s),
         left_s=0 if progress is None else round(progress.left_s),
         waits_for=_waits_for(board),
@@ -64,11 +65,6 @@ def _view(rig: Rig) -> RigView:
         next=next((each.specimen for each in queue.entries if each.id == queue.next), ""),
         automatic_by=queue.automatic_by,
     )
-
-
-def _steps(board: Board) -> int:
-    plan: PlanView | None = board.get("plan")
-    return 0 if plan is None else len(plan.steps)
 
 
 def _step(board: Board) -> StepView | None:

@@ -164,10 +164,10 @@ class Panel:
 
     def tick(self) -> None:
         """Look for what other programs changed in procedures that are edited."""
-        self.editing.tick(self._is_connected, self.now())
-
-    def _is_connected(self, client: str) -> bool:
-        return any(rig.control.is_connected(client) for rig in self.opened())
+        self.editing.tick(
+            lambda client: any(rig.control.is_connected(client) for rig in self.opened()),
+            self.now(),
+        )
 
     def _tell_editing(self, views: tuple[EditedView, ...]) -> None:
         for rig in self.opened():

@@ -133,7 +133,8 @@ class Guard:
         return address.is_loopback or not self._is_local
 
     def _has_token(self, scope: Scope, headers: Headers) -> bool:
-        query = dict(part.split("=", 1) for part in _query(scope).split("&") if "=" in part)
+        text = str(scope.get("query_string", b""), "ascii", "replace")
+        query = dict(part.split("=", 1) for part in text.split("&") if "=" in part)
         if self._panel.admits(scope["path"], query.get("ticket", "")):
             return True
         kind, _, given = headers.get("authorization", "").partition(" ")
@@ -178,10 +179,6 @@ def _parted(address: str) -> SplitResult:
         return urlsplit(address)
     except ValueError:
         return urlsplit("")
-
-
-def _query(scope: Scope) -> str:
-    return str(scope.get("query_string", b""), "ascii", "replace")
 
 
 def _offered_token(headers: Headers) -> str:

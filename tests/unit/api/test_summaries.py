@@ -1,6 +1,9 @@
 from __future__ import annotations
 
-from rigrunner.api.summaries import pairs, table
+from dataclasses import replace
+
+from rigrunner.api.data import Measurement
+from rigrunner.api.summaries import pairs, table, table_cells
 
 
 def test_columns_are_aligned_and_numbers_end_together():
@@ -24,3 +27,22 @@ def test_a_table_without_rows_is_its_header():
 
 def test_pairs_are_aligned():
     assert pairs([("run", "A"), ("verdict", "pass")]) == "run      A\nverdict  pass"
+
+
+def test_a_table_has_coordinates_set_points_values_and_readings_each_with_its_unit():
+    units = {"bench.load": "N", "bench.mass": "kg", "dwell": "s", "bench.ratio": "1"}
+    written = {"bench.load": "kN", "bench.mass": "g"}
+    one = Measurement(
+        "weighing", "", {"bench.load": 500.0}, {"bench.mass": 0.0125, "bench.ratio": 2.0}, units,
+        coordinates={"phase": "new", "dwell": 60.0}, readings={"bench.state": "V1.2"},
+        written_in=written,
+    )  # fmt: skip
+    other = replace(
+        one, setpoints={"bench.load": 1500.0}, values={"bench.mass": 0.007},
+        coordinates={"phase": "worn", "dwell": 60.0}, readings={},
+    )  # fmt: skip
+    assert table_cells([one, other]) == (
+        ["phase", "dwell / s", "set bench.load / kN", "bench.mass / g", "bench.ratio / 1",
+         "bench.state"],
+        [["new", "60", "0.5", "12.5", "2", "V1.2"], ["worn", "60", "1.5", "7.0", "", ""]],
+    )  # fmt: skip

@@ -2,8 +2,7 @@
 
 import pytest
 
-from rigrunner.proof.compare import mismatches
-from rigrunner.proof.older_texts import today
+from rigrunner.proof.compare import mismatches, today
 
 LIMIT = "the limit ≤ 0.95 N·m"
 

@@ -130,7 +130,7 @@ SPEAKERS = [
     *(f"documents/certifying/{each}.py" for each in ("amend", "certify", "office", "sign")),
     "certificate/order.py",
     *(f"../rigrunner_fleet/{each}.py" for each in (
-        "monitoring/baseline", "monitoring/observing", "monitoring/trending", "trends/charting",
+        "monitoring/observing", "monitoring/trending", "trends/charting",
         "trends/charts", "trends/rules",
     )),
 ]  # fmt: skip

@@ -154,7 +154,9 @@ class SimulatedTester:
         samples = round(duration_s * self.sample_rate_hz)
         values = self._sample(state, samples, self._repetitions[setpoints])
         self._repetitions[setpoints] += 1
-        self._truth = self._truth_of(state)
+        swinging_hz = true_frequency_hz(self._rig, state)
+        steady = self._worn.steady_state(state.load_n, swinging_hz) if swinging_hz else None
+        self._truth = {} if steady is None else steady.truth
         wanted = {name: values[name] for name in channels}
         return paced_blocks(wanted, self.sample_rate_hz, self._clock, stop)
 
@@ -166,10 +168,6 @@ class SimulatedTester:
     def truth(self) -> Mapping[str, float]:
         """Return what was true of the rig in the last stream; nothing if it was at rest."""
         return dict(self._truth)
-
-    def _truth_of(self, state: RigState) -> Mapping[str, float]:
-        swinging_hz = true_frequency_hz(self._rig, state)
-        return self._worn.steady_state(state.load_n, swinging_hz).truth if swinging_hz else {}
 
     def _sample(self, state: RigState, samples: int, repetition: int) -> Mapping[str, Array]:
         """Return the samples of all channels."""

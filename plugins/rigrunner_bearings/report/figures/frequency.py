@@ -16,7 +16,7 @@ from rigrunner_reports.figures.results import MOST_POINTS, THINNED
 from rigrunner_reports.numbers import fixed, stated
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Sequence
 
     from rigrunner.api.results import Result
     from rigrunner_bearings.report.view.points import SetPoint
@@ -50,7 +50,12 @@ def over_frequency(result: Result, points: Sequence[SetPoint]) -> Picture:
         Point(each.frequency_hz, each.truth_nm) for each in ordered if each.truth_nm is not None
     )
     truth = [Series("simulated truth", true, "line")] if true else []
-    limits = tuple(_limits(result))
+    known = None if result.decision is None else result.decision.deciding.limits
+    limits = tuple(
+        Mark("y", value, name=f"limit {known}", is_limit=True)
+        for value in ((known.lower, known.upper) if known else ())
+        if isfinite(value)
+    )
     frequency = Axis("frequency", "Hz", low=0.0, high=RIGHT * _highest_hz(ordered) or None)
     panels = (
         Figure(
@@ -97,14 +102,6 @@ def _method(points: Sequence[SetPoint], name: str, dodge_hz: float = 0.0) -> Ser
         "joined",
         U=(expanded(torque) for _, torque in found),
     )
-
-
-def _limits(result: Result) -> Iterator[Mark]:
-    if result.decision is not None:
-        limits = result.decision.deciding.limits
-        for value in (limits.lower, limits.upper):
-            if isfinite(value):
-                yield Mark("y", value, name=f"limit {limits}", is_limit=True)
 
 
 def _highest_hz(points: Sequence[SetPoint]) -> float:

@@ -11,8 +11,6 @@ from rigrunner_bearings.report.view.frequency_table import are_starts
 from rigrunner_reports.numbers import fixed, plain, significant
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from rigrunner.api import Rejection
     from rigrunner_bearings.api.points import PeakPoint
     from rigrunner_bearings.api.torque import TorqueDetails
@@ -55,7 +53,12 @@ def rejections(torque: TorqueDetails) -> RejectionTable:
     """Return the table of rejected cycles."""
     runs = named_runs(torque)
     points = [point for _, run in runs for point in run]
-    found = [each for name, run in runs for point in run for each in _judged(name, point)]
+    found: list[_Judged] = []
+    for name, run in runs:
+        for point in run:
+            found += [(name, point, "raw peak", each) for each in point.peak_rejections]
+            shapes = point.waveform_rejections if isinstance(point, SwingPoint) else ()
+            found += [(name, point, "shape of the swing", each) for each in shapes]
     # Those that are farthest beyond their critical values, in their order.
     excess = [each.statistic / each.critical if each.critical else inf for *_, each in found]
     places = sorted(range(len(found)), key=excess.__getitem__, reverse=True)[:MOST_ROWS]
@@ -85,11 +88,3 @@ def named_runs(torque: TorqueDetails) -> list[tuple[str, tuple[PeakPoint, ...]]]
     """Return the points of this run and, if it has one, of its no-load run, with their names."""
     runs = [("This run", torque.loaded), ("No-load run", torque.no_load)]
     return [(name, points) for name, points in runs if points]
-
-
-def _judged(run: str, point: PeakPoint) -> Iterator[_Judged]:
-    for each in point.peak_rejections:
-        yield run, point, "raw peak", each
-    if isinstance(point, SwingPoint):
-        for each in point.waveform_rejections:
-            yield run, point, "shape of the swing", each

@@ -255,7 +255,9 @@ class _OneCurve:
                     moved = self._fitted(fitted.values.with_error(column, error.acts, size, read))
                     by = [_change(one, moved) / size for one in found]
                     by_all = [(max(each, 0.0), max(-each, 0.0)) for each in by]
-                effects.append((_Error(channel, self._unit(column), error), by_all))
+                known = self.source.values
+                symbol = known.y_unit if column is None else known.units[column]
+                effects.append((_Error(channel, unit_of_errors(symbol), error), by_all))
         return effects
 
     def _of_line(
@@ -288,10 +290,6 @@ class _OneCurve:
             by = np.array([one.by_asked for one in found])
             up, down = up + np.maximum(by, 0.0), down + np.maximum(-by, 0.0)
         return list(zip(up.tolist(), down.tolist(), strict=True))
-
-    def _unit(self, column: int | None) -> str:
-        values = self.source.values
-        return unit_of_errors(values.y_unit if column is None else values.units[column])
 
     def _result(
         self,

@@ -90,6 +90,7 @@ class EquationAnalysis:
         by_place = [[each for each in at if isinstance(each, Evaluated)] for at in evaluated]
         by_name = [each for at in zip(*evaluated, strict=True) for each in at]
         order = [each for each in by_name if isinstance(each, Evaluated)]
+        of_results = {each.name: si_symbol(unit(each.of.unit).dimension) for each in others}
         return Findings(
             results=tuple(each.result for each in order),
             missing=tuple(each for each in by_name if isinstance(each, MissingResult)),
@@ -104,7 +105,7 @@ class EquationAnalysis:
             ),
             formulas=tuple(formulas(settings)),
             tables=(
-                *tables(settings, by_place, _units(found[0], others)),
+                *tables(settings, by_place, {**found[0].units, **of_results}),
                 *(
                     table
                     for name in names_of(order)
@@ -184,7 +185,9 @@ class EquationAnalysis:
             added = self._added(added_variance(model, tree), estimate)
         if added > 0:
             estimate = _widened(estimate, added)
-            components += (_curvature(added, definition.unit),)
+            u, symbol = sqrt(added), definition.unit
+            components += (Component(CURVATURE, u, inf, "normal", common=False, unit=symbol,
+                                     input_u=u, sensitivity=1.0),)  # fmt: skip
         result = MeasurementResult(
             of=definition,
             estimate=estimate,
@@ -201,12 +204,6 @@ class EquationAnalysis:
         return added if self.settings.second_order or matters else 0.0
 
 
-def _units(group: Group, results: Sequence[ResultPlace]) -> dict[str, str]:
-    """Return the SI units of channels and results."""
-    of_results = {each.name: si_symbol(unit(each.of.unit).dimension) for each in results}
-    return {**group.units, **of_results}
-
-
 def _in_unit(model: MeasurementModel, component: Component, symbol: str) -> Component:
     """Return a budget line of several inputs, converted to the unit of the result."""
     several = sum(each.budget_line == component.name for each in model.inputs) > 1
@@ -220,12 +217,6 @@ def _widened(estimate: Estimate, added: float) -> Estimate:
     share = (estimate.u / u) ** 4
     dof = estimate.dof / share if share > 0 else inf
     return replace(estimate, u=u, dof=dof, kurtosis=estimate.kurtosis * share)
-
-
-def _curvature(added: float, symbol: str) -> Component:
-    u = sqrt(added)
-    return Component(CURVATURE, u, inf, "normal", common=False, unit=symbol, input_u=u,
-                     sensitivity=1.0)  # fmt: skip
 
 
 def _checks(found: Sequence[Evaluated]) -> Iterator[Check]:

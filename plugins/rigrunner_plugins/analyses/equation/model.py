@@ -218,7 +218,11 @@ def inputs_of(
         else:
             pairs = dict.fromkeys(_pairs(errors[one], errors[other]), each.r)
             if each.r and not pairs:
-                raise CorrelationError(_unlike(one, errors[one], other, errors[other]))
+                known = [", ".join(e.name for e in errors[n]) or "none" for n in (one, other)]
+                raise CorrelationError(
+                    f"{one} and {other} are to be correlated, and the register has no errors of one"
+                    f" kind for both instruments (for {one}: {known[0]}; for {other}: {known[1]})"
+                )
             found.r |= pairs
     _group_correlated(found)
     for line in set(found.joint) & set(found.lines.values()):
@@ -375,15 +379,6 @@ def _pairs(one: Sequence[Input], other: Sequence[Input]) -> Iterator[tuple[str, 
             sorts = [each.name.partition(" of ")[0] for each in (a, b)]
             if a.name != b.name and sorts[0] == sorts[1] and a.dof == b.dof:
                 yield a.name, b.name
-
-
-def _unlike(one: str, errors: Sequence[Input], other: str, others: Sequence[Input]) -> str:
-    """Return why a correlation has nothing to act on."""
-    known = [", ".join(each.name for each in found) or "none" for found in (errors, others)]
-    return (
-        f"{one} and {other} are to be correlated, and the register has no errors of one kind for"
-        f" both instruments (for {one}: {known[0]}; for {other}: {known[1]})"
-    )
 
 
 def _group_correlated(found: Inputs) -> None:

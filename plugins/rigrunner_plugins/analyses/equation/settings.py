@@ -24,7 +24,6 @@ from rigrunner.api import (
     Member,
     NeededChannel,
     Quantity,
-    QuantityError,
     Requirements,
     Settings,
     YesNo,
@@ -33,6 +32,7 @@ from rigrunner.api import (
 from rigrunner.api.analysis.requirements import NeededResult
 from rigrunner.api.member import NAME
 from rigrunner.api.places import Place
+from rigrunner.api.settings import Difference
 from rigrunner.api.units import of_difference, si_symbol, with_article
 from rigrunner_plugins.analyses.equation.kinds import TURNS, Kind, KindError, kind_of_node
 from rigrunner_plugins.analyses.equation.text import RESERVED, read
@@ -75,14 +75,6 @@ def _width(value: object) -> object:
     return value
 
 
-def _positive(value: Quantity) -> Quantity:
-    if value.unit.offset:
-        raise QuantityError(f"'{value}' is a temperature, not a difference", hint="write it in K")
-    if not value.si > 0:
-        raise QuantityError(f"got '{value}', expected more than 0")
-    return value
-
-
 def _number(value: object) -> object:
     """Return a bare number as a dimensionless quantity."""
     if isinstance(value, (int, float)) and not isinstance(value, bool):
@@ -93,8 +85,7 @@ def _number(value: object) -> object:
 Number = WithJsonSchema({"anyOf": [{"type": "string"}, {"type": "number"}]})
 Value = Annotated[AnyQuantity, BeforeValidator(_number), Number]
 """A number with its unit; a bare number is dimensionless."""
-Width = Annotated[AnyQuantity, AfterValidator(_positive), BeforeValidator(_number),
-                  BeforeValidator(_width), Number]  # fmt: skip
+Width = Annotated[Difference, BeforeValidator(_number), BeforeValidator(_width), Number]
 """A half-width or an uncertainty above zero; '±' may stand before it."""
 
 

@@ -73,7 +73,9 @@ def read(text: str, known: Collection[str], wanted: Collection[str]) -> Model:
         )  # fmt: skip
     formulas, origins, literals = _translated(text)
     beginnings = list(_BEGINS.finditer(formulas))
-    _refuse_many(beginnings)
+    if len(beginnings) > MOST_EQUATIONS:
+        raise ExpressionError(f"it has {len(beginnings)} equations",
+                              hint=f"expected at most {MOST_EQUATIONS}")  # fmt: skip
     equations: list[Equation] = []
     names = {*known, *literals}
     for name, at, start, end in _parts(formulas, beginnings, wanted, origins):
@@ -93,12 +95,6 @@ def read(text: str, known: Collection[str], wanted: Collection[str]) -> Model:
     if missing:
         raise ExpressionError(f"it gives no '{missing[0]}'", hint=f"write '{missing[0]} = ...'")
     return Model(tuple(equations), literals, origins)
-
-
-def _refuse_many(beginnings: list[re.Match[str]]) -> None:
-    if len(beginnings) > MOST_EQUATIONS:
-        raise ExpressionError(f"it has {len(beginnings)} equations", hint=f"expected at most"
-                              f" {MOST_EQUATIONS}")  # fmt: skip
 
 
 def _parts(

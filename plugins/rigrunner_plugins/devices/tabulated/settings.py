@@ -2,23 +2,15 @@
 
 from __future__ import annotations
 
-import re
 from typing import Annotated, Self
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import Field, model_validator
 
 from rigrunner.api import AnyQuantity, ListOf, Settings
-from rigrunner.api.member import NAME
+from rigrunner.api.names import Name
 from rigrunner.api.units import si_symbol, with_article
 
-
-def _name(text: str) -> str:
-    if not re.fullmatch(NAME, text):
-        raise ValueError(f"'{text[:40]}' is not a name: letters, digits and '_', a letter first")
-    return text
-
-
-Row = dict[Annotated[str, AfterValidator(_name)], AnyQuantity]
+Row = dict[Name, AnyQuantity]
 
 
 class TabulatedSettings(Settings):

@@ -6,7 +6,6 @@ JCGM 106, 8, and ILAC-G8:09/2019, 4.2.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import partial
 from math import nan
 from typing import TYPE_CHECKING
 
@@ -75,8 +74,11 @@ class AppliedRule:
             margin = 0.0
         decimals = places_of_margin(places(expanded(estimate)), limits.unit)
         decimals = max(places_apart(abs(margin), abs(zone.margin), decimals) for zone in zones)
-        shown = partial(_shown, unit=limits.unit, decimals=decimals)
-        # `proof.older_texts` knows the older words.
+
+        def shown(value: float) -> str:
+            return with_symbol(printed(value, decimals), limits.unit)
+
+        # `proof.compare` knows the older words.
         place = f"Margin to the limit {limits}: {shown(abs(margin))}"
         if margin < 0:
             place = f"Outside the limit {limits} by {shown(abs(margin))}"
@@ -121,10 +123,6 @@ class AppliedRule:
         # Where no value can reach a zone, nothing inside is decided: failing begins at the limit.
         begins = zones[-1].margin if _reachable(zones, limits) else 0.0
         return max(_conforming(limits, estimate, edge) for edge in limits.edges(begins))
-
-
-def _shown(value: float, unit: str, decimals: int) -> str:
-    return with_symbol(printed(value, decimals), unit)
 
 
 def _reachable(zones: Sequence[Zone], limits: Limits) -> bool:

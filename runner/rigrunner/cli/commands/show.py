@@ -10,19 +10,20 @@ import click
 from rigrunner.api.errors import DataError, ExitCode
 from rigrunner.api.events import Alarm
 from rigrunner.api.results import REPLAYED
-from rigrunner.api.summaries import pairs
+from rigrunner.api.summaries import pairs, table, table_cells
 from rigrunner.cli.facts import info_document, salvaged_lines
-from rigrunner.cli.measured import measured
 from rigrunner.cli.options import json_option, run_argument, runs_option
 from rigrunner.cli.output import message, result, result_json
 from rigrunner.cli.summary import summary
 from rigrunner.run.locate import find_run
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
     from pathlib import Path
 
     from rigrunner.api.data import Measurement
+    from rigrunner.api.limits import ValueLimit
+    from rigrunner.api.readings import ReadingLimit
     from rigrunner.run.decisions import DecisionFile
     from rigrunner.runfile import StoredRun
 
@@ -73,11 +74,12 @@ def command(run: str, runs: Path, *, as_json: bool) -> ExitCode:
         )
         return ExitCode.PASS
     result(pairs(list(_facts(stored))))
-    if stored.measurements:
-        result(f"\n{measured(stored.measurements)}")
+    for name in dict.fromkeys(row.name for row in stored.measurements):
+        rows = [row for row in stored.measurements if row.name == name]
+        result(f"\nMeasured: {name}\n{_measured(rows)}")
     if stored.superseded_measurements:
-        rows = len(stored.superseded_measurements)
-        result(f"\nRows of repeated steps, not evaluated: {rows} (--json prints them)")
+        count = len(stored.superseded_measurements)
+        result(f"\nRows of repeated steps, not evaluated: {count} (--json prints them)")
     if stored.result_document is not None:
         result(f"\n{summary(stored.result_document)}")
     if later:
@@ -170,6 +172,24 @@ def _facts(stored: StoredRun) -> Iterator[tuple[str, str]]:
     for name, run in stored.partners.items():
         yield partner_words(name), run.header.run_id
     yield "SHA-256", stored.digest
+
+
+def _measured(rows: Sequence[Measurement]) -> str:
+    """Return the rows of one table as text, with their verdicts and limits if there are any."""
+    header, cells = table_cells(rows)
+    told = len({member for row in rows for member in row.readings})
+    align = "r" * (len(header) - told) + "l" * told
+    limits: dict[ValueLimit | ReadingLimit, None] = {}
+    for row in rows:
+        limits |= dict.fromkeys(row.limits) | dict.fromkeys(row.expected)
+    if limits:
+        header, align = [*header, "verdict"], f"{align}l"
+        for cell, row in zip(cells, rows, strict=True):
+            missed = [each.of for each in row.decisions if not each.passes]
+            passed = "pass" if row.decisions else ""
+            cell.append(f"FAIL: {', '.join(missed)}" if missed else passed)
+    allowed = [f"{limit.of}: limit {limit.limits.in_words}" for limit in limits]
+    return "\n".join([table(header, cells, align), *allowed])
 
 
 def _alarms(stored: StoredRun) -> list[str]:

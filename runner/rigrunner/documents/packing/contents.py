@@ -1,4 +1,4 @@
-"""The list of contents of a packed run, and the file names that it may have.
+"""The list of contents of a packed run, the file names that it may have, and its bytes.
 
 Members are stored, not compressed (`run.h5` is compressed already). So the same run always gives
 the same bytes, and the members are never larger than the file.
@@ -10,15 +10,18 @@ import hashlib
 import json
 import re
 from pathlib import PurePosixPath
-from typing import TYPE_CHECKING, BinaryIO, Literal
+from typing import IO, TYPE_CHECKING, Literal
 
 from pydantic import ValidationError
 
 from rigrunner.api.errors import DataError
 from rigrunner.api.settings import Settings
+from rigrunner.runfile import file_differences, read_info, refuse_crashing
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from pathlib import Path
+
+    from rigrunner.runfile import RunInfo
 
 LISTING = "rigrunner-packed-run.json"
 LONGEST_LISTING = 1 << 24
@@ -105,16 +108,24 @@ def is_hidden(name: str) -> bool:
     return any(part.startswith(".") for part in name.split("/"))
 
 
-def blocks(file: BinaryIO) -> Iterator[bytes]:
-    """Yield the blocks of a file."""
-    while block := file.read(_BLOCK):
-        yield block
-
-
-def sha256_of(file: BinaryIO) -> tuple[str, int]:
-    """Return the digest of the rest of a file, and its size in bytes."""
+def copied(source: IO[bytes], out: IO[bytes] | None = None) -> tuple[str, int]:
+    """Return the digest and the size in bytes of the rest of a file, copied to `out` if given."""
     digest, size = hashlib.sha256(), 0
-    for block in blocks(file):
+    while block := source.read(_BLOCK):
         digest.update(block)
         size += len(block)
+        if out is not None:
+            out.write(block)
     return digest.hexdigest(), size
+
+
+def require_sound(file: Path) -> RunInfo:
+    """Return the contents of a run file; raise DataError if it is damaged."""
+    refuse_crashing(file)
+    differences = file_differences(file)
+    if differences:
+        raise DataError(
+            f"{file} has changed since it was sealed: {differences[0]}",
+            hint=f"'rigrunner verify {file}' lists all that differs",
+        )
+    return read_info(file)

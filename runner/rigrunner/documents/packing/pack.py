@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import hashlib
 from stat import S_IFREG
 from typing import TYPE_CHECKING
 from zipfile import ZIP_STORED, ZipFile, ZipInfo
 
 from rigrunner.api.errors import DataError, UsageError
-from rigrunner.documents.packing.checking import require_sound
 from rigrunner.documents.packing.contents import (
     LISTING,
     Contents,
     PackedFile,
-    blocks,
+    copied,
     is_hidden,
     is_safe,
-    sha256_of,
+    require_sound,
 )
 from rigrunner.run.locate import RUN_FILE
 from rigrunner.runfile.durable import publish, temporary, writing
@@ -80,7 +78,7 @@ def _listed(folder: Path) -> Iterator[PackedFile]:
                 f"not every operating system allows the name '{name}'", hint="rename it"
             )
         with path.open("rb") as file:
-            sha256, size = sha256_of(file)
+            sha256, size = copied(file)
         yield PackedFile(name=name, bytes=size, sha256=sha256)
 
 
@@ -89,12 +87,9 @@ def _write(contents: Contents, folder: Path, target: Path) -> None:
         packed.writestr(_entry(LISTING), contents.text())
         for each in contents.files:
             entry = _entry(f"{contents.folder}/{each.name}", each.bytes)
-            digest = hashlib.sha256()
             with (folder / each.name).open("rb") as source, packed.open(entry, "w") as inside:
-                for block in blocks(source):
-                    digest.update(block)
-                    inside.write(block)
-            if digest.hexdigest() != each.sha256:  # `unpack` would refuse all of it
+                sha256, _ = copied(source, inside)
+            if sha256 != each.sha256:  # `unpack` would refuse all of it
                 raise DataError(f"{folder / each.name} was changed meanwhile", hint="pack it again")
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import shutil
 import tempfile
 from contextlib import contextmanager
@@ -11,8 +10,13 @@ from typing import TYPE_CHECKING
 from zipfile import ZIP_STORED, BadZipFile, ZipFile
 
 from rigrunner.api.errors import DataError, UsageError
-from rigrunner.documents.packing.checking import require_sound
-from rigrunner.documents.packing.contents import LISTING, LONGEST_LISTING, blocks, parse_contents
+from rigrunner.documents.packing.contents import (
+    LISTING,
+    LONGEST_LISTING,
+    copied,
+    parse_contents,
+    require_sound,
+)
 from rigrunner.run.locate import RUN_FILE
 from rigrunner.runfile.durable import READ_ONLY, sync_file, sync_folder, writing
 
@@ -83,11 +87,8 @@ def _take_out(packed: Path, file: ZipFile, contents: Contents, place: Path) -> N
         target = place / each.name
         target.parent.mkdir(parents=True, exist_ok=True)
         with file.open(f"{contents.folder}/{each.name}") as source, target.open("xb") as out:
-            digest = hashlib.sha256()
-            for block in blocks(source):  # type: ignore[arg-type]  # it reads as any binary file
-                digest.update(block)
-                out.write(block)
-        if digest.hexdigest() != each.sha256:
+            sha256, _ = copied(source, out)
+        if sha256 != each.sha256:
             raise DataError(f"{packed}: '{each.name}' does not match its SHA-256")
         sync_file(target)
 

@@ -192,20 +192,12 @@ def _bounded(value: float, u: float, dof: float) -> Distribution:
     return CurvilinearTrapezoid(value, half_width, half_width / sqrt(2 * dof))
 
 
-def _triangle(value: float, u: float, dof: float) -> Distribution:  # noqa: ARG001  (as all)
-    return Triangular(value, sqrt(6) * u)
-
-
-def _u_shaped(value: float, u: float, dof: float) -> Distribution:  # noqa: ARG001  (as all)
-    return Arcsine(value, sqrt(2) * u)
-
-
 NAMED: Mapping[str, Callable[[float, float, float], Distribution]] = {
     "normal": _gaussian,
     "t": _gaussian,
     "rectangular": _bounded,
-    "triangular": _triangle,
-    "arcsine": _u_shaped,
+    "triangular": lambda value, u, _: Triangular(value, sqrt(6) * u),
+    "arcsine": lambda value, u, _: Arcsine(value, sqrt(2) * u),
 }
 """By their names in a budget."""
 

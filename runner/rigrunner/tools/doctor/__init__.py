@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from rigrunner.tools.doctor.drivers import daqmx, serial_ports, visa
 from rigrunner.tools.doctor.finding import Finding, Surroundings
-from rigrunner.tools.doctor.installation import each_extra, packages, plugins, python
-from rigrunner.tools.doctor.lab import station
+from rigrunner.tools.doctor.installation import each_extra, packages, plugins, python, station
 from rigrunner.tools.doctor.machine import (
     browser,
     clock,

@@ -1,4 +1,4 @@
-"""The installation: Python, the packages that Rigrunner needs, its extras and the plugins."""
+"""The installation: Python, the packages that Rigrunner needs, its extras, and the plugins."""
 
 from __future__ import annotations
 
@@ -12,6 +12,8 @@ from importlib.metadata import PackageNotFoundError, requires, version
 from typing import TYPE_CHECKING
 
 from rigrunner import __version__
+from rigrunner.api.errors import InvalidFileError, RigrunnerError
+from rigrunner.tools.by_hand.station import ready_station
 from rigrunner.tools.doctor.finding import Finding, State, Surroundings
 
 if TYPE_CHECKING:
@@ -90,6 +92,27 @@ def plugins(of: Surroundings) -> Iterator[Finding]:
         if len(providers) > 1:
             text = f"{kind.replace('_', ' ')} '{name}' is provided by {' and '.join(providers)}"
             yield Finding("plugins", "warn", text, "uninstall one of them; neither can be used")
+
+
+def station(of: Surroundings) -> Iterator[Finding]:
+    """Create the devices of the station, with its plugins; no instrument is accessed."""
+    if of.station is None:
+        yield Finding("station", "ok", "not checked: name one with --station")
+        return
+    try:
+        ready = ready_station(of.station)
+    except InvalidFileError as error:
+        for each in error.problems:
+            fix = each.hint or "'rigrunner check' lists all problems in it"
+            where = f"{each.location}: " if each.location else ""
+            yield Finding("station", "fail", f"{where}{each.message}", fix)
+        return
+    except RigrunnerError as error:
+        yield Finding("station", "fail", error.message, error.hint or "correct the file")
+        return
+    roles = ", ".join(ready.devices)
+    found = f"{of.station}: its plugins take the settings of {roles}"
+    yield Finding("station", "ok", f"{found}; 'rigrunner devices' connects them")
 
 
 def each_extra(_: Surroundings) -> Iterator[Finding]:

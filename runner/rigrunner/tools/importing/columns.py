@@ -131,7 +131,9 @@ def fault(
 
 def _in_si(mapping: LoadedMapping, column: Column, wanted: Wanted, file: str) -> Array:
     spec = wanted.spec
-    if column.unit and not _agrees(column.unit, spec):
+    stated = find_unit(column.unit)
+    agrees = column.unit in {"", spec.file_says} or (stated and stated.symbol == spec.unit)
+    if not agrees:
         raise fault(
             mapping,
             (*wanted.at, "unit"),
@@ -141,11 +143,6 @@ def _in_si(mapping: LoadedMapping, column: Column, wanted: Wanted, file: str) ->
         )
     known = unit(spec.unit)
     return column.values * known.factor + known.offset
-
-
-def _agrees(stated: str, spec: ColumnSpec | TimeSpec) -> bool:
-    found = find_unit(stated)
-    return stated == spec.file_says or (found is not None and found.symbol == spec.unit)
 
 
 def _window(

@@ -19,8 +19,7 @@ if TYPE_CHECKING:
     from datetime import datetime
 
     from rigrunner.api.devices import StopToken
-    from rigrunner.jobs import Done, Workers
-    from rigrunner_fleet.archive.checking.task import RunCheck
+    from rigrunner.jobs import Workers
     from rigrunner_fleet.archive.database import Database
 
 
@@ -62,29 +61,20 @@ def check(
     began_s, looked, read_bytes = time.monotonic(), 0, 0
     progress(0, len(runs))
     for done in workers.outcomes(look, runs, stop):
-        found = _answer(done)
+        found = done.answer.value
+        if found is None:  # its process died
+            died = Finding(done.item.path, Kind.DAMAGED, done.problem)
+            found = RunLook((died,), done.item.sha256, 0)
         remember(database, done.item, found, now())
         looked, read_bytes = looked + 1, read_bytes + found.read_bytes
         progress(looked, len(runs))
     seconds = time.monotonic() - began_s
-    findings = sorted([*_on_record(database), *_unknown_runs(database)])
-    return Checked(tuple(findings), looked, len(runs), read_bytes, seconds)
-
-
-def _answer(done: Done[RunCheck, RunLook]) -> RunLook:
-    """Return the finding of a worker; if its process died, the run is damaged."""
-    if done.answer.value is not None:
-        return done.answer.value
-    found = Finding(done.item.path, Kind.DAMAGED, done.problem)
-    return RunLook((found,), done.item.sha256, 0)
-
-
-def _on_record(database: Database) -> Iterator[Finding]:
-    """Yield the stored findings on the runs that are still in the archive."""
-    known = {(run.root, run.path) for run in runs_to_check(database, None)}
-    for place, findings in found_before(database).items():
-        if place in known:
-            yield from findings
+    there = {(run.root, run.path) for run in runs_to_check(database, None)}
+    findings = list(_unknown_runs(database))
+    for place, some in found_before(database).items():
+        if place in there:
+            findings += some
+    return Checked(tuple(sorted(findings)), looked, len(runs), read_bytes, seconds)
 
 
 def _unknown_runs(database: Database) -> Iterator[Finding]:

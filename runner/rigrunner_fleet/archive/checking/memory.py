@@ -16,7 +16,7 @@ from rigrunner_fleet.archive.schema import FILES, ROOTS, RUNS, TEXT, UtcTime
 from rigrunner_fleet.archive.storing import root_folder
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterator
     from datetime import datetime
 
     from sqlalchemy import Connection
@@ -91,11 +91,12 @@ def found_before(database: Database) -> dict[tuple[str, str], tuple[Finding, ...
     """Return the last finding on each run, by root and path."""
     with database.reading() as connection:
         rows = connection.execute(select(CHECKS.c.root, CHECKS.c.path, CHECKS.c.findings)).all()
-    return {(root, path): tuple(_findings(text)) for root, path, text in rows}
-
-
-def _findings(text: str) -> Iterable[Finding]:
-    return (Finding(each["path"], Kind(each["kind"]), each["what"]) for each in json.loads(text))
+    return {
+        (root, path): tuple(
+            Finding(each["path"], Kind(each["kind"]), each["what"]) for each in json.loads(text)
+        )
+        for root, path, text in rows
+    }
 
 
 def _runs(

@@ -1,25 +1,26 @@
-"""Check one run folder: whether every file is there and unchanged."""
+"""Check one run folder, at a limited rate: whether every file is there and unchanged."""
 
 from __future__ import annotations
 
 import hashlib
 import os
+import time
 from dataclasses import dataclass, field
 from enum import StrEnum
+from math import inf
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import DataError
 from rigrunner.runfile import file_differences, read, read_info
 from rigrunner.runfile.scan import storable
-from rigrunner_fleet.archive.checking.pace import BLOCK
 from rigrunner_fleet.archive.run_facts import RUN_FILE
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Callable, Iterator, Mapping
     from pathlib import Path
 
-    from rigrunner_fleet.archive.checking.pace import Pace
-
+_BLOCK = 1 << 18
+"""The most bytes that are read at once."""
 _NICE = 10
 _NO_CONTENT = ("run.lock",)
 """Temporary files."""
@@ -78,6 +79,26 @@ class RunLook:
 
 
 @dataclass
+class Pace:
+    """Waits so that the rate of reading stays below a limit: others use the same disk.
+
+    Idle time does not count.
+    """
+
+    bytes_per_s: float = inf
+    now: Callable[[], float] = time.monotonic
+    sleep: Callable[[float], None] = time.sleep
+    _due_s: float = -inf
+
+    def take(self, size: int) -> None:
+        """Wait until this many bytes are within the rate."""
+        now = self.now()
+        self._due_s = max(self._due_s, now) + size / self.bytes_per_s
+        if self._due_s > now:
+            self.sleep(self._due_s - now)
+
+
+@dataclass
 class Look:
     """Checks run folders, one after the other, at a limited rate and with low priority."""
 
@@ -120,7 +141,7 @@ class _Count:
         """Return the digest of a file, read at the limited rate; raise OSError."""
         digest = hashlib.sha256()
         with path.open("rb", buffering=0) as file:
-            while block := file.read(BLOCK):
+            while block := file.read(_BLOCK):
                 digest.update(block)
                 self.bytes += len(block)
                 self.pace.take(len(block))

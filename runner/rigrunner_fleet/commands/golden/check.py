@@ -105,13 +105,13 @@ def _write(found: Overall, html: Path | None, junit: Path | None) -> None:
     from rigrunner_fleet.reanalysis.summary import write_text
 
     if html is not None:
-        from rigrunner_fleet.golden.study import golden_study
+        from rigrunner_fleet.golden.report import golden_study
         from rigrunner_fleet.monitoring.report import write_study
 
         write_study(golden_study(found), html)
         message(f"Wrote {html}.")
     if junit is not None:
-        from rigrunner_fleet.golden.junit import junit as as_junit
+        from rigrunner_fleet.golden.report import junit as as_junit
 
         write_text(junit, as_junit(found))
         message(f"Wrote {junit}.")

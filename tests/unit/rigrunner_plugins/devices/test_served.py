@@ -86,7 +86,7 @@ def test_an_inverter_that_hears_nothing_stops_the_motor_until_it_is_reset(plant,
 
 
 def test_what_is_beyond_their_range_is_refused(plant):
-    inverter, press = Inverter(plant, highest_hz=50.0), Press(plant, highest_n=3000.0)
+    inverter, press = Inverter(plant), Press(plant)
     assert inverter.written(1, [5001]) is not None
     assert press.written(1, [0x8000, 0x453B]) is None  # IEEE 754: 453B8000 hex is 3000
     assert press.written(1, [0x9000, 0x453B]) is not None  # 3001

@@ -30,6 +30,8 @@ RUN, RESET = 1 << 0, 1 << 7
 READY, RUNNING, AT_SET_POINT, FAULT = (1 << bit for bit in range(4))
 OVERLOAD, TIMEOUT = 7, 81
 _STEP_HZ = 0.01
+_HIGHEST = 5000
+"""In steps: 50 Hz."""
 _IDLE_A, _AMPERE_PER_HZ = 0.4, 0.05
 
 
@@ -42,12 +44,10 @@ class Inverter:
         self,
         plant: Plant,
         unit_id: int = 1,
-        highest_hz: float = 50.0,
         now_s: Callable[[], float] = time.monotonic,
     ) -> None:
         self.unit_id = unit_id
         self._plant = plant
-        self._highest = round(highest_hz / _STEP_HZ)
         self._now_s = now_s
         self._lock = threading.Lock()
         self._words = [0, 0, 0, 0]
@@ -81,7 +81,7 @@ class Inverter:
         """Write registers; return ILLEGAL_VALUE for a set-point above the highest."""
         new = dict(enumerate(words, address))
         with self._lock:
-            if new.get(SET_POINT, 0) > self._highest:
+            if new.get(SET_POINT, 0) > _HIGHEST:
                 return ExcCodes.ILLEGAL_VALUE
             self._heard_s = self._now_s()
             for place, word in new.items():

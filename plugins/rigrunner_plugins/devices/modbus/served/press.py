@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 PRESS = 1 << 0
 PRESSING, AT_SET_POINT = 1 << 0, 1 << 1
+_HIGHEST_N = 3000.0
 _NEAR_N = 0.5
 """How near the load is to the set-point, to count as there."""
 
@@ -32,10 +33,9 @@ class Press:
 
     identity: Mapping[int, str] = {0: "Rigrunner", 1: "SIM-PRESS", 2: "1.0"}
 
-    def __init__(self, plant: Plant, unit_id: int = 2, highest_n: float = 3000.0) -> None:
+    def __init__(self, plant: Plant, unit_id: int = 2) -> None:
         self.unit_id = unit_id
         self._plant = plant
-        self._highest_n = highest_n
         self._lock = threading.Lock()
         self._words = [0, 0, 0]
 
@@ -58,7 +58,7 @@ class Press:
         with self._lock:
             new = [*self._words[:address], *words, *self._words[address + len(words) :]]
             set_point_n = _number(new[1:])
-            if not 0.0 <= set_point_n <= self._highest_n:
+            if not 0.0 <= set_point_n <= _HIGHEST_N:
                 return ExcCodes.ILLEGAL_VALUE
             self._words = new
             self._plant.go_to_load(set_point_n if new[0] & PRESS else 0.0)
