@@ -125,10 +125,9 @@ def check_input(panel: Panel, asked: Asked) -> InputAnswer:
         value = expected.accept(body.text)
     except AnswerError as error:
         return InputAnswer(ok=False, message=error.message, hint=error.hint)
-    earlier = ""
-    if body.input == SPECIMEN:
-        earlier = tested_by(panel.settings.runs, procedure.model.id, value)
-    note = f"{value} has already been tested: run {earlier}" if earlier else ""
+    specimens = [value] if body.input == SPECIMEN else []
+    earlier = tested_by(panel.settings.runs, procedure.model.id, specimens)
+    note = f"{value} has already been tested: run {earlier[value]}" if earlier else ""
     return InputAnswer(ok=True, value=value, note=note)
 
 

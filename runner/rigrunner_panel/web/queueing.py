@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from rigrunner.api.errors import RigrunnerError, UsageError
 from rigrunner.api.events import CONCLUDED
 from rigrunner.procedure import load_procedure
-from rigrunner.queue import Draft, accepted_inputs, allowed, read_list
+from rigrunner.queue import Draft, accepted_inputs, read_list
 from rigrunner_panel.errors import PanelError, wrong_state
 from rigrunner_panel.sequence import Wanted
 from rigrunner_panel.view.queue import EntryView, QueueView
@@ -145,8 +145,9 @@ def start_run(rig: Rig, asked: Asked) -> Started:
             _claim_and_start(rig, _matching(rig, body), asked.by, body)
         # A preflight that runs is no reason to queue: until it is done the start is refused.
         elif rig.desk.is_busy and rig.board.get("phase") != "checking":
-            made = _added(rig, [_draft(rig, body, body.inputs)], asked.by, proposed=False)
-            return Started(entry=made.entries[0])
+            (made,) = rig.queue.add([_draft(rig, body, body.inputs)], asked.by, rig.panel.now())
+            refresh(rig)
+            return Started(entry=made.id)
         else:
             start_job(rig, "run", body, asked.by, body.inputs)
     return Started()
@@ -224,17 +225,20 @@ def _add(rig: Rig, body: AddEntries, by: str, *, proposed: bool) -> Added:
     loaded = load_procedure(procedure)
     inputs = loaded.inputs
     common = accepted_inputs(body.inputs, inputs)
-    rows = [item.inputs for item in read_list(body.list, inputs)] if body.list.strip() else [{}]
+    items, invalid = read_list(body.list, inputs) if body.list.strip() else ([], [])
+    rows = [item.inputs for item in items] if items or invalid else [{}]
     drafts = [
         _draft(rig, body, {**common, **row}).model_copy(update={"again": body.again.strip()})
         for row in rows
     ]
-    drafts = allowed(rig.panel.settings.runs, loaded.model.id, drafts)
-    return _added(rig, drafts, by, proposed=proposed)
-
-
-def _added(rig: Rig, drafts: list[Draft], by: str, *, proposed: bool) -> Added:
-    made = rig.queue.add(drafts, by, rig.panel.now(), proposed=proposed)
+    made = rig.queue.add(
+        drafts,
+        by,
+        rig.panel.now(),
+        procedure_id=loaded.model.id,
+        proposed=proposed,
+        invalid=invalid,
+    )
     refresh(rig)
     return Added(entries=[each.id for each in made])
 

@@ -111,6 +111,14 @@ def test_a_partner_run_is_one_of_the_folder_of_runs_and_no_path(client, run):
     assert entries(client) == []
 
 
+def test_invalid_lines_of_a_list_are_told_with_the_others(client):
+    post(client, "add", **PAIR, list="SN-1")
+    refused = post(client, "add", status=422, **PAIR, list="sn-1\na\x00b\nSN-2")
+    assert [each["where"] for each in refused["problems"]] == ["list:2", ""]
+    post(client, "add", status=422, **PAIR, list="a\x00b")
+    assert entries(client) == [("SN-1", "waiting")]
+
+
 def test_a_specimen_twice_is_refused_with_its_entry(client):
     post(client, "add", **PAIR, list="SN-1")
     refused = post(client, "add", status=422, **PAIR, list="SN-0\nsn-1")
