@@ -3,7 +3,7 @@
 from rigrunner.queue.entries import SPECIMEN, Draft
 from rigrunner.queue.intake import accepted_inputs, list_text, read_list
 from rigrunner.queue.store import Queue
-from rigrunner.queue.tested import tested_by
+from rigrunner.queue.tested import tested_before
 
 __all__ = [
     "SPECIMEN",
@@ -12,5 +12,5 @@ __all__ = [
     "accepted_inputs",
     "list_text",
     "read_list",
-    "tested_by",
+    "tested_before",
 ]

@@ -14,7 +14,7 @@ from rigrunner.api.errors import DataError, InvalidFileError, Problem, UsageErro
 from rigrunner.api.events import RunStarted
 from rigrunner.clock import utc_text
 from rigrunner.queue.entries import OPEN, Entry, Stored
-from rigrunner.queue.tested import tested_by
+from rigrunner.queue.tested import tested_before
 from rigrunner.run.runs import listed_run
 from rigrunner.runfile import NEVER_ENDED
 from rigrunner.runfile.durable import write_whole, writing
@@ -134,7 +134,7 @@ class Queue:
             raise InvalidFileError(invalid)
         (station,) = {each.station for each in drafts}
         specimens = {each.specimen for each in drafts} if procedure_id else ()
-        tested = tested_by(self._runs, procedure_id, specimens)
+        tested = tested_before(self._runs, procedure_id, specimens)
         made: list[Entry] = []
 
         def change(stored: Stored) -> Stored:
@@ -152,7 +152,7 @@ class Queue:
                     problems.append(Problem(f"{draft.specimen} is in the list twice"))
                     continue
                 same = self._same_test(known, draft)
-                problem = _tested_before(draft, same, tested.get(draft.specimen, ""))
+                problem = _problem(draft, same, tested.get(draft.specimen, ""))
                 if problem is not None and not (draft.again and problem.field):
                     problems.append(problem)
                 asked = set(type(draft).model_fields) - {"again"}
@@ -423,12 +423,11 @@ def _with(stored: Stored, new: Entry) -> Stored:
     return stored.model_copy(update={"entries": entries})
 
 
-def _tested_before(draft: Draft, same: Shown | None, run: str) -> Problem | None:
+def _problem(draft: Draft, same: Shown | None, tested: str) -> Problem | None:
     """Return why a draft needs a reason (field `again`), or cannot be added at all."""
     hint = "give a reason to test it again"
-    if run and (same is None or same.status == "done"):
-        message = f"{draft.specimen} has already been tested: run {run}"
-        return Problem(message, field="again", hint=hint)
+    if tested and (same is None or same.status == "done"):
+        return Problem(tested, field="again", hint=hint)
     if same is None:
         return None
     entry, status = same.entry, same.status

@@ -15,11 +15,15 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 
-def tested_by(runs: Path, procedure_id: str, specimens: Iterable[str]) -> dict[str, str]:
-    """Return the newest run of a procedure that has tested each specimen, if there is one."""
+def tested_before(runs: Path, procedure_id: str, specimens: Iterable[str]) -> dict[str, str]:
+    """Return a sentence with the newest run, for each specimen that a procedure has tested."""
     names = [(name, name.casefold()) for name in reversed(run_names(runs))]
     found = {each: _newest(runs, names, procedure_id, each) for each in specimens if each}
-    return {specimen: run for specimen, run in found.items() if run}
+    return {
+        specimen: f"{specimen} has already been tested: run {run}"
+        for specimen, run in found.items()
+        if run
+    }
 
 
 def _newest(runs: Path, names: Sequence[tuple[str, str]], procedure_id: str, specimen: str) -> str:

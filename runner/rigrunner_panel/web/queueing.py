@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from rigrunner.api.errors import RigrunnerError, UsageError
 from rigrunner.api.events import CONCLUDED
 from rigrunner.procedure import load_procedure
-from rigrunner.queue import Draft, accepted_inputs, read_list
+from rigrunner.queue import SPECIMEN, Draft, accepted_inputs, read_list, tested_before
 from rigrunner_panel.errors import PanelError, wrong_state
 from rigrunner_panel.sequence import Wanted
 from rigrunner_panel.view.queue import EntryView, QueueView
@@ -140,6 +140,9 @@ def start_run(rig: Rig, asked: Asked) -> Started:
     body: StartRun = asked.body
     procedure, _ = files(rig.panel, body)
     check_inputs(procedure, body.inputs)
+    procedure_id, specimen = load_procedure(procedure).model.id, body.inputs.get(SPECIMEN, "")
+    notes = tested_before(rig.panel.settings.runs, procedure_id, [specimen])
+    note = notes.get(specimen, "")
     with rig.sequence.lock:
         if body.entry is not None:
             _claim_and_start(rig, _matching(rig, body), asked.by, body)
@@ -147,10 +150,10 @@ def start_run(rig: Rig, asked: Asked) -> Started:
         elif rig.desk.is_busy and rig.board.get("phase") != "checking":
             (made,) = rig.queue.add([_draft(rig, body, body.inputs)], asked.by, rig.panel.now())
             refresh(rig)
-            return Started(entry=made.id)
+            return Started(entry=made.id, note=note)
         else:
             start_job(rig, "run", body, asked.by, body.inputs)
-    return Started()
+    return Started(note=note)
 
 
 def tick(rig: Rig) -> None:

@@ -17,7 +17,7 @@ from rigrunner.bus import EventStamp
 from rigrunner.clock import SimulatedClock
 from rigrunner.procedure.questions import Input
 from rigrunner.queue import Draft, Queue, accepted_inputs, list_text, read_list
-from rigrunner.queue import tested_by as runs_of
+from rigrunner.queue import tested_before as before
 from rigrunner.runfile import RunHeader, RunWriter
 from rigrunner.runfile.folder import create_run_folder
 
@@ -201,13 +201,12 @@ def test_a_specimen_that_a_run_has_tested_needs_a_reason(queue, tmp_path):
     leave_run(runs, "SN-9", procedure="Q")
     leave_run(runs, "SN-70")
     others = ["SN-8", "SN-9", "SN-7", ""]
-    assert runs_of(runs, "P", [*others, "sn 7/É"]) == {"sn 7/É": newest}
+    sentence = f"sn 7/É has already been tested: run {newest}"
+    assert before(runs, "P", [*others, "sn 7/É"]) == {"sn 7/É": sentence}
     asked = [draft("sn 7/É"), draft("SN-8")]
     with pytest.raises(InvalidFileError) as refused:
         queue.add(asked, "Ann", NOW, procedure_id="P")
-    assert [(each.message, each.field) for each in refused.value.problems] == [
-        (f"sn 7/É has already been tested: run {newest}", "again")
-    ]
+    assert [(each.message, each.field) for each in refused.value.problems] == [(sentence, "again")]
     again = [each.model_copy(update={"again": "customer asks"}) for each in asked]
     first, second = queue.add(again, "Ann", NOW, procedure_id="P")
     queue.hold(first.id, "Bob", "dirty")
