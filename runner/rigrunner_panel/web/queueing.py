@@ -168,7 +168,7 @@ def tick(rig: Rig) -> None:
                     _after_preflight(rig)
                 elif sequence.automatic_by:
                     _by_itself(rig)
-            if rig.queue.changed_ns(rig.name) != sequence.seen_ns:
+            if _made_of(rig) != sequence.shown:
                 refresh(rig)
     except Exception:  # noqa: BLE001  (a thread that nobody waits for)
         _log.exception("a bug in the panel: the queue has stopped")
@@ -177,7 +177,7 @@ def tick(rig: Rig) -> None:
 def refresh(rig: Rig) -> QueueView:
     """Show the queue as it is on the disk."""
     sequence = rig.sequence
-    sequence.seen_ns = rig.queue.changed_ns(rig.name)
+    sequence.shown = _made_of(rig)
     try:
         shown = rig.queue.shown(rig.name)
         asks = any(each.status == "interrupted" for each in shown)
@@ -197,6 +197,13 @@ def refresh(rig: Rig) -> QueueView:
     )
     rig.board.put(queue=view)
     return view
+
+
+def _made_of(rig: Rig) -> object:
+    """Return what the displayed queue is made of; a Stop changes it without waiting for a file."""
+    sequence = rig.sequence
+    changed_ns = rig.queue.changed_ns(rig.name)
+    return changed_ns, sequence.automatic_by, sequence.problem, sequence.wanted
 
 
 def _own(rig: Rig, number: int) -> Entry:

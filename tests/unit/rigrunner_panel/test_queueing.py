@@ -195,6 +195,18 @@ def test_stop_takes_back_what_was_to_start(client, panel):
     assert panel.rig("simulated").sequence.wanted is None
 
 
+def test_what_stop_takes_back_is_told_to_every_screen(client, panel):
+    rig = panel.rig("simulated")
+    post(client, "add", **PAIR, list="SN-1")
+    post(client, "automatic", on=True)
+    rig.sequence.wanted = Wanted(1, "Ann", rig.sequence.stops)
+    queueing.refresh(rig)
+    client.post("/api/v1/stop", json={})
+    queueing.tick(rig)
+    shown = rig.board.get("queue")  # a request for the queue would make it again
+    assert (shown.automatic_by, shown.starting) == ("", None)
+
+
 @pytest.mark.parametrize("kept", ["active", "until_end"])
 def test_nothing_starts_by_itself_after_an_interlock_that_never_cleared(client, panel, kept):
     post(client, "add", **PAIR, list="SN-1")
