@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import threading
 from collections import Counter
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rigrunner.clock import utc_text
@@ -18,51 +17,49 @@ if TYPE_CHECKING:
     from rigrunner_panel.view.board import Board
 
 
-@dataclass(frozen=True)
-class Holder:
-    """The client that has control, and since when."""
-
-    client: str
-    name: str
-    since_utc: str
-
-
 def short_name(client: str) -> str:
     """Return the public part of a client's id; with the whole id others could take its place."""
     return hashlib.sha256(client.encode()).hexdigest()[:8]
 
 
 class Control:
-    """Stores which client has control and which clients are connected."""
+    """Stores which client has control and which clients are connected; the board has the rest."""
 
     def __init__(self, board: Board) -> None:
         self._board = board
         self._lock = threading.Lock()
-        self._holder: Holder | None = None
+        self._holder = ""
+        """The whole id of the client that has control, which no screen is told."""
         self._connected: Counter[str] = Counter()
 
-    def take(self, client: str, name: str, now: datetime, *, take_over: bool) -> Holder | None:
+    def take(self, client: str, name: str, now: datetime, *, take_over: bool) -> ControlView | None:
         """Give control to a client; return the previous holder if it was another client.
 
         Raises PanelError if another client has control and `take_over` is not set.
         """
         with self._lock:
-            before = self._holder
-            is_other = before is not None and before.client != client
+            before = self._view
+            is_other = before is not None and self._holder != client
             if before is not None and is_other and not take_over:
                 message = f"{before.name} has control"
                 raise wrong_state(message, "take it over, if that is agreed: it is recorded")
             since = before.since_utc if before is not None and not is_other else utc_text(now)
-            self._holder = Holder(client, name, since)
-            self._tell()
+            self._holder = client
+            view = ControlView(
+                client=short_name(client),
+                name=name,
+                since_utc=since,
+                connected=self._connected[client] > 0,
+            )
+            self._board.put(control=view)
             return before if is_other else None
 
     def release(self, client: str) -> None:
         """Release control; raise PanelError for a client that does not have it."""
         with self._lock:
             self._required(client)
-            self._holder = None
-            self._tell()
+            self._holder = ""
+            self._board.put(control=None)
 
     def required(self, client: str) -> str:
         """Return the name of the client, which must have control; raise PanelError otherwise."""
@@ -71,8 +68,9 @@ class Control:
 
     def holds(self, client: str) -> str:
         """Return the name under which a client has control; '' if it does not have it."""
-        holder = self._holder
-        return holder.name if holder is not None and holder.client == client else ""
+        with self._lock:
+            view = self._view
+            return view.name if view is not None and self._holder == client else ""
 
     def connected(self, client: str, step: int) -> None:
         """Count a client's WebSocket that was opened (1) or closed (-1)."""
@@ -80,7 +78,9 @@ class Control:
             self._connected[client] += step
             # Adding nothing drops the clients whose count has come down to 0.
             self._connected += Counter()
-            self._tell()
+            if (view := self._view) is not None:
+                is_there = self._connected[self._holder] > 0
+                self._board.put(control=view.model_copy(update={"connected": is_there}))
             self._board.put(watchers=self._connected.total())
 
     def is_connected(self, client: str) -> bool:
@@ -88,22 +88,17 @@ class Control:
         with self._lock:
             return self._connected[client] > 0
 
+    @property
+    def _view(self) -> ControlView | None:
+        view: ControlView | None = self._board.get("control")
+        return view
+
     def _required(self, client: str) -> str:
-        if self._holder is None:
+        view = self._view
+        if view is None:
             message, hint = "nobody has control", "take it first: POST /api/v1/control"
             raise PanelError(403, "not_in_control", message, hint)
-        if self._holder.client != client:
-            message = f"{self._holder.name} has control"
+        if self._holder != client:
+            message = f"{view.name} has control"
             raise PanelError(403, "not_in_control", message, "watch, or take it over")
-        return self._holder.name
-
-    def _tell(self) -> None:
-        holder, view = self._holder, None
-        if holder is not None:
-            view = ControlView(
-                client=short_name(holder.client),
-                name=holder.name,
-                since_utc=holder.since_utc,
-                connected=self._connected[holder.client] > 0,
-            )
-        self._board.put(control=view)
+        return view.name

@@ -8,6 +8,7 @@ from datetime import UTC, datetime
 from typing import TYPE_CHECKING
 
 from rigrunner.clock import utc_text
+from rigrunner.run.approval import approval_file
 from rigrunner_panel.control import short_name
 from rigrunner_panel.errors import PanelError
 from rigrunner_panel.files import digest_of
@@ -79,7 +80,9 @@ class Editing:
 
     def last_change(self, procedure: str) -> Saved:
         """Return the last change of a file; one made by another program has no person."""
-        path = self._files.place(procedure)
+        return self._last_change(procedure, self._files.place(procedure))
+
+    def _last_change(self, procedure: str, path: Path) -> Saved:
         digest, saved = digest_of(path), self._saved.get(procedure)
         if saved is not None and saved.digest == digest:
             return saved
@@ -105,14 +108,17 @@ class Editing:
 
     def _view(self, procedure: str, editors: list[EditorView]) -> EditedView:
         try:
-            last = self.last_change(procedure)
+            path = self._files.place(procedure)
+            last = self._last_change(procedure, path)
+            approved_utc = _changed_utc(approval_file(path))
         except PanelError:  # it was removed, or says no more that it is a procedure
-            last = Saved("", "", "")
+            last, approved_utc = Saved("", "", ""), ""
         return EditedView(
             procedure=procedure,
             digest=last.digest,
             changed_utc=last.utc,
             changed_by=last.by,
+            approved_utc=approved_utc,
             editors=tuple(editors),
         )
 

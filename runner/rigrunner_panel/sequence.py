@@ -32,8 +32,8 @@ class Sequence:
     held: ExitStack = field(default_factory=ExitStack)
     """The lock of that entry."""
     stops: int = 0
-    seen_ns: int = -1
-    """Modification time of the displayed file, in ns."""
+    shown: object = None
+    """What the displayed queue was made of."""
 
     def stop(self) -> None:
         """Cancel all requested starts, without waiting."""

@@ -67,7 +67,7 @@ def test_a_run_that_cannot_begin_holds_its_entry(runs, tmp_path):
 def test_a_specimen_that_has_a_run_needs_the_option_with_a_reason(demo):
     add = ("queue", "add", "starting_torque_1000n", "DEMO-0001", "--station", "simulated")
     refused = call(*add, "--runs", demo.folder)
-    assert refused.code == 2
-    assert f"DEMO-0001 has already been tested: run {demo.loaded.name}" in refused.err
+    assert refused.code == 3
+    assert f"error: DEMO-0001 has already been tested: run {demo.loaded.name}" in refused.err
     assert "give the reason with --again" in refused.err
     assert not list(demo.folder.glob("queue-*")), "nothing was added"

@@ -10,7 +10,16 @@ from rigrunner_plugins.listeners.notifier import DeliveryError, Notifier
 
 if TYPE_CHECKING:
     from rigrunner_plugins.listeners.messages import Message
-    from rigrunner_plugins.listeners.settings import AppriseSettings
+    from rigrunner_plugins.listeners.settings import AppriseSettings, When
+
+_TYPES: dict[When, str] = {
+    "run_ended": "info",
+    "waits_for_answer": "warning",
+    "alarm": "failure",
+    "disk_low": "warning",
+    "calibration_due": "warning",
+}
+"""How a service marks a message, such as by a colour."""
 
 
 def apprise(settings: AppriseSettings) -> Notifier:
@@ -30,7 +39,7 @@ def apprise(settings: AppriseSettings) -> Notifier:
             )
 
     def deliver(message: Message) -> None:
-        told = {"title": message.title, "body": message.body}
+        told = {"title": message.title, "body": message.body, "notify_type": _TYPES[message.kind]}
         if not services.notify(**told, body_format=NotifyFormat.TEXT):  # no name is HTML
             raise DeliveryError("a service did not accept it")
 

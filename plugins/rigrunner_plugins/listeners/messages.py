@@ -67,7 +67,8 @@ class Message:
     @property
     def body(self) -> str:
         """The same as lines, for people."""
-        known = {"Procedure": self.procedure, "Run": self.run, "Time": self.utc}
+        time_of_day = f"{self.utc[:10]} {self.utc[11:19]} UTC"
+        known = {"Procedure": self.procedure, "Run": self.run, "Time": time_of_day}
         return "\n".join([self.text, "", *(f"{key}: {each}" for key, each in known.items())])
 
     def document(self) -> dict[str, Any]:
@@ -114,9 +115,9 @@ class Rules:
             case RunStarted():
                 self._run_id = event.run_id
             case Prompt():
-                self._wait(event, f"{event.step}: {event.text}")
+                self._wait(event, f"The run waits for an answer: {event.text} ({event.step})")
             case Intervention(action="pause"):
-                self._wait(event, f"paused: {event.reason}")
+                self._wait(event, f"The run is paused by {event.by}: {event.reason}")
             case Alarm() if event.source != OF_LISTENERS:
                 yield from self._made("alarm", event, f"{event.source}: {event.text}")
             case MadeSafe() if event.problems:
@@ -149,7 +150,7 @@ class Rules:
         today = date.fromisoformat(event.utc[:10])
         left = {name: (date.fromisoformat(each) - today).days for name, each in event.due.items()}
         lines = [
-            f"{name}: due {event.due[name]}{'' if days >= 0 else ' (overdue)'}"
+            f"{name}: calibration {'is' if days >= 0 else 'was'} due on {event.due[name]}"
             for name, days in sorted(left.items(), key=lambda each: each[1])
             if days <= self._settings.calibration_due_days
         ]
@@ -168,7 +169,9 @@ class Rules:
             return
         was_low, self._is_low = self._is_low, free_gb < self._settings.disk_low_gb
         if self._is_low and not was_low:
-            yield from self._made("disk_low", event, f"{free_gb:.1f} GB free for runs")
+            least = f"{self._settings.disk_low_gb:g} GB"
+            text = f"{free_gb:.1f} GB are free for runs, less than {least}"
+            yield from self._made("disk_low", event, text)
 
     def _made(
         self, kind: When, event: Event, text: str, outcome: str = "", verdict: str = ""

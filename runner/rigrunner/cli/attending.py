@@ -6,13 +6,16 @@ from contextlib import nullcontext
 from typing import TYPE_CHECKING
 
 from rigrunner.cli.answers import TerminalAnswers
+from rigrunner.cli.output import message
 from rigrunner.cli.pausing import TerminalPauses
 from rigrunner.cli.progress import shown_progress
 from rigrunner.cli.stopping import stop_on_signals
 from rigrunner.engine import UnattendedAnswers
+from rigrunner.queue import SPECIMEN, tested_before
 from rigrunner.run.following import following
 from rigrunner.run.inputs import answer_inputs
 from rigrunner.run.record import execute
+from rigrunner.run.taping import mark_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -50,6 +53,10 @@ def attended_run(
     ):
         answers = UnattendedAnswers() if unattended else TerminalAnswers(stop, progress)
         inputs = answer_inputs(planned.procedure, known, answers)
+        if not told and not mark_of(planned.tape):  # an entry of the queue says why, if it is
+            specimens = [inputs.get(SPECIMEN, "")]
+            for note in tested_before(runs, planned.procedure.model.id, specimens).values():
+                message(f"note: {note}")
         who = operator or inputs.get("operator", answers.by)
         return execute(
             planned,

@@ -3,15 +3,14 @@
 from rigrunner.queue.entries import SPECIMEN, Draft
 from rigrunner.queue.intake import accepted_inputs, list_text, read_list
 from rigrunner.queue.store import Queue
-from rigrunner.queue.tested import allowed, tested_by
+from rigrunner.queue.tested import tested_before
 
 __all__ = [
     "SPECIMEN",
     "Draft",
     "Queue",
     "accepted_inputs",
-    "allowed",
     "list_text",
     "read_list",
-    "tested_by",
+    "tested_before",
 ]

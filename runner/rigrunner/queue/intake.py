@@ -8,7 +8,7 @@ import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from rigrunner.api.errors import DataError, InvalidFileError, Location, Problem, UsageError
+from rigrunner.api.errors import DataError, Location, Problem, UsageError
 from rigrunner.procedure.answers import AnswerError
 from rigrunner.queue.entries import SPECIMEN
 
@@ -32,12 +32,14 @@ class LineItem:
     inputs: dict[str, str]
 
 
-def read_list(text: str, asked: Mapping[str, Input], name: str = "list") -> list[LineItem]:
-    """Return the specimens of a list, one per line; empty lines are skipped.
+def read_list(
+    text: str, asked: Mapping[str, Input], name: str = "list"
+) -> tuple[list[LineItem], list[Problem]]:
+    """Return the specimens of a list, one per line, and its invalid lines; empty ones are skipped.
 
     If the first line has names of inputs, it is a CSV (comma, semicolon or tab); otherwise each
-    line is one specimen. Raises InvalidFileError with every invalid line, and UsageError if the
-    procedure has no inputs, or the list is empty, too long or a table without names of its columns.
+    line is one specimen. Raises UsageError if the procedure has no inputs, or the list is empty,
+    too long or a table without names of its columns.
     """
     # Spreadsheets begin a CSV with a byte order mark.
     first, *rest = re.split("\r\n|\r|\n", text.removeprefix("\ufeff"))
@@ -63,9 +65,7 @@ def read_list(text: str, asked: Mapping[str, Input], name: str = "list") -> list
             items.append(LineItem(number, _inputs(cells, header or [_key(asked)], asked)))
         except AnswerError as error:
             problems.append(Problem(error.message, Location(name, number), hint=error.hint))
-    if problems:
-        raise InvalidFileError(problems)
-    return items
+    return items, problems
 
 
 def list_text(content: bytes, name: str = "list") -> str:

@@ -14,6 +14,7 @@ from rigrunner.api.errors import DataError, InvalidFileError, Problem, UsageErro
 from rigrunner.api.events import RunStarted
 from rigrunner.clock import utc_text
 from rigrunner.queue.entries import OPEN, Entry, Stored
+from rigrunner.queue.tested import tested_before
 from rigrunner.run.runs import listed_run
 from rigrunner.runfile import NEVER_ENDED
 from rigrunner.runfile.durable import write_whole, writing
@@ -114,13 +115,26 @@ class Queue:
         return waiting[0] if waiting else None
 
     def add(
-        self, drafts: Sequence[Draft], by: str, now: datetime, *, proposed: bool = False
+        self,
+        drafts: Sequence[Draft],
+        by: str,
+        now: datetime,
+        *,
+        procedure_id: str = "",
+        proposed: bool = False,
+        invalid: Sequence[Problem] = (),
     ) -> list[Entry]:
         """Add entries to the end of a queue, all or none; proposed ones wait for release.
 
-        Raises InvalidFileError for a specimen that is already in a queue for the same procedure.
+        Raises InvalidFileError with all problems: those of the lines that are `invalid`, each
+        specimen that is already in a queue for the same procedure, and each that a run of
+        `procedure_id` has tested. The last ones are of the field `again`, which a draft gives.
         """
+        if invalid and not drafts:
+            raise InvalidFileError(invalid)
         (station,) = {each.station for each in drafts}
+        specimens = {each.specimen for each in drafts} if procedure_id else ()
+        tested = tested_before(self._runs, procedure_id, specimens)
         made: list[Entry] = []
 
         def change(stored: Stored) -> Stored:
@@ -132,22 +146,25 @@ class Queue:
             everywhere = self._all()
             free = max((each.next for each in everywhere), default=1)
             known = [entry for each in everywhere for entry in each.entries]
-            problems = []
+            problems = list(invalid)
             for draft in drafts:
                 if self._same_test(made, draft) is not None:
                     problems.append(Problem(f"{draft.specimen} is in the list twice"))
                     continue
                 same = self._same_test(known, draft)
-                if same is not None and not (draft.again and same.status == "done"):
-                    problems.append(_duplicate(same, draft))
-                    continue
+                problem = _problem(draft, same, tested.get(draft.specimen, ""))
+                if problem is not None and not (draft.again and problem.field):
+                    problems.append(problem)
+                asked = set(type(draft).model_fields) - {"again"}
+                again = draft.again if problem is not None else ""
                 entry = Entry(
-                    **draft.model_dump(include=set(type(draft).model_fields)),
+                    **draft.model_dump(include=asked),
+                    again=again,
                     id=free + len(made),
                     state="proposed" if proposed else "waiting",
                     by=by,
                     added_utc=utc_text(now),
-                    repeated_by=by if draft.again else "",
+                    repeated_by=by if again else "",
                 )
                 made.append(entry)
             if problems:
@@ -406,15 +423,19 @@ def _with(stored: Stored, new: Entry) -> Stored:
     return stored.model_copy(update={"entries": entries})
 
 
-def _duplicate(same: Shown, draft: Draft) -> Problem:
-    entry = same.entry
-    hint = "repeat that entry, with a reason, to test it again"
-    about = "again" if same.status == "done" else ""
-    number, queue = f"entry {entry.id}, {same.status}", entry.station
+def _problem(draft: Draft, same: Shown | None, tested: str) -> Problem | None:
+    """Return why a draft needs a reason (field `again`), or cannot be added at all."""
+    hint = "give a reason to test it again"
+    if tested and (same is None or same.status == "done"):
+        return Problem(tested, field="again", hint=hint)
+    if same is None:
+        return None
+    entry, status = same.entry, same.status
+    number, queue = f"entry {entry.id}, {status}", entry.station
+    message = f"{entry.specimen} is already in the queue: {number}"
     if queue != draft.station:
         message = f"{entry.specimen} is already in the queue of {queue}: {number}"
-        return Problem(message, field=about, hint=hint)
-    return Problem(f"{entry.specimen} is already in the queue: {number}", field=about, hint=hint)
+    return Problem(message, field="again", hint=hint) if status == "done" else Problem(message)
 
 
 def _unanswered(entry: Entry) -> UsageError:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rigrunner.api.errors import InvalidFileError, Problem
 from rigrunner.api.events import CONCLUDED
 from rigrunner.queue.entries import SPECIMEN, looks
 from rigrunner.run.locate import run_names
@@ -12,47 +11,23 @@ from rigrunner.run.runs import listed_run
 from rigrunner.runfile.folder import safe_name
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
     from pathlib import Path
 
-    from rigrunner.queue.entries import Draft
 
-
-def allowed(runs: Path, procedure_id: str, drafts: Sequence[Draft]) -> list[Draft]:
-    """Return drafts, with the reason of a test that is repeated only where it is.
-
-    Raises InvalidFileError for each specimen that a run of the procedure has tested, unless the
-    draft says why it is tested again.
-    """
-    names = _names(runs)
-    found = [(each, _newest(runs, names, procedure_id, each.specimen)) for each in drafts]
-    problems = [
-        Problem(
-            f"{draft.specimen} has already been tested: run {run}",
-            field="again",
-            hint="give a reason to test it again",
-        )
-        for draft, run in found
-        if run and not draft.again
-    ]
-    if problems:
-        raise InvalidFileError(problems)
-    return [draft if run else draft.model_copy(update={"again": ""}) for draft, run in found]
-
-
-def tested_by(runs: Path, procedure_id: str, specimen: str) -> str:
-    """Return the newest run of a procedure that has tested a specimen; '' for none."""
-    return _newest(runs, _names(runs), procedure_id, specimen)
-
-
-def _names(runs: Path) -> list[tuple[str, str]]:
-    """Return the names of runs from the newest, each also in small letters."""
-    return [(name, name.casefold()) for name in reversed(run_names(runs))]
+def tested_before(runs: Path, procedure_id: str, specimens: Iterable[str]) -> dict[str, str]:
+    """Return a sentence with the newest run, for each specimen that a procedure has tested."""
+    names = [(name, name.casefold()) for name in reversed(run_names(runs))]
+    found = {each: _newest(runs, names, procedure_id, each) for each in specimens if each}
+    return {
+        specimen: f"{specimen} has already been tested: run {run}"
+        for specimen, run in found.items()
+        if run
+    }
 
 
 def _newest(runs: Path, names: Sequence[tuple[str, str]], procedure_id: str, specimen: str) -> str:
-    if not specimen:
-        return ""
+    """Return the first of names, from the newest and each also in small letters; '' for none."""
     # The name of a folder has both, shortened: few files have to be read.
     begin = f"_{safe_name(procedure_id)}_{safe_name(specimen)}".rstrip("_").casefold()
     for name, folded in names:

@@ -90,7 +90,6 @@ class Hand:
     link: Link
     watched: WatchedChannels
     set_points: dict[str, float] = field(default_factory=dict)
-    recording: str = ""
     refused: str = ""
     points: int = 0
     last: str = ""
@@ -112,11 +111,10 @@ class Hand:
                     # a drive whose set has failed may stand anywhere: it is read back
                     self.set_points = dict(self._standing(session))
                 case messages.RecordPoint(cycles=cycles):
-                    yield from self._record(cycles)
+                    yield from self._record(session, cycles)
                 case _:
                     self._watch(session, stamp)
                     continue
-            self.recording = ""
             self._tell(session)
 
     def __call__(self, event: Event) -> None:
@@ -158,17 +156,17 @@ class Hand:
         text = f"Set {member} to {value:g} {allowed.unit}"
         yield _step("set", SetDrive(role, name, value, allowed.unit), text, _CONTINUES)
 
-    def _record(self, cycles: int) -> Iterator[PlannedStep]:
+    def _record(self, session: Session, cycles: int) -> Iterator[PlannedStep]:
         self.refused = ""
         frequency_hz = self.frequency_hz
         if not frequency_hz > 0:
             self.refused = "the rig is at rest: set a frequency first"
             return
-        self.recording = f"{self.points + 1:03d}_{frequency_hz:g}Hz"
+        name = f"{self.points + 1:03d}_{frequency_hz:g}Hz"
         # Wherever it begins, a recording has one whole cycle fewer than it lasts.
         seconds = (cycles + 1) / frequency_hz
         action = Record(
-            name=self.recording,
+            name=name,
             role=self.source.role,
             channels=self.source.channels,
             duration_s=seconds,
@@ -177,7 +175,7 @@ class Hand:
             cycle_frequency_hz=frequency_hz,
             sample_rate_hz=self.source.sample_rate_hz,
         )
-        self._tell_recording()
+        self._tell(session, name)
         text = f"Record {cycles} cycles at {frequency_hz:g} Hz ({seconds:.3g} s)"
         yield _step("record", action, text, _CONTINUES)
 
@@ -209,19 +207,15 @@ class Hand:
         )
         self.link.sender.send(Watched(watched))
 
-    def _tell(self, session: Session) -> None:
-        self._view = ManualView(
+    def _tell(self, session: Session, recording: str = "") -> None:
+        view = ManualView(
             drives=tuple(self._drives(session)),
             channels=self.source.channels,
-            recording="",
+            recording=recording,
             refused=self.refused,
             points=self.points,
             last=self.last,
         )
-        self.link.show(manual=self._view)
-
-    def _tell_recording(self) -> None:
-        view = self._view.model_copy(update={"recording": self.recording, "refused": ""})
         self.link.show(manual=view)
 
     def _standing(self, session: Session) -> Iterator[tuple[str, float]]:

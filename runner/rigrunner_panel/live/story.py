@@ -23,7 +23,7 @@ from rigrunner.api.findings import Findings
 from rigrunner.clock import utc_text
 from rigrunner_panel.live.curves import Curves
 from rigrunner_panel.process.messages import Analysed, Drawn, Ended, Failed, Found, Show, Values
-from rigrunner_panel.view.alarms import Alarms
+from rigrunner_panel.view.alarms import alarms_after, with_rigs
 from rigrunner_panel.view.of_result import with_live
 from rigrunner_panel.view.reading import (
     readings_after,
@@ -86,7 +86,6 @@ class Story:
         self, board: Board, job: JobView, links: Links, left: tuple[AlarmView, ...] = ()
     ) -> None:
         self.curves = Curves()
-        self.recording = ""
         self.is_over = False
         self.latest = -1
         """The number of the latest event."""
@@ -95,7 +94,6 @@ class Story:
         self._begun: StepStarted | None = None
         self._board = board
         self._links = links
-        self._alarms = Alarms(left)
         self._track: Track | None = None
         self._started_s = 0.0
         self._analysed: LiveView | None = None
@@ -109,7 +107,7 @@ class Story:
         board.forget_events()
         # what an earlier job found of the rig may no longer be so
         board.put(channels=(), readings={}, **cleared)
-        board.put(job=job, asked="", alarms=self._alarms.all)
+        board.put(job=job, asked="", alarms=left)
         if job.kind == "preflight":
             self._preflight(())
         self._tell_phase()
@@ -174,9 +172,7 @@ class Story:
 
     def left(self, rigs: tuple[AlarmView, ...]) -> None:
         """Show which rigs of this computer were left energised."""
-        if rigs != self._alarms.rigs:
-            self._alarms.rigs = rigs
-            self._board.put(alarms=self._alarms.all)
+        self._board.put(alarms=with_rigs(self._board.get("alarms"), rigs))
 
     def _take_findings(self, message: Analysed | Found | Drawn) -> None:
         """Show what the analyst found, unless the run's own result is already there."""
@@ -268,12 +264,12 @@ class Story:
                 self._track.skip()
             case Intervention(action="abort") if not self._board.get("asked"):
                 self._board.put(asked="abort")
-        self._alarms.take(event)
         self._board.tell(event)
-        self._board.put(alarms=self._alarms.all, progress=self._progress())
+        alarms = alarms_after(self._board.get("alarms"), event)
+        self._board.put(alarms=alarms, progress=self._progress())
 
     def _begin(self, event: StepStarted) -> None:
-        self.recording, self._begun = event.recording, event
+        self._begun = event
         if self._watched is not None:
             self._watched = None
             self._show_live()
@@ -289,7 +285,6 @@ class Story:
             self._board.put(readings=readings, progress=self._progress())
 
     def _finish(self, event: StepEnded) -> None:
-        self.recording = ""
         if self._track is not None:
             self._track.end(event.index, ok=event.ok)
             self._track.leave_out(range(event.index + 1, event.index + 1 + event.leaves))

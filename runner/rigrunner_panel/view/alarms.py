@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import deque
 from typing import TYPE_CHECKING
 
 from rigrunner.api.events import Alarm, InterlockCleared, InterlockTripped, RunEnded
@@ -14,7 +13,11 @@ if TYPE_CHECKING:
 
     from rigrunner.api.events import Event
 
+    Alarms = tuple[AlarmView, ...]
+
 MOST = 100
+OF_RIG = -1
+"""The number of an alarm of a rig: those of a job have that of their event."""
 
 
 def alarms_of_rigs(concerns: Callable[[str], bool]) -> tuple[AlarmView, ...]:
@@ -24,7 +27,7 @@ def alarms_of_rigs(concerns: Callable[[str], bool]) -> tuple[AlarmView, ...]:
     """
     return tuple(
         AlarmView(
-            seq=-1,
+            seq=OF_RIG,
             utc=marker.owner.since if marker.owner else "",
             source="rig",
             text=marker.text,
@@ -35,30 +38,34 @@ def alarms_of_rigs(concerns: Callable[[str], bool]) -> tuple[AlarmView, ...]:
     )
 
 
-class Alarms:
-    """The latest alarms of a job, and rigs of this machine that were left energised."""
+def with_rigs(known: Alarms, rigs: Alarms) -> Alarms:
+    """Return the alarms of rigs that were left energised, then those of the job."""
+    return (*rigs, *(each for each in known if not _is_of_rig(each)))
 
-    def __init__(self, rigs: tuple[AlarmView, ...] = ()) -> None:
-        self.rigs = rigs
-        self._of_run: deque[AlarmView] = deque(maxlen=MOST)
 
-    @property
-    def all(self) -> tuple[AlarmView, ...]:
-        """Those of rigs, then those of the job, oldest first."""
-        return (*self.rigs, *self._of_run)
+def alarms_after(known: Alarms, event: Event) -> Alarms:
+    """Return the alarms after an event, of a job the latest, oldest first."""
+    if isinstance(event, Alarm):
+        active = isinstance(event, InterlockTripped)
+        new = {"seq": event.seq, "utc": event.utc, "source": event.source, "text": event.text}
+        of_job = [each for each in known if not _is_of_rig(each)][1 - MOST :]
+        return (*filter(_is_of_rig, known), *of_job, AlarmView(**new, active=active))
+    if isinstance(event, InterlockCleared):
+        cleared = f"interlock {event.interlock}"
+        return _updated(known, lambda each: each.source == cleared, {"active": False})
+    if isinstance(event, RunEnded):  # the interlocks are not monitored any more
+        return _updated(known, lambda each: each.active, {"active": False, "until_end": True})
+    return known
 
-    def take(self, event: Event) -> None:
-        """Add or clear an alarm, if the event is one; ignore other events."""
-        if isinstance(event, Alarm):
-            active = isinstance(event, InterlockTripped)
-            known = {"seq": event.seq, "utc": event.utc, "source": event.source}
-            self._of_run.append(AlarmView(**known, text=event.text, active=active))
-        elif isinstance(event, InterlockCleared):
-            cleared = f"interlock {event.interlock}"
-            self._update(lambda each: each.source == cleared, {"active": False})
-        elif isinstance(event, RunEnded):  # the interlocks are not monitored any more
-            self._update(lambda each: each.active, {"active": False, "until_end": True})
 
-    def _update(self, which: Callable[[AlarmView], bool], update: Mapping[str, bool]) -> None:
-        alarms = (each.model_copy(update=update) if which(each) else each for each in self._of_run)
-        self._of_run = deque(list(alarms), maxlen=MOST)
+def _is_of_rig(alarm: AlarmView) -> bool:
+    return alarm.seq == OF_RIG
+
+
+def _updated(
+    known: Alarms, which: Callable[[AlarmView], bool], update: Mapping[str, bool]
+) -> Alarms:
+    return tuple(
+        each.model_copy(update=update) if which(each) and not _is_of_rig(each) else each
+        for each in known
+    )

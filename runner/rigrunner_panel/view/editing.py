@@ -13,6 +13,7 @@ class EditorView(BaseModel):
     client: str
     """The short name of the screen, to compare with `you`."""
     name: str
+    """Who is there; '' if nobody has said so."""
     since_utc: str
 
 
@@ -28,4 +29,6 @@ class EditedView(BaseModel):
     changed_utc: str
     changed_by: str
     """Who saved it at the panel; '' if another program changed it."""
+    approved_utc: str
+    """When its approvals were last written; '' for none."""
     editors: tuple[EditorView, ...]

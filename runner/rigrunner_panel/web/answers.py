@@ -38,6 +38,8 @@ class Started(BaseModel):
 
     ok: bool = True
     entry: int | None = None
+    note: str = ""
+    """That a run of the procedure has already tested the specimen."""
 
 
 class Added(BaseModel):

@@ -10,7 +10,7 @@ from rigrunner.api.errors import RigrunnerError
 from rigrunner.clock import SimulatedClock
 from rigrunner.procedure import load_procedure
 from rigrunner.procedure.answers import AnswerError
-from rigrunner.queue import SPECIMEN, tested_by
+from rigrunner.queue import SPECIMEN, tested_before
 from rigrunner.run.calibration import calibration_findings
 from rigrunner.run.partners import each_partner
 from rigrunner.run.planning import planned_run
@@ -125,11 +125,9 @@ def check_input(panel: Panel, asked: Asked) -> InputAnswer:
         value = expected.accept(body.text)
     except AnswerError as error:
         return InputAnswer(ok=False, message=error.message, hint=error.hint)
-    earlier = ""
-    if body.input == SPECIMEN:
-        earlier = tested_by(panel.settings.runs, procedure.model.id, value)
-    note = f"{value} has already been tested: run {earlier}" if earlier else ""
-    return InputAnswer(ok=True, value=value, note=note)
+    specimens = [value] if body.input == SPECIMEN else []
+    notes = tested_before(panel.settings.runs, procedure.model.id, specimens)
+    return InputAnswer(ok=True, value=value, note=notes.get(value, ""))
 
 
 def files(panel: Panel, pair: Pair) -> tuple[Path, Path]:

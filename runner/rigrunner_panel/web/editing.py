@@ -70,8 +70,7 @@ def text(panel: Panel, asked: Asked) -> OpenedProcedure:
 def edit(panel: Panel, asked: Asked) -> Done:
     """Tell others that a procedure is being edited."""
     body: EditProcedure = asked.body
-    by = body.by.strip() or asked.by
-    panel.editing.open(asked.client, body.procedure, by, panel.now())
+    panel.editing.open(asked.client, body.procedure, body.by.strip(), panel.now())
     return Done()
 
 

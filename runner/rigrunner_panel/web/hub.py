@@ -16,7 +16,7 @@ from rigrunner_panel.web.overview import rig_views
 from rigrunner_panel.web.security import PROTOCOL
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
     from starlette.websockets import WebSocket
 
@@ -91,9 +91,9 @@ class Screen:
 class Feed:
     """What is sent to the screens of one rig, and when."""
 
-    def __init__(self, rig: Rig) -> None:
+    def __init__(self, rig: Rig, screens: set[Screen]) -> None:
         self._rig = rig
-        self.screens: set[Screen] = set()
+        self._every = screens
         self._curves: Curves | None = None
         self._trend_s = 0.0
         self._tick: asyncio.Future[None] | None = None
@@ -115,7 +115,7 @@ class Feed:
         # Curves of another job: what the screens have drawn so far is none of it.
         if curves is not self._curves:
             self._curves = curves
-            for screen in self.screens:
+            for screen in self._screens():
                 screen.begin_anew()
         return curves is not None and self._tell_curves(curves, now_s)
 
@@ -131,8 +131,11 @@ class Feed:
         return curve is not None
 
     def _tell(self, message: str | bytes) -> None:
-        for screen in self.screens:
+        for screen in self._screens():
             screen.tell(message)
+
+    def _screens(self) -> Iterator[Screen]:
+        return (each for each in self._every if each.rig is self._rig)
 
 
 class Hub:
@@ -180,17 +183,15 @@ class Hub:
     def _come(self, screen: Screen, client: str) -> None:
         self._screens.add(screen)
         if screen.rig is not None:
-            self._feed(screen.rig).screens.add(screen)
             screen.rig.control.connected(client, 1)
 
     def _go(self, screen: Screen, client: str) -> None:
         self._screens.discard(screen)
         if screen.rig is not None:
-            self._feed(screen.rig).screens.discard(screen)
             screen.rig.control.connected(client, -1)
 
     def _feed(self, rig: Rig) -> Feed:
-        return self._feeds.setdefault(rig, Feed(rig))
+        return self._feeds.setdefault(rig, Feed(rig, self._screens))
 
     def _flush(self, now_s: float) -> None:
         feeds = [self._feed(rig) for rig in self._panel.opened()]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from rigrunner.api.errors import RigrunnerError, UsageError
 from rigrunner.api.events import CONCLUDED
 from rigrunner.procedure import load_procedure
-from rigrunner.queue import Draft, accepted_inputs, allowed, read_list
+from rigrunner.queue import SPECIMEN, Draft, accepted_inputs, read_list, tested_before
 from rigrunner_panel.errors import PanelError, wrong_state
 from rigrunner_panel.sequence import Wanted
 from rigrunner_panel.view.queue import EntryView, QueueView
@@ -140,16 +140,20 @@ def start_run(rig: Rig, asked: Asked) -> Started:
     body: StartRun = asked.body
     procedure, _ = files(rig.panel, body)
     check_inputs(procedure, body.inputs)
+    procedure_id, specimen = load_procedure(procedure).model.id, body.inputs.get(SPECIMEN, "")
+    notes = tested_before(rig.panel.settings.runs, procedure_id, [specimen])
+    note = notes.get(specimen, "")
     with rig.sequence.lock:
         if body.entry is not None:
             _claim_and_start(rig, _matching(rig, body), asked.by, body)
         # A preflight that runs is no reason to queue: until it is done the start is refused.
         elif rig.desk.is_busy and rig.board.get("phase") != "checking":
-            made = _added(rig, [_draft(rig, body, body.inputs)], asked.by, proposed=False)
-            return Started(entry=made.entries[0])
+            (made,) = rig.queue.add([_draft(rig, body, body.inputs)], asked.by, rig.panel.now())
+            refresh(rig)
+            return Started(entry=made.id, note=note)
         else:
             start_job(rig, "run", body, asked.by, body.inputs)
-    return Started()
+    return Started(note=note)
 
 
 def tick(rig: Rig) -> None:
@@ -164,7 +168,7 @@ def tick(rig: Rig) -> None:
                     _after_preflight(rig)
                 elif sequence.automatic_by:
                     _by_itself(rig)
-            if rig.queue.changed_ns(rig.name) != sequence.seen_ns:
+            if _made_of(rig) != sequence.shown:
                 refresh(rig)
     except Exception:  # noqa: BLE001  (a thread that is not waited for)
         _log.exception("a bug in the panel: the queue has stopped")
@@ -173,7 +177,7 @@ def tick(rig: Rig) -> None:
 def refresh(rig: Rig) -> QueueView:
     """Show the queue as it is on the disk."""
     sequence = rig.sequence
-    sequence.seen_ns = rig.queue.changed_ns(rig.name)
+    sequence.shown = _made_of(rig)
     try:
         shown = rig.queue.shown(rig.name)
         asks = any(each.status == "interrupted" for each in shown)
@@ -193,6 +197,13 @@ def refresh(rig: Rig) -> QueueView:
     )
     rig.board.put(queue=view)
     return view
+
+
+def _made_of(rig: Rig) -> object:
+    """Return what the displayed queue is made of; a Stop changes it without waiting for a file."""
+    sequence = rig.sequence
+    changed_ns = rig.queue.changed_ns(rig.name)
+    return changed_ns, sequence.automatic_by, sequence.problem, sequence.wanted
 
 
 def _own(rig: Rig, number: int) -> Entry:
@@ -224,17 +235,20 @@ def _add(rig: Rig, body: AddEntries, by: str, *, proposed: bool) -> Added:
     loaded = load_procedure(procedure)
     inputs = loaded.inputs
     common = accepted_inputs(body.inputs, inputs)
-    rows = [item.inputs for item in read_list(body.list, inputs)] if body.list.strip() else [{}]
+    items, invalid = read_list(body.list, inputs) if body.list.strip() else ([], [])
+    rows = [item.inputs for item in items] if items or invalid else [{}]
     drafts = [
         _draft(rig, body, {**common, **row}).model_copy(update={"again": body.again.strip()})
         for row in rows
     ]
-    drafts = allowed(rig.panel.settings.runs, loaded.model.id, drafts)
-    return _added(rig, drafts, by, proposed=proposed)
-
-
-def _added(rig: Rig, drafts: list[Draft], by: str, *, proposed: bool) -> Added:
-    made = rig.queue.add(drafts, by, rig.panel.now(), proposed=proposed)
+    made = rig.queue.add(
+        drafts,
+        by,
+        rig.panel.now(),
+        procedure_id=loaded.model.id,
+        proposed=proposed,
+        invalid=invalid,
+    )
     refresh(rig)
     return Added(entries=[each.id for each in made])
 

@@ -79,8 +79,15 @@ def test_it_is_saved_and_approved_by_name_and_the_changes_are_told(new_screen, p
     screen.say_name("Ann")
     expect(page.get_by_role("button", name="Save", exact=True)).to_be_disabled()
     assert file.read_text(encoding="utf-8") == f"{before}description: Slower\n"
+    other = open_text(new_screen(panel))  # of somebody who sees that it is approved meanwhile
     page.get_by_role("button", name="Approve").click()
-    expect(page.locator(".procedure .head")).to_contain_text("approved by Ann")
+    name = page.locator("#dialog-text")
+    expect(name).to_have_value("Ann")  # who edits is not always who approves
+    page.keyboard.type("Bob")
+    page.keyboard.press("Enter")
+    for each in (page, other):
+        expect(each.locator(".procedure .head")).to_contain_text("approved by Bob")
+        expect(each.get_by_role("button", name="Approve")).to_be_disabled()
     assert file.with_suffix(".approval.json").is_file()
 
 
@@ -88,7 +95,7 @@ def test_it_is_saved_and_approved_by_name_and_the_changes_are_told(new_screen, p
 def test_two_who_edit_one_procedure_are_told_and_nothing_is_lost(new_screen, panel):
     ann, bob = new_screen(panel), new_screen(panel)
     first, second = open_text(ann), open_text(bob)
-    expect(first.locator(".editor-notes")).to_contain_text("has this procedure open")
+    expect(first.locator(".editor-notes")).to_contain_text("Somebody at another screen has this")
     type_at_the_end(second, "# Bob\n")
     type_at_the_end(first, "# Ann\n")
     first.keyboard.press("Control+s")
@@ -109,6 +116,7 @@ def test_two_who_edit_one_procedure_are_told_and_nothing_is_lost(new_screen, pan
     second.get_by_role("button", name="Overwrite the file").click()
     expect(second.get_by_role("button", name="Save", exact=True)).to_be_disabled()
     assert file.read_text(encoding="utf-8").endswith("# Bob\n")
+    expect(first.locator(".editor-notes")).to_contain_text("Bob has this procedure open")
     expect(first.locator(".notice")).to_contain_text("changed by Bob")  # and nothing typed here
     go_to_the_end(first)
     expect(first.locator(".cm-content")).to_contain_text("# Bob")
@@ -122,7 +130,6 @@ def test_two_who_edit_one_procedure_are_told_and_nothing_is_lost(new_screen, pan
     expect(first.locator(".editor-notes .warn")).to_have_count(0)
 
 
-@pytest.mark.thorough
 @pytest.mark.thorough
 def test_problems_are_listed_in_the_order_of_their_lines(new_screen, panel):
     page = open_text(new_screen(panel))

@@ -94,6 +94,39 @@ def test_a_specimen_that_a_run_has_tested_is_added_with_a_reason_alone(open_queu
 
 
 @pytest.mark.thorough
+def test_a_list_with_a_tested_specimen_is_refused_once_and_added_with_one_reason(open_queue, lab):
+    with running_panel(lab) as panel:
+        screen = open_queue(panel)
+        page, note = screen.page, screen.page.locator("#queue-list-note")
+        scan(page, "SN-1")
+        page.locator(".queue-add details > summary").click()
+        for several in ("DEMO-0001\nSN-1\nSN-2\u202e\nSN-3", "DEMO-0001\nSN-3"):
+            page.locator("#queue-list").fill(several)
+            page.get_by_role("button", name="Add the list").click()
+            expect(note.locator("li")).to_have_count(3 if "SN-1" in several else 1)
+            again = note.get_by_role("button", name="Test again")
+            expect(again).to_have_count(0 if "SN-1" in several else 1)
+        again.click()
+        page.locator("#dialog-text").fill("customer asks")
+        page.keyboard.press("Enter")
+        expect(row(page, "DEMO-0001")).to_contain_text("customer asks")
+        expect(row(page, "SN-3")).not_to_contain_text("customer asks")
+        row(page, "DEMO-0001").get_by_role("button", name="Skip").click()
+        page.locator("#dialog-text").fill("later")
+        page.keyboard.press("Enter")
+
+        page.get_by_role("link", name="Test", exact=True).click()
+        screen.choose()
+        screen.fill_in(specimen="demo-0001")
+        warned = page.locator(".field.warn .field-note")
+        expect(warned).to_contain_text("demo-0001 has already been tested: run ")
+        page.get_by_role("button", name="Add to the queue").click()
+        page.locator("#dialog-text").fill("second opinion")
+        page.keyboard.press("Enter")
+        expect(row(page, "second opinion")).to_contain_text("demo-0001")
+
+
+@pytest.mark.thorough
 def test_the_keyboard_stays_at_the_row_that_it_moves(open_queue, lab):
     with running_panel(lab) as panel:
         page = open_queue(panel).page

@@ -16,7 +16,8 @@ from rigrunner.api.events import Outcome, RunEnded, RunStarted
 from rigrunner.bus import EventStamp
 from rigrunner.clock import SimulatedClock
 from rigrunner.procedure.questions import Input
-from rigrunner.queue import Draft, Queue, accepted_inputs, allowed, list_text, read_list
+from rigrunner.queue import Draft, Queue, accepted_inputs, list_text, read_list
+from rigrunner.queue import tested_before as before
 from rigrunner.runfile import RunHeader, RunWriter
 from rigrunner.runfile.folder import create_run_folder
 
@@ -199,19 +200,48 @@ def test_a_specimen_that_a_run_has_tested_needs_a_reason(queue, tmp_path):
     leave_run(runs, "SN-8", outcome=Outcome.ABORTED)
     leave_run(runs, "SN-9", procedure="Q")
     leave_run(runs, "SN-70")
-    others = [draft("SN-8"), draft("SN-9"), draft("SN-7"), draft("")]
-    assert allowed(runs, "P", others) == others
+    others = ["SN-8", "SN-9", "SN-7", ""]
+    sentence = f"sn 7/É has already been tested: run {newest}"
+    assert before(runs, "P", [*others, "sn 7/É"]) == {"sn 7/É": sentence}
     asked = [draft("sn 7/É"), draft("SN-8")]
-    with pytest.raises(InvalidFileError, match=f"already been tested: run {newest}") as refused:
-        allowed(runs, "P", asked)
-    assert [each.field for each in refused.value.problems] == ["again"]
+    with pytest.raises(InvalidFileError) as refused:
+        queue.add(asked, "Ann", NOW, procedure_id="P")
+    assert [(each.message, each.field) for each in refused.value.problems] == [(sentence, "again")]
     again = [each.model_copy(update={"again": "customer asks"}) for each in asked]
-    first, second = queue.add(allowed(runs, "P", again), "Ann", NOW)
+    first, second = queue.add(again, "Ann", NOW, procedure_id="P")
     queue.hold(first.id, "Bob", "dirty")
     queue.release(first.id, "Bob")
     (told,) = queue.get(first.id).told()
     assert (told.by, told.reason) == ("Ann", "customer asks")
     assert second.told() == ()
+
+
+def test_every_problem_of_a_list_is_told_at_once(queue, tmp_path):
+    run = leave_run(tmp_path / "runs", "SN-8")
+    items, invalid = read_list("specimen,type\nSN-8,GE20\nSN-2,\nSN-9,GE99\nSN-10,\n", ASKED)
+    drafts = [draft(each.inputs["specimen"]) for each in items]
+    with pytest.raises(InvalidFileError) as refused:
+        queue.add(drafts, "Ann", NOW, procedure_id="P", invalid=invalid)
+    assert [(each.message.partition(":")[0], each.field) for each in refused.value.problems] == [
+        ("got 'GE99', expected one of", ""),
+        ("SN-8 has already been tested", "again"),
+        ("SN-2 is already in the queue", ""),
+    ]
+    assert run in refused.value.problems[1].message
+    assert len(queue.entries()) == 3
+    with pytest.raises(InvalidFileError, match="GE99"):
+        queue.add([], "Ann", NOW, invalid=invalid)
+
+
+def test_a_specimen_whose_run_was_aborted_is_added_again_with_a_reason(queue, tmp_path):
+    with queue.started(1, "Ann"):
+        queue._replace(1, run=leave_run(tmp_path / "runs", "SN-1", outcome=Outcome.ABORTED))
+    with pytest.raises(InvalidFileError, match="entry 1, done") as refused:
+        queue.add([draft("SN-1")], "Ann", NOW, procedure_id="P")
+    assert [each.field for each in refused.value.problems] == ["again"]
+    again = draft("SN-1").model_copy(update={"again": "the fuse had blown"})
+    (entry,) = queue.add([again], "Ann", NOW, procedure_id="P")
+    assert entry.told()[0].reason == "the fuse had blown"
 
 
 def test_the_same_specimen_twice_is_refused_and_nothing_of_the_list_is_added(queue):
@@ -275,17 +305,17 @@ for i in range(10):
     ],
 )
 def test_lists_are_read_as_people_write_them(text, found):
-    assert [(each.line, each.inputs) for each in read_list(text, ASKED)] == found
+    items, invalid = read_list(text, ASKED)
+    assert [(each.line, each.inputs) for each in items] == found
+    assert invalid == []
 
 
 def test_every_line_that_is_not_accepted_is_named():
     text = "specimen,type\nSN-1,GE99\nSN-2\n,GE20\nSN-4,GE20\n"
-    with pytest.raises(InvalidFileError) as refused:
-        read_list(text, ASKED, "list.csv")
-    assert [str(each.location) for each in refused.value.problems] == [
-        "list.csv:2", "list.csv:3", "list.csv:4",
-    ]  # fmt: skip
-    assert "expected one of: GE20, GE30" in refused.value.problems[0].message
+    items, invalid = read_list(text, ASKED, "list.csv")
+    assert [str(each.location) for each in invalid] == ["list.csv:2", "list.csv:3", "list.csv:4"]
+    assert "expected one of: GE20, GE30" in invalid[0].message
+    assert [each.line for each in items] == [5]
 
 
 @pytest.mark.parametrize(
@@ -307,8 +337,8 @@ def test_a_list_that_is_none_is_refused(text, why):
 
 @pytest.mark.parametrize("text", ["SN\x1b[2J", "SN\u202e1", "S" * 3000, "a\x00b"])
 def test_hostile_specimens_are_refused(text):
-    with pytest.raises(InvalidFileError):
-        read_list(text, ASKED)
+    items, invalid = read_list(text, ASKED)
+    assert (items, len(invalid)) == ([], 1)
 
 
 def test_inputs_that_are_not_asked_for_are_refused():

@@ -17,7 +17,7 @@ from starlette.websockets import WebSocketDisconnect
 from rigrunner.registry import load_registry
 from rigrunner.run.locate import find_station
 from rigrunner.tools.labfolder import make_lab
-from rigrunner_panel.web import app
+from rigrunner_panel.web import app, queueing
 from rigrunner_panel.web.app import make_app
 from rigrunner_panel.web.asked import SHORT
 from rigrunner_panel.web.operations import OPERATIONS
@@ -518,6 +518,22 @@ class TestHistory:
             for text in ("demo-0001", "DEMO-0002")
         ]
         assert notes == [f"demo-0001 has already been tested: run {demo.loaded.name}", ""]
+
+    def test_a_start_of_a_specimen_that_was_tested_before_answers_so(
+        self, client, demo, monkeypatch
+    ):
+        started = []
+        monkeypatch.setattr(queueing, "start_job", lambda *given, **_: started.append(given))
+        assert client.post("/api/v1/control", json={"name": "Ann"}, headers=ANN).status_code == 200
+        pair = {"procedure": "starting_torque_1000n", "station": "simulated"}
+        for specimen, note in (
+            ("demo-0001", f"demo-0001 has already been tested: run {demo.loaded.name}"),
+            ("DEMO-0002", ""),
+        ):
+            body = {**pair, "inputs": {"specimen": specimen}}
+            found = client.post("/api/v1/run/start", json=body, headers=ANN)
+            assert found.json() == {"ok": True, "entry": None, "note": note}
+        assert len(started) == 2
 
     def test_of_two_stations_with_one_id_the_very_one_is_taken(self, client, demo, folder):
         text = find_station("simulated").read_text(encoding="utf-8")

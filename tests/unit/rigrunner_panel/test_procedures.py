@@ -281,7 +281,7 @@ def test_two_who_edit_one_file_know_of_each_other(client, panel, lab):
     assert post(client, "edit", by="").status_code == 200
     client.post("/api/v1/procedures/edit", json={"procedure": NAME, "by": "Bob"}, headers=BOB)
     (told,) = panel.rig("simulated").board.get("editing")
-    assert [each.name for each in told.editors][1] == "Bob"
+    assert [each.name for each in told.editors] == ["", "Bob"]
     assert (told.procedure, told.digest) == (NAME, sha256(lab / NAME))
     save(client, TEXT + "#\n", told.digest)
     (told,) = panel.rig("simulated").board.get("editing")
@@ -290,6 +290,13 @@ def test_two_who_edit_one_file_know_of_each_other(client, panel, lab):
     panel.tick()
     (told,) = panel.rig("simulated").board.get("editing")
     assert (told.digest, told.changed_by) == (sha256(lab / NAME), "")
+    assert told.approved_utc == ""
+    assert (
+        post(client, "approve", sha256=opened(client).json()["sha256"], by="C").status_code == 200
+    )
+    panel.tick()
+    (told,) = panel.rig("simulated").board.get("editing")
+    assert told.approved_utc.startswith("20")
     client.post("/api/v1/procedures/leave", json={}, headers=BOB)
     (told,) = panel.rig("simulated").board.get("editing")
     assert len(told.editors) == 1

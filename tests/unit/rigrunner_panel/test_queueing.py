@@ -111,6 +111,14 @@ def test_a_partner_run_is_one_of_the_folder_of_runs_and_no_path(client, run):
     assert entries(client) == []
 
 
+def test_invalid_lines_of_a_list_are_told_with_the_others(client):
+    post(client, "add", **PAIR, list="SN-1")
+    refused = post(client, "add", status=422, **PAIR, list="sn-1\na\x00b\nSN-2")
+    assert [each["where"] for each in refused["problems"]] == ["list:2", ""]
+    post(client, "add", status=422, **PAIR, list="a\x00b")
+    assert entries(client) == [("SN-1", "waiting")]
+
+
 def test_a_specimen_twice_is_refused_with_its_entry(client):
     post(client, "add", **PAIR, list="SN-1")
     refused = post(client, "add", status=422, **PAIR, list="SN-0\nsn-1")
@@ -185,6 +193,18 @@ def test_stop_takes_back_what_was_to_start(client, panel):
     assert client.get("/api/v1/queue").json()["automatic_by"] == ""
     queueing.tick(panel.rig("simulated"))
     assert panel.rig("simulated").sequence.wanted is None
+
+
+def test_what_stop_takes_back_is_told_to_every_screen(client, panel):
+    rig = panel.rig("simulated")
+    post(client, "add", **PAIR, list="SN-1")
+    post(client, "automatic", on=True)
+    rig.sequence.wanted = Wanted(1, "Ann", rig.sequence.stops)
+    queueing.refresh(rig)
+    client.post("/api/v1/stop", json={})
+    queueing.tick(rig)
+    shown = rig.board.get("queue")  # a request for the queue would make it again
+    assert (shown.automatic_by, shown.starting) == ("", None)
 
 
 @pytest.mark.parametrize("kept", ["active", "until_end"])

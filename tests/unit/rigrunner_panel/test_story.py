@@ -163,7 +163,6 @@ def test_a_recording_of_which_statistics_alone_are_kept_is_shown_while_it_lasts(
     assert story.curves.next_trend() is not None
     story.take(ended(1))
     assert board.get("progress").recording == ""
-    assert story.recording == ""
 
 
 def test_a_step_that_a_pause_broke_off_is_to_come_and_not_failed(board, story):

@@ -15,6 +15,11 @@ export class RefusedError extends Error {
     this.hint = body.hint ?? "";
     this.problems = body.problems ?? [];
   }
+
+  // Whether a reason is all that is missing: the specimens were tested before.
+  get asksWhy() {
+    return this.problems.length > 0 && this.problems.every((each) => each.field === "again");
+  }
 }
 
 export function clientId() {

@@ -10,7 +10,7 @@ function key(rig) {
 
 export function draft(rig = station()) {
   try {
-    return { station: rig, ...JSON.parse(sessionStorage.getItem(key(rig))) };
+    return { ...JSON.parse(sessionStorage.getItem(key(rig))), station: rig };
   } catch {
     return { station: rig };
   }
@@ -20,7 +20,7 @@ export function keepDraft(changes) {
   newDraft({ ...draft(changes.station), ...changes });
 }
 
-// A draft is that of the station that it names.
-export function newDraft(values) {
-  sessionStorage.setItem(key(values.station ?? station()), JSON.stringify(values));
+// A draft is that of the station that it names, which is part of its key alone.
+export function newDraft({ station: rig = station(), ...values }) {
+  sessionStorage.setItem(key(rig), JSON.stringify(values));
 }

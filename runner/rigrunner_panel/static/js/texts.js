@@ -7,13 +7,12 @@ const LANGUAGES = ["en", "de"];
 const DECIMAL_SIGNS = { en: ".", de: "," };
 const KEPT = "rigrunner.language";
 let words = {};
-let language = "en";
 let say = (text) => text;
 
 export async function loadTexts() {
   const kept = localStorage.getItem(KEPT);
   const wanted = kept ?? navigator.language.slice(0, 2);
-  language = LANGUAGES.includes(wanted) ? wanted : "en";
+  const language = LANGUAGES.includes(wanted) ? wanted : "en";
   words = await fetched(language);
   useDecimalSign(DECIMAL_SIGNS[language]);
   say = language === "en" ? advice(words) : translator(await fetched(`said.${language}`), await fetched("en"), words, shownNumber);
@@ -40,7 +39,7 @@ export function has(key) {
 }
 
 export function languages() {
-  return { all: LANGUAGES, now: language };
+  return { all: LANGUAGES, now: document.documentElement.lang };
 }
 
 export function chooseLanguage(chosen) {

@@ -47,8 +47,11 @@ def test_each_service_gets_what_happened(to, tmp_path):
         sink.close()
     assert sink.lost == 0
     assert sorted(path for path, _, _ in receiver.got) == ["/one", "/one", "/two", "/two"]
-    titles = {json.loads(body)["title"] for _, _, body in receiver.got}
-    assert "rig-1: run ended (completed, pass) - SN-042" in titles
+    told = [json.loads(body) for _, _, body in receiver.got]
+    assert "rig-1: run ended (completed, pass) - SN-042" in {each["title"] for each in told}
+    assert {(each["title"].split()[1], each["type"]) for each in told} == {
+        ("ALARM", "failure"), ("run", "info"),
+    }  # fmt: skip
 
 
 def test_a_service_that_fails_is_asked_again_and_its_address_is_not_said(to, caplog):

@@ -71,7 +71,7 @@ STEP = {"step": "main[0]", "index": 0, "action": "set", "text": "Set"}
 def test_a_question_waits_until_somebody_answers_or_it_is_over(over):
     rules = Rules(RuleSettings())
     assert not list(rules.take(event(Prompt, step="main[0]", text="Is the guard closed?")))
-    assert rules.waiting.text == "main[0]: Is the guard closed?"
+    assert rules.waiting.text == "The run waits for an answer: Is the guard closed? (main[0])"
     assert [each.kind for each in rules.take(alarm())] == ["alarm"]
     assert rules.waiting is not None
     list(rules.take(over))
@@ -80,15 +80,18 @@ def test_a_question_waits_until_somebody_answers_or_it_is_over(over):
 
 def test_a_pause_waits_for_a_person_as_a_question_does():
     rules = Rules(RuleSettings())
-    list(rules.take(event(Intervention, action="pause", by="interlock", reason="too hot")))
-    assert (rules.waiting.kind, rules.waiting.text) == ("waits_for_answer", "paused: too hot")
+    list(rules.take(event(Intervention, action="pause", by="interlock heat", reason="too hot")))
+    assert rules.waiting.kind == "waits_for_answer"
+    assert rules.waiting.text == "The run is paused by interlock heat: too hot"
 
 
 def test_an_instrument_that_is_due_soon_is_named_and_one_that_is_not_is_not(tmp_path):
     due = {"load cell": "2026-12-07", "meter": "2026-12-08", "clock": "2026-11-22"}
     (found,) = reported([planned(tmp_path, due=due)])
     assert found.kind == "calibration_due"
-    assert found.text == "clock: due 2026-11-22 (overdue)\nload cell: due 2026-12-07"
+    assert found.text == (
+        "clock: calibration was due on 2026-11-22\nload cell: calibration is due on 2026-12-07"
+    )
 
 
 def test_little_room_is_reported_once_until_there_was_room_again(disk, tmp_path):
@@ -100,7 +103,13 @@ def test_little_room_is_reported_once_until_there_was_room_again(disk, tmp_path)
         disk.gb, now.s = room, now.s + DISK_EVERY_S
         found = list(rules.take(event(Answer, step="s", text="t", by="b")))
         kinds.append([each.text for each in found if each.kind == "disk_low"])
-    assert kinds == [[], ["4.9 GB free for runs"], [], [], ["4.0 GB free for runs"]]
+    assert kinds == [
+        [],
+        ["4.9 GB are free for runs, less than 5 GB"],
+        [],
+        [],
+        ["4.0 GB are free for runs, less than 5 GB"],
+    ]
 
 
 def test_what_may_not_be_safe_is_an_alarm():

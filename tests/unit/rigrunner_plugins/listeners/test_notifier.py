@@ -150,7 +150,7 @@ def test_a_question_is_sent_after_a_time_unless_it_is_answered():
     until(lambda: flaky.got)
     sink(alarm())
     until(lambda: len(flaky.got) == 2)
-    assert flaky.got == ["b: second", "interlock hot: too hot"]
+    assert flaky.got == ["The run waits for an answer: second (b)", "interlock hot: too hot"]
     sink.close()
 
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path, PurePath
+from typing import TYPE_CHECKING
 
 import click
 
@@ -16,6 +18,9 @@ from rigrunner.cli.options import (
 )
 from rigrunner.cli.queueing import by_option
 from rigrunner.run.locate import find_procedure, find_station
+
+if TYPE_CHECKING:
+    from rigrunner.api.errors import Problem
 
 LONGEST_FILE = 1_000_000
 
@@ -53,18 +58,19 @@ def command(
     the lab folder, so that the panel finds them too. Inputs that are not given are asked when the
     run starts.
     """
-    from rigrunner.api.errors import InvalidFileError, UsageError
+    from rigrunner.api.errors import InvalidFileError
     from rigrunner.cli.output import result
     from rigrunner.clock import WallClock
     from rigrunner.procedure import load_procedure
-    from rigrunner.queue import Draft, Queue, accepted_inputs, allowed, read_list
+    from rigrunner.queue import Draft, Queue, accepted_inputs, read_list
 
     loaded = load_procedure(find_procedure(procedure))
     find_station(station)
     common, asked = named_values(given), loaded.inputs
+    invalid: list[Problem] = []
     inputs = [accepted_inputs({**common, "specimen": each}, asked) for each in specimens]
     if listed is not None:
-        items = read_list(_text(listed), asked, str(listed))
+        items, invalid = read_list(_text(listed), asked, str(listed))
         inputs += [{**accepted_inputs(common, asked), **item.inputs} for item in items]
     elif not specimens:
         inputs = [accepted_inputs(common, asked)]
@@ -73,11 +79,21 @@ def command(
         for each in inputs
     ]
     try:
-        drafts = allowed(runs, loaded.model.id, drafts)
-    except InvalidFileError as error:  # its problems name a field of the screen
-        told = "; ".join(each.message for each in error.problems)
-        raise UsageError(told, hint="give the reason with --again") from error
-    for entry in Queue(runs).add(drafts, by, WallClock().utc(), proposed=propose):
+        made = Queue(runs).add(
+            drafts,
+            by,
+            WallClock().utc(),
+            procedure_id=loaded.model.id,
+            proposed=propose,
+            invalid=invalid,
+        )
+    except InvalidFileError as error:  # some name a field of the screen
+        hint = "give the reason with --again"
+        raise InvalidFileError(
+            replace(each, field="", hint=hint) if each.field == "again" else each
+            for each in error.problems
+        ) from error
+    for entry in made:
         result(f"{entry.id}  {entry.specimen}  {entry.state}")
 
 

@@ -7,7 +7,7 @@ import { draft, newDraft } from "../draft.js";
 import { procedureEditor } from "../editor/editor.js";
 import { localTime } from "../format.js";
 import { changesBySection } from "../parts/changes.js";
-import { askText } from "../parts/dialogs.js";
+import { askName, askText } from "../parts/dialogs.js";
 import { forgetErrors, tell } from "../parts/notices.js";
 import { planFacts } from "../parts/plan.js";
 import { working } from "../parts/working.js";
@@ -45,6 +45,7 @@ export function procedurePage(name) {
   let timer = 0;
   let asked = 0;
   let saving = false;
+  let approvedUtc = null; // of the approval that is shown
   let following = ""; // digest of the file that is being read
 
   const isChanged = () => Boolean(opened) && editor.text() !== opened.text;
@@ -149,6 +150,7 @@ export function procedurePage(name) {
       const saved = await post("procedures/save", { procedure: name, text, digest, by });
       forgetErrors();
       await reopened(saved.digest, text);
+      await tellEditing(); // the name is known by now
     } catch (error) {
       if (error.code === "changed") conflict();
       else tell(said(error.message), { hint: said(error.hint), problems: error.problems });
@@ -167,12 +169,9 @@ export function procedurePage(name) {
   }
 
   async function approveText() {
-    const by = await person(t("procedure.who_approves"), t("procedure.approve"));
-    if (!by) return;
-    if (await tried(() => post("procedures/approve", { procedure: name, sha256: opened.sha256, by }))) {
-      tell(t("procedure.approved", { name: by }), { kind: "info" });
-      await reopened(opened.digest, opened.text);
-    }
+    const by = await askName({ title: t("procedure.who_approves"), confirm: t("procedure.approve"), value: personName() });
+    if (!by) return; // asked each time: it may be another person than the one who edits
+    if (await tried(() => post("procedures/approve", { procedure: name, sha256: opened.sha256, by }))) await reopened(opened.digest, opened.text);
   }
 
   async function copyText() {
@@ -231,9 +230,14 @@ export function procedurePage(name) {
     const now = nowEdited();
     const stale = Boolean(now) && now.digest !== opened.digest;
     const others = (now?.editors ?? []).filter((each) => each.client !== store.state.you);
-    if (!stale) fill(notes, others.map((each) => h("p", { class: "banner info" }, t("procedure.also", { name: each.name, time: localTime(each.since_utc) }))));
+    if (!stale) fill(notes, others.map((each) => h("p", { class: "banner info" }, t("procedure.also", { name: each.name || t("procedure.somebody"), time: localTime(each.since_utc) }))));
     else if (!isChanged()) follow(now);
     else if (!notes.querySelector(".warn")) conflict();
+    if (now && approvedUtc !== now.approved_utc) {
+      const isNews = approvedUtc !== null;
+      approvedUtc = now.approved_utc;
+      if (isNews && !stale) reopened(opened.digest, opened.text);
+    }
     save.disabled = !isChanged();
     approve.disabled = isChanged() || !opened.sha256 || opened.state === "approved";
     test.disabled = isChanged() || !opened.sha256;

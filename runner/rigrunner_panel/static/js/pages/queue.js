@@ -8,7 +8,7 @@ import { typedList, UNKNOWN } from "../format.js";
 import { isBusy } from "../parts/bar.js";
 import { askReason } from "../parts/dialogs.js";
 import { inputForm } from "../parts/inputs.js";
-import { problemList } from "../parts/notices.js";
+import { problemList, refusedWords } from "../parts/notices.js";
 import { isField, takeScans } from "../parts/scanner.js";
 import { working } from "../parts/working.js";
 import { verdictText } from "../parts/verdict.js";
@@ -196,16 +196,16 @@ function addCard() {
       return true;
     } catch (error) {
       where.className = "field bad";
-      const tested = error.problems?.length && error.problems.every((each) => each.field === "again");
-      if (tested) fill(told, testedBefore(error.problems, list, told, where));
-      else fill(told, error.problems?.length ? problemList(error.problems) : [error.message, error.hint].filter(Boolean).map(said).join(" · "));
+      const problems = error.problems.map((each) => (each.field === "again" ? { ...each, field: "", hint: "" } : each));
+      if (error.asksWhy) fill(told, testedBefore(problems, list, told, where));
+      else fill(told, problems.length ? problemList(problems) : refusedWords(error));
       return false;
     }
   }
 
   // What was tested before is added once there is a reason.
   function testedBefore(problems, list, told, where) {
-    const refusal = h("div", {}, problemList(problems.map((each) => ({ ...each, field: "", hint: "" }))), button(t("queue.again"), async () => {
+    const refusal = h("div", {}, problemList(problems), button(t("queue.again"), async () => {
       const reason = await askReason(t("queue.again.title"), { confirm: t("queue.add") });
       if (!reason || !(await add(list, told, where, reason))) return;
       refusal.remove();

@@ -5,12 +5,13 @@ import { personName, post } from "../client.js";
 import { button, fill, h, setText, show } from "../dom.js";
 import { draft, keepDraft } from "../draft.js";
 import { isBusy } from "../parts/bar.js";
+import { askReason } from "../parts/dialogs.js";
 import { inputForm } from "../parts/inputs.js";
 import { problemList } from "../parts/notices.js";
 import { planFacts } from "../parts/plan.js";
 import { preflightCard } from "../parts/preflight.js";
 import { working } from "../parts/working.js";
-import { steer } from "../steer.js";
+import { steer, steerOrRefuse, tried } from "../steer.js";
 import { listen, store } from "../store.js";
 import { said, t } from "../texts.js";
 
@@ -95,5 +96,14 @@ async function enqueue(inputs, realtime, plan) {
   const values = inputs.values();
   const { procedure, station } = draft();
   const body = { procedure, station, inputs: values, operator: values.operator ? "" : personName(), partners: taken(plan), realtime: realtime.checked };
-  if (await steer("queue/add", body)) go("#/queue");
+  const made = await tried(async () => {
+    try {
+      return await steerOrRefuse("queue/add", body);
+    } catch (error) {
+      if (!error.asksWhy) throw error;
+      const again = await askReason(t("queue.again.title"), { confirm: t("queue.add") });
+      return again ? steerOrRefuse("queue/add", { ...body, again }) : null;
+    }
+  });
+  if (made) go("#/queue");
 }

@@ -51,7 +51,9 @@ export function askForm(title, fields, { confirm, read, kind = "primary", check 
     dismiss = () => end(null);
     host.replaceChildren(box);
     // not on a button: the Enter of a scanner, which is a keyboard, would press it
-    (form.querySelector("input, textarea, select") ?? box).focus();
+    const first = form.querySelector("input, textarea, select");
+    (first ?? box).focus();
+    first?.select?.(); // what is typed or scanned takes the place of what stands there
   });
 }
 
@@ -61,8 +63,8 @@ async function askOne(title, label, { value = "", required = true, confirm, kind
   return askForm(title, [text.element], { confirm, kind, scans, read: text.value, check: () => !required || filledIn([text]) });
 }
 
-export function askName({ title = t("dialog.name.title"), confirm = t("dialog.name.take") } = {}) {
-  return askOne(title, t("dialog.name.label"), { confirm, scans: true }); // as from a badge
+export function askName({ title = t("dialog.name.title"), confirm = t("dialog.name.take"), value = "" } = {}) {
+  return askOne(title, t("dialog.name.label"), { confirm, value, scans: true }); // as from a badge
 }
 
 export function askReason(title, options) {
