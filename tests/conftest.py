@@ -83,6 +83,7 @@ def pytest_configure(config) -> None:
     interrupt themselves and what they start: a shell that starts pytest in the background has it
     ignore SIGINT and SIGQUIT.
     """
+    gc.disable()  # until all is collected, which stays to the end
     signal.signal(signal.SIGINT, signal.default_int_handler)
     if hasattr(signal, "SIGQUIT"):
         signal.signal(signal.SIGQUIT, signal.SIG_DFL)
@@ -121,6 +122,7 @@ def pytest_collection_modifyitems(config, items) -> None:
 def pytest_collection_finish() -> None:
     """Look for garbage less often, and not in what collecting made, which stays to the end."""
     gc.freeze()
+    gc.enable()
     gc.set_threshold(20_000, *gc.get_threshold()[1:])
 
 
