@@ -10,8 +10,10 @@ import pickle
 import platform
 import shutil
 import signal
+import sys
 import tempfile
 from dataclasses import asdict, dataclass
+from functools import lru_cache
 from pathlib import Path
 
 import pytest
@@ -34,6 +36,7 @@ from helpers_tester import both, installed
 from helpers_workflow import START, quick_procedure, run
 from rigrunner.api import units
 from rigrunner.clock import SimulatedClock
+from rigrunner.registry.installed import installed as providers
 
 # How long an example takes is a matter of what else the machine does.
 settings.register_profile("busy", deadline=None, suppress_health_check=[HealthCheck.too_slow])
@@ -51,6 +54,19 @@ def _units_of_a_test():
         units._ADDED.clear()
         units._ADDED.update(before)
         units._composed.cache_clear()
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _providers_looked_up_once():
+    """Look up what is installed once for each sys.path: half of what loading a registry takes."""
+
+    @lru_cache
+    def found(_path):
+        return providers()
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("rigrunner.registry.loading.installed", lambda: found((*sys.path,)))
+        yield
 
 
 def pytest_addoption(parser) -> None:
@@ -83,6 +99,7 @@ def pytest_configure(config) -> None:
     interrupt themselves and what they start: a shell that starts pytest in the background has it
     ignore SIGINT and SIGQUIT.
     """
+    gc.disable()  # until all is collected, which stays to the end
     signal.signal(signal.SIGINT, signal.default_int_handler)
     if hasattr(signal, "SIGQUIT"):
         signal.signal(signal.SIGQUIT, signal.SIG_DFL)
@@ -121,6 +138,7 @@ def pytest_collection_modifyitems(config, items) -> None:
 def pytest_collection_finish() -> None:
     """Look for garbage less often, and not in what collecting made, which stays to the end."""
     gc.freeze()
+    gc.enable()
     gc.set_threshold(20_000, *gc.get_threshold()[1:])
 
 

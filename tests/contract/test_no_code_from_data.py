@@ -47,34 +47,39 @@ RUNNING = {"eval", "exec", "compile", "__import__"}
 LOADS_PLUGINS = ROOT / "runner/rigrunner/registry/loading.py"
 
 
-def imported(tree):
-    for node in ast.walk(tree):
+def imported(nodes):
+    for node in nodes:
         if isinstance(node, ast.Import):
             yield from (alias.name.split(".")[0] for alias in node.names)
         elif isinstance(node, ast.ImportFrom) and not node.level and node.module != PARSES:
             yield (node.module or "").split(".")[0]
 
 
-def called(tree):
-    for node in ast.walk(tree):
+def called(nodes):
+    for node in nodes:
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
             yield node.func.id
 
 
-def keywords(tree):
-    for node in ast.walk(tree):
+def keywords(nodes):
+    for node in nodes:
         if isinstance(node, ast.keyword) and isinstance(node.value, ast.Constant):
             yield node.arg, node.value.value
 
 
+def nodes_of(source):
+    return list(ast.walk(ast.parse(source)))
+
+
 @pytest.fixture(scope="module")
-def trees():
-    return {path: ast.parse(path.read_text(encoding="utf-8")) for path in SOURCES}
+def modules():
+    """Return the nodes of each module: to walk through its tree takes long."""
+    return {path: nodes_of(path.read_text(encoding="utf-8")) for path in SOURCES}
 
 
-def test_there_is_something_to_look_at(trees):
-    assert len(trees) > 300
-    assert LOADS_PLUGINS in trees
+def test_there_is_something_to_look_at(modules):
+    assert len(modules) > 300
+    assert LOADS_PLUGINS in modules
 
 
 @pytest.mark.parametrize(
@@ -82,35 +87,35 @@ def test_there_is_something_to_look_at(trees):
     [(imported, UNPICKLERS | NETWORK), (called, RUNNING)],
     ids=["imports", "calls"],
 )
-def test_nothing_runs_what_a_file_says(find, forbidden, trees):
+def test_nothing_runs_what_a_file_says(find, forbidden, modules):
     found = {
         (path.relative_to(ROOT).as_posix(), name)
-        for path, tree in trees.items()
-        for name in forbidden & set(find(tree))
+        for path, nodes in modules.items()
+        for name in forbidden & set(find(nodes))
     }
     assert not {(file, name) for file, name in found if name not in KNOWN.get(file, ())}
 
 
-def test_no_shell_and_no_pickled_arrays(trees):
-    found = {(path.name, pair) for path, tree in trees.items() for pair in keywords(tree)}
+def test_no_shell_and_no_pickled_arrays(modules):
+    found = {(path.name, pair) for path, nodes in modules.items() for pair in keywords(nodes)}
     assert not [each for each in found if each[1] in {("shell", True), ("allow_pickle", True)}]
 
 
-def test_code_is_loaded_by_path_in_one_place_alone(trees):
-    loaders = {path for path, tree in trees.items() if "importlib" in set(imported(tree))}
+def test_code_is_loaded_by_path_in_one_place_alone(modules):
+    loaders = {path for path, nodes in modules.items() if "importlib" in set(imported(nodes))}
     by_path = {
         path for path in loaders if "spec_from_file_location" in path.read_text(encoding="utf-8")
     }
     assert by_path == {LOADS_PLUGINS}
 
 
-def test_what_is_known_is_still_there(trees):
+def test_what_is_known_is_still_there(modules):
     for file, names in KNOWN.items():
-        assert names <= set(imported(trees[ROOT / file])), file
+        assert names <= set(imported(modules[ROOT / file])), file
 
 
 def test_this_test_can_fail():
-    tree = ast.parse("import pickle\nfrom marshal import loads\neval('1')\nf(shell=True)")
-    assert set(imported(tree)) == {"pickle", "marshal"}
-    assert "eval" in set(called(tree))
-    assert ("shell", True) in set(keywords(tree))
+    nodes = nodes_of("import pickle\nfrom marshal import loads\neval('1')\nf(shell=True)")
+    assert set(imported(nodes)) == {"pickle", "marshal"}
+    assert "eval" in set(called(nodes))
+    assert ("shell", True) in set(keywords(nodes))

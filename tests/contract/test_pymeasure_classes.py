@@ -43,7 +43,8 @@ def _modules():
                 continue
 
 
-def _classes():
+@pytest.fixture(scope="module")
+def classes():
     """Return each class once, by the shortest name under which it is found."""
     found = {}
     for module in _modules():
@@ -69,23 +70,24 @@ def obstacle(found):
     return "" if properties_of(found) else "it has no properties"
 
 
-CLASSES = _classes()
-USABLE = [name for name in CLASSES if not obstacle(instrument_class(name))]
-MAKERS = {name.split(".")[2] for name in USABLE}
+@pytest.fixture(scope="module")
+def usable(classes):
+    return [name for name in classes if not obstacle(instrument_class(name))]
 
 
-def test_most_instruments_can_be_used():
-    assert len(USABLE) > 150
-    assert len(USABLE) >= 0.95 * len(CLASSES)
+def test_most_instruments_can_be_used(classes, usable):
+    assert len(usable) > 150
+    assert len(usable) >= 0.95 * len(classes)
 
 
-def test_how_many_there_are_is_told():
+def test_how_many_there_are_is_told(classes, usable):
     told = re.search(r"(\d+) of its (\d+) instrument classes, from (\d+) makers", PAGE.read_text())
     assert told is not None
     version = re.search(r"[Oo]f\s+PyMeasure\s+([\d.]+)", PAGE.read_text())[1]
     if not pymeasure.__version__.startswith(version):
         pytest.skip(f"they were counted in {version}, this is {pymeasure.__version__}")
-    assert [int(each) for each in told.groups()] == [len(USABLE), len(CLASSES), len(MAKERS)]
+    makers = {name.split(".")[2] for name in usable}
+    assert [int(each) for each in told.groups()] == [len(usable), len(classes), len(makers)]
 
 
 def bound(name):
@@ -115,29 +117,28 @@ class Connection(Adapter):
         return b"1" * count
 
 
-@pytest.mark.parametrize("name", USABLE)
-def test_the_class_takes_the_resource_and_the_backend_of_a_station(name, monkeypatch):
+def test_each_class_takes_the_resource_and_the_backend_of_a_station(usable, monkeypatch):
     monkeypatch.setattr("pymeasure.instruments.instrument.VISAAdapter", Connection)
-    Connection.opened.clear()
-    settings = {
-        "instrument": name,
-        "resource": "GPIB0::5::INSTR",
-        "channels": {"first": bound(properties_of(instrument_class(name))[0])},
-    }
-    with suppress(DeviceError):  # of the few that talk at once, and do not like to hear 1
-        instrument("pymeasure", settings).connect(1.0)
-    ((resource, keywords),) = Connection.opened
-    assert resource == "GPIB0::5::INSTR"
-    assert keywords["visa_library"] == "@py"
+    for name in usable:
+        Connection.opened.clear()
+        settings = {
+            "instrument": name,
+            "resource": "GPIB0::5::INSTR",
+            "channels": {"first": bound(properties_of(instrument_class(name))[0])},
+        }
+        with suppress(DeviceError):  # of the few that talk at once, and do not like to hear 1
+            instrument("pymeasure", settings).connect(1.0)
+        opened = [(resource, keywords["visa_library"]) for resource, keywords in Connection.opened]
+        assert opened == [("GPIB0::5::INSTR", "@py")], name
 
 
-@pytest.mark.parametrize("name", USABLE)
-def test_a_station_can_bind_each_property_of_the_class(name):
-    channels = {
-        f"channel_{number}": bound(each)
-        for number, each in enumerate(properties_of(instrument_class(name)))
-    }
-    settings = {"instrument": name, "resource": "GPIB0::5::INSTR", "channels": channels}
-    device = instrument("pymeasure", settings)
-    assert isinstance(device, Device)
-    assert len(device.channels) == len(channels)
+def test_a_station_can_bind_each_property_of_each_class(usable):
+    for name in usable:
+        channels = {
+            f"channel_{number}": bound(each)
+            for number, each in enumerate(properties_of(instrument_class(name)))
+        }
+        settings = {"instrument": name, "resource": "GPIB0::5::INSTR", "channels": channels}
+        device = instrument("pymeasure", settings)
+        assert isinstance(device, Device), name
+        assert len(device.channels) == len(channels), name

@@ -36,6 +36,7 @@ _LARGEST_OF_ANY = 1e18
 _NUMBER = r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 _QUANTITY = re.compile(rf"({_NUMBER})\s*(.*)", re.DOTALL)
 _MORE_DIGITS = re.compile(r"[.,:'_]?[0-9]")
+_LITERAL = str.maketrans({each: rf"\{each}" for each in "$^.*+?()[]{}|/\\"})
 _INVERSE = re.compile(r"1(?:/|$)")
 _COMMA = re.compile(r"[+-]?[0-9]+,([0-9]+)(?![0-9,.])")
 _GROUP = 3  # digits after a comma that may as well separate thousands
@@ -47,12 +48,10 @@ def quantity_pattern(dimension: str | None = None) -> str:
 
     It does not check the magnitude, nor the kind of a product or quotient of units.
     """
-    spellings = [
-        re.sub(r"([$^.*+?()\[\]{}|/\\])", r"\\\1", spelling) for spelling in spellings_of(dimension)
-    ]
+    spellings = "\n".join(spellings_of(dimension)).translate(_LITERAL).replace("\n", "|")
     # After a number, a digit can only begin the unit 1 or 1/..., and only after a space.
     number = _NUMBER.replace("[+-]", f"[+{_MINUS}-]")
-    return rf"^\s*{number}(?:(?![0-9.])\s*|\s+(?=1))(?:{'|'.join(spellings)}|{COMPOSED})\s*$"
+    return rf"^\s*{number}(?:(?![0-9.])\s*|\s+(?=1))(?:{spellings}|{COMPOSED})\s*$"
 
 
 @dataclass(frozen=True)

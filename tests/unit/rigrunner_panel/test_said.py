@@ -7,6 +7,7 @@ import itertools
 import json
 import re
 import shutil
+from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
@@ -42,11 +43,16 @@ _HELP = {"description", "help", "example", "trial", "json_schema_extra"}
 _A_SENTENCE = re.compile(r"[a-z]{2}")
 
 
-def sentences(path: Path) -> Iterator[tuple[int, str]]:
-    """Yield line and text of what a module says to people."""
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    left = {each.value for each in ast.walk(tree) if isinstance(each, ast.Expr)}  # docstrings
-    for node in ast.walk(tree):
+def nodes_of(path: Path) -> list[ast.AST]:
+    return list(ast.walk(ast.parse(path.read_text(encoding="utf-8"))))
+
+
+@cache
+def sentences(path: Path) -> list[tuple[int, str]]:
+    """Return line and text of what a module says to people."""
+    nodes = nodes_of(path)
+    left = {each.value for each in nodes if isinstance(each, ast.Expr)}  # docstrings
+    for node in nodes:
         if isinstance(node, ast.JoinedStr):
             left |= {*ast.walk(node)} - {node}
         match node:
@@ -54,11 +60,13 @@ def sentences(path: Path) -> Iterator[tuple[int, str]]:
                 left |= {*ast.walk(node)}
             case ast.Call(func=ast.Name(id="quantity")):  # of a setting, with its help
                 left |= {*ast.walk(node)}
-    for node in ast.walk(tree):
-        if isinstance(node, (ast.Constant, ast.JoinedStr)) and node not in left:
-            for text in _said(node):
-                if " " in text.strip() and _A_SENTENCE.search(text):
-                    yield node.lineno, text
+    return [
+        (node.lineno, text)
+        for node in nodes
+        if isinstance(node, (ast.Constant, ast.JoinedStr)) and node not in left
+        for text in _said(node)
+        if " " in text.strip() and _A_SENTENCE.search(text)
+    ]
 
 
 def _said(node: ast.AST) -> list[str]:
@@ -171,17 +179,17 @@ NAMES = {  # of things and threads, and what stands in the log alone
 }  # fmt: skip
 
 
-def shape(pattern: str) -> re.Pattern[str]:
-    """Return what matches a pattern where what fills its places is not known yet."""
+def shape(pattern: str) -> str:
+    """Return an expression for what matches a pattern, before it is known what fills its places."""
     places = {"quantity": "(?:an? )?Q", "list": r"(?:Qs?|[\w, ]+)", "": r"(?:Q(?: \S+)?|\w+)"}
     places |= dict.fromkeys(("said", "got", "all", "any"), r"(?:Qs?|\w+)")
     pieces = re.split(r"\{([a-z]+)\d*\}", pattern)
     pieces[::2] = map(re.escape, pieces[::2])
     pieces[1::2] = [places.get(each, places[""]) for each in pieces[1::2]]
-    return re.compile("".join(pieces))
+    return "".join(pieces)
 
 
-SHAPES = [shape(each) for each in SAYS]
+SHAPES = re.compile("|".join(map(shape, SAYS)))
 
 
 def parts(text: str) -> list[str]:
@@ -201,21 +209,19 @@ def test_every_sentence_of_the_server_has_a_german_text(module):
     unknown = [
         f"{module}:{line}: {text!r} has no German text in static/texts/said.de.json"
         for line, text in sentences(ROOT / module)
-        if text not in PIECES | NAMES
-        and not any(each.fullmatch(text) for each in SHAPES)
-        and not is_piece(text)
+        if text not in PIECES | NAMES and not SHAPES.fullmatch(text) and not is_piece(text)
     ]
     assert unknown == []
 
 
 def written(path: Path) -> Iterator[str]:
     """Yield all texts of a module, each in all that it may be."""
-    tree = ast.parse(path.read_text(encoding="utf-8"))
+    nodes = nodes_of(path)
     inner = {
-        part for node in ast.walk(tree) if isinstance(node, ast.JoinedStr)
+        part for node in nodes if isinstance(node, ast.JoinedStr)
         for part in ast.walk(node) if part is not node
     }  # fmt: skip
-    for node in ast.walk(tree):
+    for node in nodes:
         if node not in inner and isinstance(node, (ast.Constant, ast.JoinedStr)):
             yield from _said(node)
 

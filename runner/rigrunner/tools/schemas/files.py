@@ -93,11 +93,12 @@ class _LanguageSchema(SettingsSchema):
         for spec in found.get("properties", {}).values():
             if PLUGIN in spec:
                 _name_plugins(spec, self._records(spec.pop(PLUGIN)))
-            known = {KINDS: kinds_of(self._registry)}
-            if spec.pop(MEASURAND, False) and (limits := measurand_models(known)):
+            if spec.pop(MEASURAND, False):
+                limits = measurand_models({KINDS: kinds_of(self._registry)})
                 models = [self.generate_inner(each.__pydantic_core_schema__) for each in limits]
-                del spec["type"], spec["additionalProperties"]
-                spec.update(models[0] if len(models) == 1 else {"anyOf": models})
+                if models:
+                    del spec["type"], spec["additionalProperties"]
+                    spec.update(models[0] if len(models) == 1 else {"anyOf": models})
             if spec.pop(RIG, False):
                 keys = self._registry.rig_model()
                 del spec["type"], spec["additionalProperties"]

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
         ModelSchema,
         NullableSchema,
         PlainValidatorFunctionSchema,
+        WithDefaultSchema,
     )
 
 Schema = dict[str, Any]
@@ -26,6 +27,10 @@ class SettingsSchema(GenerateJsonSchema):
     def field_title_should_be_set(self, schema: Any) -> bool:  # noqa: ARG002  (pydantic's signature)
         """Leave out titles: they repeat the key."""
         return False
+
+    def default_schema(self, schema: WithDefaultSchema) -> Schema:
+        """Leave out pydantic's default: `model_schema` writes it as in YAML."""
+        return self.generate_inner(schema["schema"])
 
     def nullable_schema(self, schema: NullableSchema) -> Schema:
         """Leave out null: an unused key is not written."""
@@ -52,7 +57,6 @@ class SettingsSchema(GenerateJsonSchema):
                 bounds = f", {field.bounds}" if field.bounds else ""
                 told.append(_sentence(f"{field.kind} in {' or '.join(field.units)}{bounds}"))
             spec.pop("description", None)
-            spec.pop("default", None)
             if any(told):
                 spec["description"] = " ".join(filter(None, told))
             if field.default is not None:

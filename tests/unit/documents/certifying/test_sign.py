@@ -25,9 +25,16 @@ def issued(quick, tmp_path_factory):
 
 
 @pytest.fixture
-def certificate(issued, tmp_path):
+def with_pdf(issued, tmp_path):
     folder = shutil.copytree(issued[1], tmp_path / "certificates")
     return folder / "SPECIMEN-DEMO-2026-0001.json"
+
+
+@pytest.fixture
+def certificate(with_pdf):
+    """Return a certificate as JSON and HTML alone: to make its PDF again takes seconds."""
+    with_pdf.with_suffix(".pdf").unlink()
+    return with_pdf
 
 
 @pytest.fixture
@@ -42,13 +49,13 @@ def signed(certificate, key, letterhead, *more):
     )  # fmt: skip
 
 
-def test_every_form_is_signed_once(issued, certificate, key):
-    done = signed(certificate, key, issued[0])
-    assert (done.code, done.out.strip()) == (0, str(certificate.with_suffix(".sig.json"))), done.err
-    found = parse_signature(certificate.with_suffix(".sig.json").read_bytes(), "x")
-    assert set(found.files) == {f"{certificate.stem}{each}" for each in (".json", ".html", ".pdf")}
+def test_every_form_is_signed_once(issued, with_pdf, key):
+    done = signed(with_pdf, key, issued[0])
+    assert (done.code, done.out.strip()) == (0, str(with_pdf.with_suffix(".sig.json"))), done.err
+    found = parse_signature(with_pdf.with_suffix(".sig.json").read_bytes(), "x")
+    assert set(found.files) == {f"{with_pdf.stem}{each}" for each in (".json", ".html", ".pdf")}
     assert found.signer == "Zoë"
-    again = signed(certificate, key, issued[0])
+    again = signed(with_pdf, key, issued[0])
     assert (again.code, "the document is signed" in again.err) == (2, True)
 
 
@@ -83,11 +90,11 @@ def test_a_page_that_contradicts_its_content_is_refused(issued, certificate, key
 
 
 @pytest.mark.thorough
-def test_a_pdf_that_contradicts_its_content_is_refused(issued, certificate, key):
+def test_a_pdf_that_contradicts_its_content_is_refused(issued, with_pdf, key):
     """Its data are those of the JSON; the page shows another result."""
-    printed = forged_pdf(certificate.with_suffix(".pdf"))
+    printed = forged_pdf(with_pdf.with_suffix(".pdf"))
     assert f".pdf regenerated from its content: it shows '{printed}'" in refused(
-        certificate, key, issued[0]
+        with_pdf, key, issued[0]
     )
 
 
@@ -102,8 +109,7 @@ def test_what_is_not_on_record_is_refused(issued, certificate, key, tmp_path):
     copy = shutil.copytree(issued[0], tmp_path / "copy")
     shutil.rmtree(copy / "numbers")
     assert "has no record of numbers" in refused(certificate, key, copy)
-    for path in (certificate.with_suffix(each) for each in (".html", ".pdf")):
-        path.unlink()
+    certificate.with_suffix(".html").unlink()
     resealed(certificate, lambda content: content.replace(b"Muster", b"Master"))
     assert "SPECIMEN-DEMO-2026-0001.json is not as it was issued" in refused(
         certificate, key, issued[0]

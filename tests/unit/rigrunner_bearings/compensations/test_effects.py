@@ -50,8 +50,10 @@ def with_gain(points, gain):
 @pytest.mark.parametrize(
     ("loaded", "left_nm"),
     [
-        pytest.param(runs_of(replace(SOUND, loaded_inertia_change=0.02)), 0.025, id="inertia"),
-        pytest.param(with_gain(runs_of(SOUND), 0.02), 0.06, id="gain"),
+        pytest.param(
+            lambda: runs_of(replace(SOUND, loaded_inertia_change=0.02)), 0.025, id="inertia"
+        ),
+        pytest.param(lambda: with_gain(runs_of(SOUND), 0.02), 0.06, id="gain"),
     ],
 )
 def test_inertia_and_gain_of_one_run_alone_are_taken_out_and_the_rest_is_in_u(
@@ -62,7 +64,7 @@ def test_inertia_and_gain_of_one_run_alone_are_taken_out_and_the_rest_is_in_u(
     Which of the two changed the runs do not show: the inertia's torque is taken out. That another
     inertia has another resonance is left, 20 mN·m.
     """
-    changed = found(loaded)
+    changed = found(loaded())
     did = np.abs(moved(changed, sound))
     assert did.max() < left_nm
     assert all(each < 1.1 * expanded(p.torque) for each, p in zip(did, changed.points, strict=True))
