@@ -10,6 +10,7 @@ import pickle
 import platform
 import shutil
 import signal
+import sys
 import tempfile
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -282,6 +283,18 @@ def _blank_figures(request):
     Of the runs that are made once for many tests the demonstration has them.
     """
     with drawn() if request.node.get_closest_marker("figures") else blank():
+        yield
+
+
+@pytest.fixture(scope="module")
+def without_pdf(request):
+    """Issue certificates without a PDF, as where WeasyPrint is missing; with `--all` it is made.
+
+    Each would be laid out twice, on trial and with its number.
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        if not request.config.option.all:
+            patch.setitem(sys.modules, "weasyprint", None)
         yield
 
 
