@@ -303,6 +303,18 @@ def _blank_figures(request):
         yield
 
 
+@pytest.fixture(scope="module")
+def without_pdf(request):
+    """Issue certificates without a PDF, as where WeasyPrint is missing; with `--all` it is made.
+
+    Each would be laid out twice, on trial and with its number.
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        if not request.config.option.all:
+            patch.setitem(sys.modules, "weasyprint", None)
+        yield
+
+
 @pytest.fixture
 def drawn_figures():
     """Draw the figures of one test."""

@@ -11,6 +11,8 @@ from helpers_certificate import make_letterhead
 from helpers_cli import call
 from helpers_figures import drawn
 
+pytestmark = pytest.mark.usefixtures("without_pdf")
+
 PROCEDURE = """\
 rigrunner: procedure/2
 id: PSU-R

@@ -11,6 +11,8 @@ import pytest
 from helpers_cli import call
 from rigrunner.runfile import read
 
+pytestmark = pytest.mark.usefixtures("without_pdf")
+
 PROCEDURE = """\
 rigrunner: procedure/2
 id: LIMITS

@@ -12,7 +12,7 @@ from helpers_workflow import quick_procedure, run
 from rigrunner.run.locate import find_station
 from unit.rigrunner_reports.helpers_html import read_html
 
-pytestmark = pytest.mark.figures
+pytestmark = pytest.mark.usefixtures("without_pdf")
 
 ENCODER = """\
   - {channel: tester.angle, measures: angle, serial: ENC-1, calibration: recorded,

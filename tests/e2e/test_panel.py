@@ -9,13 +9,16 @@ import time
 from contextlib import contextmanager
 from datetime import datetime
 from types import SimpleNamespace
+from unittest.mock import Mock
 
 import pytest
 
 from e2e.helpers_panel import INPUTS, Screen, process_is_gone, ready, rig_process, served
 from e2e.helpers_terminal import Terminal
+from helpers_cli import call
 from helpers_thorough import first
 from helpers_workflow import edited, quick_procedure, run, station_file
+from rigrunner.api.errors import ExitCode
 from rigrunner.api.events import Intervention, MadeSafe, RunEnded
 from rigrunner.clock import SimulatedClock
 from rigrunner.runfile import read
@@ -400,6 +403,9 @@ def test_a_panel_that_is_killed_leaves_a_run_that_ends_in_order(lab):
         (["--procedures", "/nowhere-at-all"], "/nowhere-at-all"),
     ],
 )
-def test_a_panel_that_may_not_be_opened_says_why(tmp_path, options, told):
-    with pytest.raises(AssertionError, match=told), served(tmp_path, tmp_path / "runs", *options):
-        pass
+def test_a_panel_that_may_not_be_opened_says_why(tmp_path, monkeypatch, options, told):
+    opened = Mock(side_effect=AssertionError("it was opened"))
+    monkeypatch.setattr("rigrunner_panel.serve._served", opened)
+    where = ("--no-browser", "--procedures", tmp_path, "--runs", tmp_path / "runs")
+    refused = call("panel", "--port", "0", *where, *options)
+    assert (refused.code, told in refused.err) == (ExitCode.USAGE, True), refused.err

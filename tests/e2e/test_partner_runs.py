@@ -11,6 +11,8 @@ from helpers_certificate import make_letterhead
 from helpers_cli import call
 from rigrunner.runfile import read
 
+pytestmark = pytest.mark.usefixtures("without_pdf")
+
 PLUGIN = '''\
 from rigrunner.api import (AnalysisRecord, Component, DataError, Estimate, Findings, Member,
     MeasurementResult, NeededChannel, PartnerRun, Requirements, ResultDefinition, Settings,

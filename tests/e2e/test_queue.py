@@ -7,8 +7,7 @@ import json
 import pytest
 
 from helpers_cli import call
-
-PAIR = ("no_load_inertia_sweep", "--station", "simulated")
+from helpers_workflow import quick_procedure
 
 
 @pytest.fixture
@@ -21,7 +20,8 @@ def listed(runs):
 
 
 def test_a_queue_runs_without_a_browser(runs, tmp_path):
-    add = ("queue", "add", *PAIR, *runs)
+    procedure = quick_procedure(tmp_path, "no_load_inertia_sweep")
+    add = ("queue", "add", procedure, "--station", "simulated", *runs)
     assert call(*add, "--set", "operator=Ann", "--by", "Ann").out == "1    waiting\n"
     assert call(*add, "--propose", "--by", "LIMS").out == "2    proposed\n"
     done = call("queue", "next", "--unattended", "--by", "Ann", *runs)

@@ -12,6 +12,8 @@ from helpers_cli import call
 from rigrunner.run.locate import find_station
 from rigrunner.runfile import read
 
+pytestmark = pytest.mark.usefixtures("without_pdf")
+
 PLUGIN = '''\
 import numpy as np
 from rigrunner.api.analysis import Component, NeededChannel, Requirements

@@ -22,7 +22,7 @@ from rigrunner.clock import utc_text
 from rigrunner.procedure import Acceptance, kinds_of, parse_procedure
 from rigrunner.procedure.kinds import STORED
 from rigrunner.run.locate import RUN_FILE
-from rigrunner.run.stored import analyse_run
+from rigrunner.run.stored import analyse_stored
 from rigrunner.runfile import read
 from rigrunner.runfile.durable import sync_file, sync_folder, writing
 from rigrunner.yamlfile.upgrade import upgraded_acceptance
@@ -144,7 +144,7 @@ def decide_again(
         raise UsageError(
             "these limits and this rule are already in force", hint="nothing was written"
         )
-    result = analyse_run(folder, registry, acceptance=after)
+    result = analyse_stored(stored, registry, acceptance=after)
     _refuse(result, after)
     _refuse_other_results(result, after, names)
     assert result.decision is not None  # noqa: S101  (an acceptance was given)

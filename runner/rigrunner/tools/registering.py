@@ -19,8 +19,9 @@ from rigrunner.api.data import Estimate
 from rigrunner.api.errors import DataError
 from rigrunner.api.instruments import DEFAULT_QUANTITY, ZEROED, Instrument
 from rigrunner.api.units import unit
-from rigrunner.documents.verifying.run import verify_run
-from rigrunner.run.stored import analyse_run
+from rigrunner.documents.verifying.run import check_run
+from rigrunner.documents.verifying.verification import Verification
+from rigrunner.run.stored import analyse_stored
 from rigrunner.runfile import sealed_file_of
 from rigrunner.signal.coverage import excess_kurtosis, factor
 from rigrunner.signal.rounding import places
@@ -76,10 +77,11 @@ def entry_from(path: Path, wanted: Wanted, registry: Registry) -> Entry:
     """Return the entry that a calibration gives; raise DataError where it gives none."""
     if sealed_file_of(path) is None:
         raise DataError(f"{path} is not sealed", hint="finish it with 'rigrunner recover'")
-    differences = verify_run(path, registry).differences
-    if differences:
-        raise DataError(f"{path} does not verify: {differences[0]}")
-    result = analyse_run(path, registry)
+    verified = Verification()
+    checked = check_run(verified, path, registry)
+    if checked is None or verified.differences:
+        raise DataError(f"{path} does not verify: {verified.differences[0]}")
+    result = checked.result or analyse_stored(checked.stored, registry)
     run = result.run
     if run.outcome != "completed":
         raise DataError(f"{run.run_id} was not completed: {run.outcome}")

@@ -133,10 +133,12 @@ def _torque(
 ) -> Array:
     """Return the filtered torque at each phase, to first order in the deviation of speed."""
     position = phase * (GRID / (2 * np.pi))
+    before = np.minimum(position.astype(int), GRID - 1)
+    beyond = position - before
 
     def at(hz: float) -> Array:
         cycle = _amplified(rig.steady_state(load_n, hz), hz, rig.sensors)
-        values: Array = np.interp(position, np.arange(GRID + 1), cycle)
+        values: Array = cycle[before] + beyond * (cycle[before + 1] - cycle[before])
         return values
 
     torque = at(frequency_hz)

@@ -29,7 +29,7 @@ from rigrunner.proof.compare import mismatches
 from rigrunner.run.decision_records import acceptance_of
 from rigrunner.run.locate import RUN_FILE
 from rigrunner.run.provenance import is_simulated, software
-from rigrunner.run.stored import analyse_run
+from rigrunner.run.stored import analyse_stored
 from rigrunner.runfile import read_truth, sealed_file_of
 
 if TYPE_CHECKING:
@@ -169,7 +169,7 @@ def _check_numbers(
     known = None if again else checked.result
 
     def derived() -> Result:
-        return known or analyse_run(run, registry, acceptance=acceptance)
+        return known or analyse_stored(stored, registry, acceptance=acceptance)
 
     def differs() -> Iterator[object]:
         source = Source(

@@ -13,7 +13,7 @@ from rigrunner.documents.verifying.verification import Verification
 from rigrunner.procedure import parse_procedure
 from rigrunner.proof.compare import mismatches
 from rigrunner.run.provenance import software
-from rigrunner.run.stored import analyse_run
+from rigrunner.run.stored import analyse_stored
 from rigrunner.runfile import file_differences, read, refuse_crashing, sealed_file_of
 
 if TYPE_CHECKING:
@@ -113,7 +113,7 @@ def _check_result(
         other = list(other_revisions(methods, then, header.provenance, registry))
         found.not_recomputed.extend(other)
         if not other:
-            result = analyse_run(path, registry)
+            result = analyse_stored(stored, registry)
     except RigrunnerError as error:
         found.take(what, [f"it cannot be derived: {error}"])
         return None
