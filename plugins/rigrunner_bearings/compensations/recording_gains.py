@@ -169,27 +169,33 @@ class _Seen:
         )
 
     def _estimates(self, scatter: Array, inertia_u: float) -> tuple[Array, Array, float]:
-        """Return the estimates of (b, u), their covariance, and the deviance."""
-        design = np.hstack([self._fixed, self._random])
-        error = (scatter[self._kind] * self._unit) ** 2
+        """Return the estimates of (b, u), their covariance, and the deviance.
+
+        By QR of observations and priors together: normal equations would square the condition, and
+        what is left of observations that are nearly 1 would be a difference of two large sums. Both
+        differed from processor to processor, and with them the weights of `solved`.
+        """
+        error = scatter[self._kind] * self._unit
         gains = len(self._random[0])
+        design = np.hstack([self._fixed, self._random]) / error[:, None]
         prior = np.zeros(design.shape[1])
-        prior[:-gains] = UNLIMITED**-2
-        prior[0], prior[1] = inertia_u**-2, 1.0
-        prior[-gains:] = scatter[0] ** -2
-        weighted = design / error[:, None]
-        scale = 1 / np.sqrt(np.sum(weighted * design, axis=0) + prior)
-        normal = scale[:, None] * (design.T @ weighted + np.diag(prior)) * scale
-        right = scale * (weighted.T @ self._observed)
-        inverse = np.linalg.inv(normal)
-        estimates = inverse @ right
-        unexplained = self._observed @ (self._observed / error) - right @ estimates
-        _, determinant = np.linalg.slogdet(normal)
+        prior[:-gains] = 1 / UNLIMITED
+        prior[0], prior[1] = 1 / inertia_u, 1.0
+        prior[-gains:] = 1 / scatter[0]
+        rows = np.vstack([design, np.diag(prior)])
+        seen = np.concatenate([self._observed / error, np.zeros(len(prior))])
+        scale = 1 / np.linalg.norm(rows, axis=0)
+        rows *= scale
+        q, r = np.linalg.qr(rows)
+        inverse = np.linalg.inv(r)
+        estimates = inverse @ (q.T @ seen)
+        unexplained = seen - rows @ estimates
         deviance = (
-            np.log(error).sum()
+            2 * np.log(error).sum()
             + 2 * gains * np.log(scatter[0])
-            + determinant
+            + 2 * np.log(np.abs(np.diag(r))).sum()
             - 2 * np.log(scale).sum()
-            + unexplained
+            + unexplained @ unexplained
         )
-        return scale * estimates, scale[:, None] * inverse * scale, float(deviance)
+        covariance = scale[:, None] * (inverse @ inverse.T) * scale
+        return scale * estimates, covariance, float(deviance)

@@ -68,7 +68,7 @@ def rigrunner_compensations() -> list[CompensationRecord]:
             factory=Imported("rigrunner_bearings.compensations.inverse:TemplateInverse"),
             requires=requirements.of_template_inverse,
             yields=STARTING,
-            revision=3,
+            revision=4,
         ),
         CompensationRecord(
             name="model_inverse",
@@ -78,7 +78,7 @@ def rigrunner_compensations() -> list[CompensationRecord]:
             factory=Imported("rigrunner_bearings.compensations.inverse:ModelInverse"),
             requires=requirements.of_model_inverse,
             yields=STARTING,
-            revision=3,
+            revision=4,
         ),
         CompensationRecord(
             name="energy",

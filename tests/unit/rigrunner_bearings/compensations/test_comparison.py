@@ -159,3 +159,18 @@ def test_the_power_of_hum_is_that_of_its_fourier_sum_over_all_cycles(size):
     sums = np.exp(-2j * np.pi * hertz[:, None] * at_s) @ values.ravel()
     expected = np.abs(sums / values.size) ** 2
     assert hum._powers(values, 1000.0, hertz) == pytest.approx(expected, rel=1e-9, abs=1e-15)
+
+
+def test_gains_do_not_depend_on_the_rounding_of_a_processor(healthy):
+    """Sums of another order differ by 1e-15; of the weights of standard deviations, by nothing."""
+    made = scaled(healthy, GAINS)
+    rng = np.random.default_rng(20261129)
+    rounded = [
+        replace(point, torque_nm=point.torque_nm * (1 + 1e-15 * rng.standard_normal(
+            point.torque_nm.shape)))
+        for point in made.loaded
+    ]  # fmt: skip
+    one, other = (comparison(each).gains for each in (made, replace(made, loaded=tuple(rounded))))
+    u = np.sqrt(np.diag(one.covariance))
+    assert (np.abs(other.loaded - one.loaded) / u[len(HERTZ) : -1]).max() < 1e-7
+    assert np.sqrt(np.diag(other.covariance)) == pytest.approx(u, rel=1e-7)
