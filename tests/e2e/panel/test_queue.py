@@ -89,7 +89,7 @@ def test_a_specimen_that_a_run_has_tested_is_added_with_a_reason_alone(open_queu
         page.locator("#dialog-text").fill("customer asks")
         page.keyboard.press("Enter")
         expect(row(page, "DEMO-0001")).to_contain_text("customer asks")
-        expect(scan_note).to_have_text("Added: entry 1 (1)")
+        expect(scan_note).to_have_text("Added: entry 1")
         expect(page.locator("#queue-scan")).to_have_value("")
 
 
@@ -141,7 +141,7 @@ def test_the_keyboard_stays_at_the_row_that_it_moves(open_queue, lab):
         ).to_be_focused()  # it is at the top
         page.keyboard.press("Enter")
         expect(specimens).to_have_text(["SN-1", "SN-2"])
-        expect(page.locator("#queue-scan-note")).to_have_text("Added: entry 2 (1)")
+        expect(page.locator("#queue-scan-note")).to_have_text("Added: entry 2")
         expect(page.get_by_role("button", name="Move SN-2 up")).to_be_focused()
 
 

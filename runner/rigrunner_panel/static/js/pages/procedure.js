@@ -98,6 +98,12 @@ export function procedurePage(name) {
     update();
     clearTimeout(timer);
     timer = setTimeout(look, TYPING_MS);
+    outdated(true);
+  }
+
+  // What is shown of an older text looks old until it is made again.
+  function outdated(is) {
+    for (const each of [plan, changes]) each.setAttribute("aria-busy", String(is));
   }
 
   async function look() {
@@ -109,6 +115,7 @@ export function procedurePage(name) {
     editor.mark(found.problems);
     showProblems(found);
     if (!found.ok) {
+      outdated(false);
       fill(plan, h("p", { class: "soft" }, t("procedure.not_while_wrong")));
       fill(changes, h("p", { class: "soft" }, t("procedure.not_while_wrong")));
       return;
@@ -117,6 +124,7 @@ export function procedurePage(name) {
     const different = quietly(post("procedures/compare", body));
     const [planned, compared] = await working(doing, t("procedure.previewing"), () => Promise.all([preview, different]));
     if (mine !== asked) return;
+    outdated(false);
     fill(plan, planned ? planFacts(planned) : h("p", { class: "soft" }, t("procedure.choose_station")));
     showChanges(compared);
   }

@@ -192,7 +192,8 @@ function addCard() {
       const made = await steerOrRefuse("queue/add", { ...chosen, list, inputs, operator: inputs.operator ? "" : personName(), realtime: realtime.checked, again });
       if (!made) return false;
       where.className = "field good";
-      fill(told, t("queue.added", { count: made.entries.length, entries: made.entries.length > 1 ? `${made.entries[0]}–${made.entries.at(-1)}` : made.entries[0] }));
+      const [first, last] = [made.entries[0], made.entries.at(-1)];
+      fill(told, first === last ? t("queue.added", { entry: first }) : t("queue.added_several", { first, last }));
       return true;
     } catch (error) {
       where.className = "field bad";
