@@ -90,9 +90,10 @@ def moved(before: Flat, now: Flat) -> list[str]:
 
 def _allowed(name: str, before: Flat) -> float:
     """Return how far a number may move in its own unit, beyond RELATIVE."""
-    run, colon, line = name.rpartition(": ")
-    if line.startswith("budget, "):
-        return OF_LINES * before.get(f"{run}{colon}headline compensated U", 0.0)
+    run, is_of_budget, _ = name.partition("budget, ")  # a line may have ': ' in its name
+    if is_of_budget:
+        return OF_LINES * before.get(f"{run}headline compensated U", 0.0)
+    line = name.rpartition(": ")[2]
     if line == "probability of conformity":
         return OF_U  # it moves with U
     is_diagnostic = line.startswith("parameter ") or line.endswith(", value")
