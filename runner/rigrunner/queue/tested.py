@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rigrunner.api.events import CONCLUDED
+from rigrunner.api.results import REPLAYED
 from rigrunner.queue.entries import SPECIMEN, looks
 from rigrunner.run.locate import run_names
 from rigrunner.run.runs import listed_run
@@ -33,6 +34,7 @@ def _newest(runs: Path, names: Sequence[tuple[str, str]], procedure_id: str, spe
     for name, folded in names:
         if begin in folded and (info := listed_run(runs, name).info) is not None:
             tested = (info.header.procedure_id, looks(info.header.inputs.get(SPECIMEN, "")))
-            if info.outcome in CONCLUDED and tested == (procedure_id, looks(specimen)):
+            is_test = info.outcome in CONCLUDED and REPLAYED not in info.header.provenance
+            if is_test and tested == (procedure_id, looks(specimen)):
                 return name
     return ""

@@ -177,14 +177,14 @@ def test_a_run_that_could_not_begin_gives_its_entry_back(queue):
     assert queue.get(2).state == "started"
 
 
-def leave_run(folder, specimen, procedure="P", outcome=Outcome.COMPLETED, day=1):
+def leave_run(folder, specimen, procedure="P", outcome=Outcome.COMPLETED, day=1, **provenance):
     """Leave a run of a specimen in a folder of runs."""
     started = NOW.replace(day=day)
     path = create_run_folder(folder, started, procedure, specimen)
     header = RunHeader(
         run_id=path.name, started_utc=started.isoformat(), procedure_id=procedure,
         procedure_revision="1", procedure_title="", station_id="s", procedure_text="",
-        station_text="", inputs={"specimen": specimen},
+        station_text="", inputs={"specimen": specimen}, provenance=provenance,
     )  # fmt: skip
     stamp = EventStamp(SimulatedClock(started))
     with RunWriter(path, header) as writer:
@@ -200,7 +200,8 @@ def test_a_specimen_that_a_run_has_tested_needs_a_reason(queue, tmp_path):
     leave_run(runs, "SN-8", outcome=Outcome.ABORTED)
     leave_run(runs, "SN-9", procedure="Q")
     leave_run(runs, "SN-70")
-    others = ["SN-8", "SN-9", "SN-7", ""]
+    leave_run(runs, "SN-11", replayed="tape")
+    others = ["SN-8", "SN-9", "SN-7", "SN-11", ""]
     sentence = f"sn 7/É has already been tested: run {newest}"
     assert before(runs, "P", [*others, "sn 7/É"]) == {"sn 7/É": sentence}
     asked = [draft("sn 7/É"), draft("SN-8")]
