@@ -39,8 +39,10 @@ class Watcher:
         self._process = Process(ANALYST)
         self._sender = Sender(self._process.channel, MOST_BLOCKS)
         self._lock = threading.Lock()
-        self._is_asked = self._is_fresh = False
+        self._is_asked = self._is_due = False
+        """Whether an analysis is being made, and one of the finished recordings must follow."""
         self._watched: Recording | None = None
+        """What is to be analysed of the channels that are read by hand, after that."""
         self._process.listen(self._take, lambda _: None)
 
     def notice(self, message: object) -> None:
@@ -48,12 +50,16 @@ class Watcher:
         match message:
             case RunStarted(run_id=name):
                 self._sender.send(Follow(self._runs / name, self._station))
-            case Watched():
-                self._ask(message.recording)
+            case Watched(recording=recording):
+                with self._lock:
+                    self._watched = recording
+                    self._ask_next()
             case StepEnded():
                 self._sender(message)
                 if message.recording or message.measurement or message.action == "scan":
-                    self._ask(None)
+                    with self._lock:
+                        self._is_due = True
+                        self._ask_next()
             case StepStarted() | Samples():
                 self._sender(message)
             case Watching():
@@ -66,16 +72,17 @@ class Watcher:
         self._process.channel.close()
         self._sender.end()
 
-    def _ask(self, watched: Recording | None) -> None:
-        """Request an analysis, now or after the one that is being made."""
-        with self._lock:
-            self._is_fresh, self._watched = True, watched
-            self._ask_next()
-
     def _ask_next(self) -> None:
-        if self._is_fresh and not self._is_asked:
-            self._is_asked, self._is_fresh = True, False
+        """Request the next analysis, unless one is being made."""
+        if self._is_asked or not (self._is_due or self._watched is not None):
+            return
+        self._is_asked = True
+        if self._is_due:  # first: of watched channels there is always a newer recording
+            self._is_due = False
+            self._sender.send(Analyse(None))
+        else:
             self._sender.send(Analyse(self._watched))
+            self._watched = None
 
     def _take(self, message: object) -> None:
         if isinstance(message, Analysed):

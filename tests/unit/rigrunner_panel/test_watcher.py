@@ -1,0 +1,63 @@
+"""What is asked of the analyst: one analysis at a time, and none is lost."""
+
+from __future__ import annotations
+
+from queue import SimpleQueue
+
+import numpy as np
+import pytest
+
+from rigrunner.api.data import Recording
+from rigrunner.api.events import StepEnded
+from rigrunner.bus import EventStamp
+from rigrunner.clock import SimulatedClock
+from rigrunner_panel.live import watcher as module
+from rigrunner_panel.process.messages import Analyse, Analysed, Watched
+
+WITHIN_S = 60
+
+
+class Analyst:
+    """A process that says nothing of its own, and its channel."""
+
+    def __init__(self, _module):
+        self.channel = self
+        self.asked = SimpleQueue()
+
+    def listen(self, hear, _ended):
+        self.answer = lambda: hear(Analysed(None))
+
+    def send(self, message):
+        if isinstance(message, Analyse):
+            self.asked.put(message.watched)
+
+    def close(self):
+        """Nothing is open."""
+
+
+@pytest.fixture
+def watched(monkeypatch, tmp_path):
+    monkeypatch.setattr(module, "Process", Analyst)
+    found = module.Watcher(tmp_path, tmp_path / "s.yaml", lambda _: None)
+    yield found
+    found.close()
+
+
+def by_hand(name):
+    return Recording(name, 100.0, "", {}, {"tester.torque": np.zeros(1)}, {"tester.torque": "N·m"})
+
+
+def test_a_finished_recording_is_analysed_though_channels_are_watched_meanwhile(watched):
+    """The analyst is busy with the channels as a point is recorded, and more of them follow."""
+    analyst, (first, second, third) = watched._process, map(by_hand, "abc")
+    ended = EventStamp(SimulatedClock())(
+        StepEnded, step="hand", index=0, ok=True, action="record", recording="001_10Hz"
+    )
+    for message in (Watched(first), Watched(second), ended, Watched(third)):
+        watched.notice(message)
+    asked = []
+    for _ in range(3):
+        asked.append(analyst.asked.get(timeout=WITHIN_S))
+        analyst.answer()
+    assert [each and each.name for each in asked] == ["a", None, "c"]
+    assert analyst.asked.empty()
