@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from bisect import bisect_left
-from dataclasses import replace
-from functools import partial
 from math import inf, isinf, isnan
 from typing import TYPE_CHECKING
 
@@ -167,23 +164,19 @@ def stated_risks_are_those_of_its_verdicts(subject: Subject) -> None:
         drawn = rng.standard_normal(DRAWS) if isinf(dof) else rng.standard_t(dof, DRAWS)
         errors = np.sort(U * drawn)
         for limits in (*LIMITS, NARROW):
-            values, estimate = _values(limits, FINE), Estimate(0.0, U, dof)
-            # The share of the errors with which the true value is within the limits.
-            ends = [np.searchsorted(errors, end - values) for end in (limits.lower, limits.upper)]
-            conforming = (ends[1] - ends[0]) / DRAWS
-            rank = partial(_rank, rule, limits, estimate)
-            # A value further within has no worse verdict: the nearest to the limits decide.
-            first_not_failed = bisect_left(values, 1, key=rank)
-            first_passed = bisect_left(values, WORST_FIRST.index(Verdict.PASS), key=rank)
-            counted = 1 - conforming[first_passed] if first_passed < len(values) else None
+            passed: list[float] = []
+            failed: list[float] = []
+            for value in _values(limits, FINE):
+                found, _ = rule.verdict(limits, Estimate(value, U, dof))
+                if found in {Verdict.PASS, Verdict.FAIL}:
+                    # The share of the errors with which the true value is within the limits.
+                    ends = np.searchsorted(errors, [limits.lower - value, limits.upper - value])
+                    conforming = float(ends[1] - ends[0]) / DRAWS
+                    (passed if found is Verdict.PASS else failed).append(conforming)
+            counted = 1 - min(passed) if passed else None
+            estimate = Estimate(0.0, U, dof)
             _same("pass", counted, rule.false_accept_risk(limits, estimate), limits)
-            counted = conforming[first_not_failed - 1]
-            _same("fail", counted, rule.false_reject_risk(limits, estimate), limits)
-
-
-def _rank(rule: AppliedRule, limits: Limits, estimate: Estimate, value: float) -> int:
-    found, _ = rule.verdict(limits, replace(estimate, value=value))
-    return WORST_FIRST.index(found)
+            _same("fail", max(failed), rule.false_reject_risk(limits, estimate), limits)
 
 
 def _same(what: str, counted: float | None, stated: float, limits: Limits) -> None:

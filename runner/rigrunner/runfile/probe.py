@@ -21,15 +21,7 @@ _LEAST_S = 60.0
 """The child first has to start Python and load HDF5, on a busy machine too."""
 _BYTES_PER_S = 1e6
 """Far slower than any machine on which a run file was verified."""
-_CHILD = f"""
-import sys, types
-package = types.ModuleType("rigrunner.runfile")
-package.__path__ = {[str(Path(__file__).parent)]!r}
-sys.modules["rigrunner.runfile"] = package
-from rigrunner.runfile.probe import walk
-walk(sys.argv[1])
-"""
-"""It does without the imports of the package, which take longer than to load HDF5."""
+_CHILD = "import sys; from rigrunner.runfile.probe import walk; walk(sys.argv[1])"
 
 
 def refuse_crashing(path: Path) -> None:
