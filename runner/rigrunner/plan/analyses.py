@@ -3,33 +3,31 @@
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Mapping
 from dataclasses import dataclass
 from graphlib import CycleError, TopologicalSorter
 from itertools import combinations, pairwise
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
-from pydantic import TypeAdapter, ValidationError
+from pydantic import ValidationError
 
 from rigrunner.api.analysis.requirements import SPARE_CYCLES
 from rigrunner.api.coordinates import CoordinateValue
 from rigrunner.api.errors import PluginError, did_you_mean
 from rigrunner.api.fit_choice import FitChoice
-from rigrunner.api.member import Member, channel_of
-from rigrunner.api.places import PlaceValue, is_at
+from rigrunner.api.member import channel_of
 from rigrunner.api.units import unit, with_article
-from rigrunner.plan.actions import Phase
 from rigrunner.plan.limits import objections_to_limit
+from rigrunner.plan.measured import all_measured, has_all, where_of
 from rigrunner.procedure.named_results import all_named, definitions_of
 from rigrunner.yamlfile.problems import Problems
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
 
     from rigrunner.api.analysis import NeededChannel, NeededResult, Requirements
     from rigrunner.api.findings import Objection, ResultDefinition
-    from rigrunner.api.quantity import Quantity
     from rigrunner.plan.actions import Plan, Recorded
+    from rigrunner.plan.measured import Measured
     from rigrunner.procedure import AnalysisRef, Limit, LoadedProcedure
     from rigrunner.station import LoadedStation
     from rigrunner.yamlfile.document import Path
@@ -37,25 +35,6 @@ if TYPE_CHECKING:
 _SAME = 1e-6  # of the greater set-point
 _ROUNDING = 1e-9
 """Of duration times frequency: 2.9999999999 cycles are 3."""
-_PLACE = TypeAdapter[Mapping[str, PlaceValue]](Mapping[str, PlaceValue])
-
-
-class Measured(NamedTuple):
-    """A recording or row that the run will make."""
-
-    units: Mapping[str, str]
-    """Of its channels, in SI."""
-    coordinate_units: Mapping[str, str]
-    """Of its set-points and coordinates; '' of one that has none."""
-    place: Mapping[str, CoordinateValue]
-    """The values of these, as far as they are known beforehand."""
-    recorded: Recorded | None = None
-    """Where it is recorded; None of a row."""
-
-    def may_be_at(self, where: Mapping[str, Quantity | str]) -> bool:
-        """Say whether it is at a place, as far as that is known."""
-        unknown = self.coordinate_units.keys() - self.place.keys()
-        return is_at({k: each for k, each in where.items() if k not in unknown}, self.place)
 
 
 class AnalysisLookup(Protocol):
@@ -81,7 +60,7 @@ def check_analyses(
 ) -> None:
     """Raise InvalidFileError with all that the analyses need and the run would not give."""
     problems = Problems()
-    measured = tuple(_measured(plan))
+    measured = tuple(all_measured(plan))
     judged = procedure.model.acceptance.limits if procedure.model.acceptance else ()
     limited = {limit.of for limit in judged}
     made = {each.name: (at, each) for at, each in definitions_of(procedure, lookup)}
@@ -218,7 +197,7 @@ class _Use:
         """Add a problem for each coordinate by which results cannot be told apart."""
         if not (self.needed or self.needs.results):
             return
-        where = _where(self.plugin.settings)
+        where = where_of(self.plugin.settings)
         named = self.lookup.definitions(self.plugin.name, self.plugin.settings)
         per = sorted({name for each in named for name in each.per})
         if not self.needed:
@@ -340,7 +319,7 @@ class _Use:
 
     def check_limits(self, limits: Iterable[Limit]) -> None:
         """Add a problem for each limit that no result can be held against where it is measured."""
-        where = _where(self.plugin.settings)
+        where = where_of(self.plugin.settings)
         there = [each for each in self.places if each.may_be_at(where)] if self.needed else []
         for index, limit in enumerate(limits):
             at, found = self.made.get(limit.of, ((), None))
@@ -355,7 +334,7 @@ class _Use:
         needs, name = self.needs, f"the analysis '{self.plugin.name}'"
         if not (needs.rate_hz or needs.cycles):
             return
-        where = _where(self.plugin.settings)
+        where = where_of(self.plugin.settings)
         chosen = [each.recorded for each in self.places if each.may_be_at(where)]
         recorded = [each for each in chosen if each is not None]
         if not recorded:
@@ -387,7 +366,7 @@ class _Use:
     @property
     def places(self) -> list[Measured]:
         """What has all needed channels."""
-        return [found for found in self.measured if _has(found, self.needed)]
+        return [found for found in self.measured if has_all(found, self.needed)]
 
     @property
     def together(self) -> str:
@@ -400,16 +379,6 @@ class _Use:
         """Add a problem with what stands under a key of the settings."""
         document, path = self.procedure.document, (*self.at, *key)
         self.problems.add(document, path, message, hint, column=column)
-
-
-def measured_places(
-    plan: Plan, settings: Mapping[str, Any], channels: Iterable[NeededChannel]
-) -> Iterator[Mapping[str, CoordinateValue]]:
-    """Yield each place at which the channels of an analysis are measured, as far as it is known."""
-    where = _where(settings)
-    for each in _measured(plan):
-        if _has(each, channels) and each.may_be_at(where):
-            yield each.place
 
 
 def _set_points(
@@ -435,48 +404,6 @@ def _has_near(value: float, ascending: Sequence[float], width: float) -> bool:
     return at < len(ascending) and ascending[at] <= value + width
 
 
-def _has(found: Measured, channels: Iterable[NeededChannel]) -> bool:
-    return all(
-        each.name in found.units or (each.or_coordinate and each.name in found.coordinate_units)
-        for each in channels
-    )
-
-
-def _measured(plan: Plan) -> Iterator[Measured]:
-    recorded = {each.record.name: each for each in plan.recordings}
-    recordings = {name: each.record for name, each in recorded.items()}
-    for step in plan.steps:
-        action, of = step.action, step.coordinate_units
-        setpoints, symbols = action.known
-        here = {name: of.get(name, "") for name in step.coordinates}
-        if step.phase is not Phase.SETUP:  # both count from the begin of main
-            cyclic = "Hz" in map(symbols.get, setpoints)
-            here |= {"elapsed": "s", "cycles": ""} if cyclic else {"elapsed": "s"}
-        here |= {name: symbols.get(name, "") for name in setpoints}
-        values = {**step.coordinates, **setpoints}
-        place = {
-            name: CoordinateValue.of_si(value, here[name], step.written_in.get(name, ""))
-            for name, value in values.items()
-        }
-        if record := recordings.get(action.recording):
-            members = [Member(record.role, name) for name in record.channels]
-            known: dict[str, str] = {member: record.units[member] for member in members}
-            yield Measured(known, here, place, recorded.get(action.recording))
-        if found := action.statistics:
-            units: dict[str, str] = {name: symbols[channel_of(name)] for name in found}
-            yield Measured(units, here, place)
-        if rows := action.rows:
-            read: dict[str, str] = {name: rows.units[name] for name in rows.channels}
-            names = {name: rows.units.get(name, "") for each in rows.setpoints[:1] for name in each}
-            for each in rows.setpoints:
-                moved = {
-                    name: CoordinateValue.of_si(value, names[name], step.written_in.get(name, ""))
-                    for name, value in each.items()
-                    if setpoints.get(name) != value
-                }
-                yield Measured(read, {**here, **names}, {**place, **moved})
-
-
 def _refuse_circles(uses: Iterable[_Use]) -> None:
     """Add a problem where results are made of each other."""
     by_place = {use.at: use for use in uses}
@@ -499,13 +426,3 @@ def _from_to(low: float, high: float, symbol: str) -> str:
     """Return '1 A to 2 A' of values in an SI unit, temperatures in °C."""
     ends = [str(CoordinateValue.of_si(each, symbol)) for each in (low, high)]
     return f"{ends[0]} to {ends[1]}" if low < high else ends[0]
-
-
-def _where(settings: Mapping[str, Any]) -> Mapping[str, Quantity | str]:
-    """Return where an analysis looks, as its key `where` says; anywhere if that is no place."""
-    try:
-        return _PLACE.validate_python(
-            settings.get("where", {}) if isinstance(settings, Mapping) else {}
-        )
-    except ValidationError:
-        return {}

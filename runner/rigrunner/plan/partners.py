@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Protocol
 from rigrunner.api.analysis.requirements import LATEST, STATION
 from rigrunner.api.errors import PluginError, did_you_mean
 from rigrunner.api.units import unit
-from rigrunner.plan.analyses import measured_places
+from rigrunner.plan.measured import measured_places
 from rigrunner.yamlfile.problems import Problems
 
 if TYPE_CHECKING:

@@ -314,10 +314,13 @@ class _OneCurve:
                 sensitivity=1.0,
             ),
             *(
-                line
+                error.of_result(name, effect)
                 for error, up, down in of_errors
-                for line in error.lines(
-                    up / shown.factor, down / shown.factor, is_difference=value.is_difference
+                for name, effect in _named(
+                    error,
+                    up / shown.factor,
+                    down / shown.factor,
+                    is_difference=value.is_difference,
                 )
             ),
         ]
@@ -340,6 +343,20 @@ def _change(one: Derived, moved: Fitted) -> float:
     return 0.0 if abs(change) <= ROUNDING * abs(one.value) else change
 
 
+def _named(
+    error: _Error | SharedLine, up: float, down: float, *, is_difference: bool
+) -> Iterator[tuple[str, float]]:
+    """Yield the lines of an error with their effects, from what raises and lowers a result."""
+    if error.is_one:
+        yield error.name, up - down  # its sign counts where it is shared
+    elif is_difference:
+        # errors of two readings that are independent: a line for each
+        yield f"{error.name}, falling", up
+        yield f"{error.name}, rising", down
+    else:
+        yield error.name, up + down
+
+
 @dataclass(frozen=True)
 class _Error:
     """An error of a channel's readings."""
@@ -348,19 +365,18 @@ class _Error:
     unit: str
     error: ReadingError
 
-    def lines(self, up: float, down: float, *, is_difference: bool) -> Iterator[Component]:
-        """Yield its budget lines from its effects up and down, per unit of the error's size."""
-        name = f"{self.error.name} ({self.error.source})" if self.error.source else self.error.name
-        if self.error.acts != "each":
-            yield self._line(name, up - down)  # one error, whose sign counts where it is shared
-        elif is_difference:
-            # errors of two readings that are independent: a line for each
-            yield self._line(f"{name}, falling", up)
-            yield self._line(f"{name}, rising", down)
-        else:
-            yield self._line(name, up + down)
+    @property
+    def name(self) -> str:
+        """Its name, with its source if that is stated."""
+        return f"{self.error.name} ({self.error.source})" if self.error.source else self.error.name
 
-    def _line(self, name: str, effect: float) -> Component:
+    @property
+    def is_one(self) -> bool:
+        """Whether it is the same error of all readings."""
+        return self.error.acts != "each"
+
+    def of_result(self, name: str, effect: float) -> Component:
+        """Return a line of a result's budget from what an error of 1 changes it by."""
         return Component(
             name=name,
             u=abs(effect) * self.error.u,
@@ -371,5 +387,5 @@ class _Error:
             unit="1" if self.error.acts == "gain" else self.unit,
             input_u=self.error.u,
             sensitivity=effect,
-            shared=self.error.acts != "each",
+            shared=self.is_one,
         )

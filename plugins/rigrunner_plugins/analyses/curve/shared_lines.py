@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Sequence
 
     from rigrunner.api import Array, Component
 
@@ -29,22 +29,18 @@ class SharedLine:
     by: Array
     """The change of y and of each x in SI, shape (1 + k, n)."""
 
-    def lines(self, up: float, down: float, *, is_difference: bool) -> Iterator[Component]:
-        """Yield its lines in a result's budget from what it raises and lowers the result by.
+    @property
+    def name(self) -> str:
+        """Its name."""
+        return self.line.name
 
-        `is_difference`: of readings of one instrument at one place.
-        """
-        name = self.line.name
-        if self.line.shared:
-            yield self._line(name, up - down)
-        elif is_difference:
-            # errors of two readings that are independent: a line for each
-            yield self._line(f"{name}, falling", up)
-            yield self._line(f"{name}, rising", down)
-        else:
-            yield self._line(name, up + down)
+    @property
+    def is_one(self) -> bool:
+        """Whether it is the same error at all points."""
+        return self.line.shared
 
-    def _line(self, name: str, effect: float) -> Component:
+    def of_result(self, name: str, effect: float) -> Component:
+        """Return a line of a result's budget from what one standard uncertainty changes it by."""
         of = self.line
         if isnan(of.input_u):  # it differs from point to point: the input is one of it at each
             of = replace(of, value=nan, unit="1", input_u=1.0)

@@ -1,0 +1,104 @@
+"""What a run will measure, and where: each recording and each row of its plan."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from pydantic import TypeAdapter, ValidationError
+
+from rigrunner.api.coordinates import CoordinateValue
+from rigrunner.api.member import Member, channel_of
+from rigrunner.api.places import PlaceValue, is_at
+from rigrunner.plan.actions import Phase
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from rigrunner.api.analysis import NeededChannel
+    from rigrunner.api.quantity import Quantity
+    from rigrunner.plan.actions import Plan, Recorded
+
+_PLACE = TypeAdapter[Mapping[str, PlaceValue]](Mapping[str, PlaceValue])
+
+
+class Measured(NamedTuple):
+    """A recording or row that the run will make."""
+
+    units: Mapping[str, str]
+    """Of its channels, in SI."""
+    coordinate_units: Mapping[str, str]
+    """Of its set-points and coordinates; '' of one that has none."""
+    place: Mapping[str, CoordinateValue]
+    """The values of these, as far as they are known beforehand."""
+    recorded: Recorded | None = None
+    """Where it is recorded; None of a row."""
+
+    def may_be_at(self, where: Mapping[str, Quantity | str]) -> bool:
+        """Say whether it is at a place, as far as that is known."""
+        unknown = self.coordinate_units.keys() - self.place.keys()
+        return is_at({k: each for k, each in where.items() if k not in unknown}, self.place)
+
+
+def all_measured(plan: Plan) -> Iterator[Measured]:
+    """Yield each recording and each row that the run will make."""
+    recorded = {each.record.name: each for each in plan.recordings}
+    recordings = {name: each.record for name, each in recorded.items()}
+    for step in plan.steps:
+        action, of = step.action, step.coordinate_units
+        setpoints, symbols = action.known
+        here = {name: of.get(name, "") for name in step.coordinates}
+        if step.phase is not Phase.SETUP:  # both count from the begin of main
+            cyclic = "Hz" in map(symbols.get, setpoints)
+            here |= {"elapsed": "s", "cycles": ""} if cyclic else {"elapsed": "s"}
+        here |= {name: symbols.get(name, "") for name in setpoints}
+        values = {**step.coordinates, **setpoints}
+        place = {
+            name: CoordinateValue.of_si(value, here[name], step.written_in.get(name, ""))
+            for name, value in values.items()
+        }
+        if record := recordings.get(action.recording):
+            members = [Member(record.role, name) for name in record.channels]
+            known: dict[str, str] = {member: record.units[member] for member in members}
+            yield Measured(known, here, place, recorded.get(action.recording))
+        if found := action.statistics:
+            units: dict[str, str] = {name: symbols[channel_of(name)] for name in found}
+            yield Measured(units, here, place)
+        if rows := action.rows:
+            read: dict[str, str] = {name: rows.units[name] for name in rows.channels}
+            names = {name: rows.units.get(name, "") for each in rows.setpoints[:1] for name in each}
+            for each in rows.setpoints:
+                moved = {
+                    name: CoordinateValue.of_si(value, names[name], step.written_in.get(name, ""))
+                    for name, value in each.items()
+                    if setpoints.get(name) != value
+                }
+                yield Measured(read, {**here, **names}, {**place, **moved})
+
+
+def measured_places(
+    plan: Plan, settings: Mapping[str, Any], channels: Iterable[NeededChannel]
+) -> Iterator[Mapping[str, CoordinateValue]]:
+    """Yield each place at which the channels of an analysis are measured, as far as it is known."""
+    where = where_of(settings)
+    for each in all_measured(plan):
+        if has_all(each, channels) and each.may_be_at(where):
+            yield each.place
+
+
+def has_all(found: Measured, channels: Iterable[NeededChannel]) -> bool:
+    """Return whether all channels are measured there, or set where that is enough."""
+    return all(
+        each.name in found.units or (each.or_coordinate and each.name in found.coordinate_units)
+        for each in channels
+    )
+
+
+def where_of(settings: Mapping[str, Any]) -> Mapping[str, Quantity | str]:
+    """Return where an analysis looks, as its key `where` says; anywhere if that is no place."""
+    try:
+        return _PLACE.validate_python(
+            settings.get("where", {}) if isinstance(settings, Mapping) else {}
+        )
+    except ValidationError:
+        return {}
