@@ -91,7 +91,6 @@ class FastTester(SimulatedTester):
         if setpoints not in self._made:
             found = self._sample(state, round(self.sample_rate_hz), 0)
             self._made[setpoints] = {name: _converted(name, found[name]) for name in FULL_SCALES}
-        self._truth = self._truth_of(state)
         return self._made[setpoints]
 
 

@@ -57,7 +57,7 @@ def server(plant, inverter):
 def settings(server, **more):
     tcp = {"host": "127.0.0.1", "port": server.port}
     given = {"channels": CHANNELS, "drives": {"frequency": FREQUENCY}}
-    return {"tcp": tcp, "timeout": "500 ms", **given, **more}
+    return {"tcp": tcp, "timeout": "1500 ms", **given, **more}
 
 
 @contextmanager
@@ -220,7 +220,7 @@ def test_over_a_serial_line():
     with modbus_line(Inverter(plant)) as port:
         rtu = {"port": port, "baud": 115200}
         given = {"channels": CHANNELS, "drives": {"frequency": FREQUENCY}}
-        motor = device({"rtu": rtu, "timeout": "500 ms", **given})
+        motor = device({"rtu": rtu, "timeout": "1500 ms", **given})
         motor.connect(2.0)
         motor.set("frequency", 20.0)
         assert motor.read(["running", "frequency"]) == {

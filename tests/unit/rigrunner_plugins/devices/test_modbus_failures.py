@@ -76,7 +76,7 @@ def cable(server):
 def inverter(port, **more):
     tcp = {"host": "127.0.0.1", "port": port}
     drives = {"frequency": FREQUENCY}
-    return device({"tcp": tcp, "timeout": "400 ms", "retries": 0, "drives": drives, **more})
+    return device({"tcp": tcp, "timeout": "1 s", "retries": 0, "drives": drives, **more})
 
 
 def run_with(motor, break_it):
@@ -102,6 +102,7 @@ def test_a_connection_that_drops_ends_the_run_and_is_opened_anew_to_stop_the_mot
     assert plant.frequency_hz == 0.0
 
 
+@pytest.mark.in_real_time
 def test_a_pulled_cable_leaves_the_motor_to_its_own_watchdog_and_the_run_says_so(
     plant, cable, real_inverter
 ):
@@ -183,7 +184,7 @@ PROBE = "04 00 00 00 01"
 
 def connect_and_read(serving, retries=0):
     with serving as (_, where):
-        given = {**where, "timeout": "300 ms", "retries": retries, "channels": CHANNELS}
+        given = {**where, "timeout": "1 s", "retries": retries, "channels": CHANNELS}
         unit = device(given)
         try:
             unit.connect(1.0)
@@ -198,7 +199,7 @@ FINE = "04 02 00 07"
 @pytest.mark.parametrize(
     ("answer", "error", "told"),
     [
-        (SILENCE, DeviceTimeoutError, r"read input 0: no answer from unit 1 at .* within 0.3 s"),
+        (SILENCE, DeviceTimeoutError, r"read input 0: no answer from unit 1 at .* within 1 s"),
         (HANG_UP, DeviceLostError, "closed the connection or was unplugged"),
         (b"HTTP/1.1 400 Bad Request\r\n", DeviceTimeoutError, r"no readable answer .* only: 48 54"),
         (mbap(2, 1, "84 06"), DeviceRejectedError, r"device busy \(exception 6\)"),
@@ -261,7 +262,7 @@ def test_an_echo_of_something_else_is_no_confirmation(echo, told):
     ]
     drive = {key: FREQUENCY[key] for key in ("holding", "scale", "unit", "min", "max", "safe")}
     with tcp_peer(script) as (_, where):
-        unit = device({**where, "timeout": "300 ms", "drives": {"frequency": drive}})
+        unit = device({**where, "timeout": "2 s", "drives": {"frequency": drive}})
         unit.connect(1.0)
         with pytest.raises(DeviceRejectedError, match=told):
             unit.begin("frequency", 10.0)
@@ -282,12 +283,12 @@ def test_a_late_serial_answer_does_not_pass_for_that_of_the_next_request():
     fine, late = rtu(1, FINE), rtu(1, "04 02 00 63")
     script = [
         (rtu(1, PROBE), fine),
-        (rtu(1, PROBE), After(0.45, late)),
+        (rtu(1, PROBE), After(1.2, late)),
         (rtu(1, other), rtu(1, "04 02 00 09")),
     ]
     channels = {**CHANNELS, "angle": {"input": 5, "unit": "deg"}}
     with rtu_peer(script) as (_, where):
-        unit = device({**where, "timeout": "300 ms", "retries": 0, "channels": channels})
+        unit = device({**where, "timeout": "1 s", "retries": 0, "channels": channels})
         unit.connect(1.0)
         with pytest.raises(DeviceTimeoutError):
             unit.read(["torque"])
@@ -298,7 +299,7 @@ def test_a_late_serial_answer_does_not_pass_for_that_of_the_next_request():
 def test_no_request_takes_longer_than_the_station_waits():
     script = [(rtu(1, PROBE), rtu(1, FINE)), *4 * [(rtu(1, PROBE), SILENCE)]]
     with rtu_peer(script) as (_, where):
-        settings = {**where, "timeout": "200 ms", "retries": 1, "channels": CHANNELS}
+        settings = {**where, "timeout": "500 ms", "retries": 1, "channels": CHANNELS}
         unit = device(settings)
         unit.connect(1.0)
         with pytest.raises(DeviceTimeoutError):
@@ -308,9 +309,9 @@ def test_no_request_takes_longer_than_the_station_waits():
             unit.read(["torque"])
         took_s = time.monotonic() - began_s
         unit.close()
-        context = DeviceContext("motor", WallClock(), Path(), patience=Patience(answer_s=0.75))
+        context = DeviceContext("motor", WallClock(), Path(), patience=Patience(answer_s=1.75))
         assert took_s > context.patience.answer_s
-        with pytest.raises(PluginError, match=r"got 0[.]8 s, expected less than 0[.]75 s"):
+        with pytest.raises(PluginError, match=r"got 2 s, expected less than 1[.]75 s"):
             load_registry().make_device("modbus", settings, context)
 
 

@@ -263,11 +263,11 @@ def test_a_server_that_does_not_answer(bench):
 def test_all_requests_of_a_call_share_the_time_limit_of_an_answer(bench, monkeypatch):
     """The station's limit of a call is above this one: else it would give up the device first."""
     by_uri = {"torque": {**TORQUE, "node": "nsu=urn:rigrunner:test;s=Torque"}}
-    with connected(bench, timeout="300 ms", channels=by_uri) as plc:
+    with connected(bench, timeout="1500 ms", channels=by_uri) as plc:
 
         def slow(request):
             async def answer(*args):
-                await asyncio.sleep(0.25)
+                await asyncio.sleep(1.0)
                 return await request(*args)
 
             return answer
@@ -290,7 +290,7 @@ def cable(bench):
 
 def run_with(bench, cable, break_it):
     endpoint = f"opc.tcp://127.0.0.1:{cable.port}/bench"
-    plc = device(settings(bench, endpoint=endpoint, drives={"frequency": DRIVE}, timeout="600 ms"))
+    plc = device(settings(bench, endpoint=endpoint, drives={"frequency": DRIVE}, timeout="1500 ms"))
 
     def at(event):
         if getattr(event, "index", None) == 1:
@@ -310,6 +310,7 @@ def test_a_connection_that_drops_is_opened_anew_to_stop_the_motor(bench, cable):
     assert (bench.value("Set"), bench.value("Enable")) == (0.0, False)
 
 
+@pytest.mark.in_real_time
 def test_a_pulled_cable_is_said_to_leave_an_unsafe_rig(bench, cable):
     summary = run_with(bench, cable, cable.swallow)
     assert summary.outcome is Outcome.ERROR

@@ -112,7 +112,7 @@ class TestWhatASocketSays:
 
     @pytest.fixture
     def device(self, bench):
-        made = instrument("pymeasure", merged(KEITHLEY, resource=bench.resource, timeout="500 ms"))
+        made = instrument("pymeasure", merged(KEITHLEY, resource=bench.resource, timeout="1500 ms"))
         yield made
         made.close()
 
@@ -133,13 +133,13 @@ class TestWhatASocketSays:
     def test_silence(self, device, answers):
         device.connect(2.0)
         answers[":READ?"] = SILENCE
-        with pytest.raises(DeviceTimeoutError, match=r"no answer to 'get voltage' within 0\.5 s"):
+        with pytest.raises(DeviceTimeoutError, match=r"no answer to 'get voltage' within 1\.5 s"):
             device.read(["torque"])
         answers[":READ?"] = b"+2.0E-03\n"
         assert device.read(["torque"]) == {"torque": pytest.approx(10.0)}
 
     def test_it_is_set_up_again_after_that(self, bench, answers):
-        settings = merged(KEITHLEY, resource=bench.resource, timeout="500 ms")
+        settings = merged(KEITHLEY, resource=bench.resource, timeout="1500 ms")
         device = instrument("pymeasure", merged(settings, setup={"voltage_nplc": 1}))
         device.connect(2.0)
         answers[":READ?"] = HANG_UP
@@ -262,7 +262,7 @@ class TestInARig:
 
     @pytest.fixture
     def rig(self, bench):
-        settings = merged(AGILENT, resource=bench.resource, timeout="500 ms")
+        settings = merged(AGILENT, resource=bench.resource, timeout="1500 ms")
         device = instrument("pymeasure", settings)
         rig = Rig({"generator": device}, device.clock)
         rig.connect()

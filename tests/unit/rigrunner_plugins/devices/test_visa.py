@@ -26,7 +26,7 @@ from unit.rigrunner_plugins.devices.helpers_peers import (
 
 SOURCE = {
     "termination": "LF",
-    "timeout": "500 ms",
+    "timeout": "1500 ms",
     "identification": {"expect": "ACME,.*"},
     "error_queue": {},
     "on_connect": ["*CLS"],
@@ -276,7 +276,7 @@ class TestAnswersThatAreWrong:
 
     def test_no_answer(self, connected, acme):
         acme.answers["MEAS:TORQ?"] = SILENCE
-        with pytest.raises(DeviceTimeoutError, match=r"no answer to 'MEAS:TORQ\?' within 0.5 s"):
+        with pytest.raises(DeviceTimeoutError, match=r"no answer to 'MEAS:TORQ\?' within 1.5 s"):
             connected.read(["torque"])
 
     def test_no_answer_because_the_query_is_unknown_to_the_instrument(self, connected, acme):
@@ -288,7 +288,7 @@ class TestAnswersThatAreWrong:
             connected.read(["torque"])
 
     def test_a_late_answer_is_not_taken_for_that_of_the_next_query(self, connected, acme):
-        acme.delay_s = 0.7
+        acme.delay_s = 1.8
         with pytest.raises(DeviceTimeoutError):
             connected.read(["torque"])
         acme.delay_s = 0.0
