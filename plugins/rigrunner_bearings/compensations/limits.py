@@ -1,4 +1,4 @@
-"""What no run shows of the rig: from its description in the station, or else from settings."""
+"""Properties of the rig that no run shows: from the station, the settings or the literature."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from rigrunner_bearings.compensations.settings import InverseSettings, SupportSettings
 
 LITERATURE = 0.025
-"""Of the support's friction: what a load of REFERENCE_LOAD_N may add in a rolling bearing.
+"""Share of the support's friction that a load of REFERENCE_LOAD_N may add in a rolling bearing.
 
 An assumption, to be replaced by a measurement. Its form is that of Palmgren's friction due to load,
 M1 = f1 F dm with f1 = z (F/C0)^y; z = 0.001 and y = 0.33 are assumed for an angular contact ball
@@ -24,37 +24,38 @@ bearing, dm = 60 mm and C0 = 30 kN for the spindle. So M1 is 0.020 N·m at 1000 
 support friction of 0.76 N·m.
 """
 REFERENCE_LOAD_N = 1000.0
-"""A load raises friction and does not lower it: what is assumed lies between nothing and that.
+"""A load raises friction and does not lower it: the assumed growth is between zero and LITERATURE.
 
-Its best estimate is the middle, and the half-width half of the whole (GUM 4.3.7). Below this load
-it is taken to be as much, above it in proportion.
+The best estimate is the middle, with half of the range as half-width (GUM 4.3.7). Below this load
+the same growth is assumed, above it one in proportion to the load.
 """
 
 ASSUMED = "assumed, not measured"
 PER_KELVIN = 0.02
-"""Of the support's friction: what it falls by for each kelvin that it becomes warmer.
+"""Share by which the support's friction decreases for each kelvin of warming.
 
-An assumption. Rolling friction goes with the viscosity to the power of 0.6 (SKF); of a mineral oil
-that falls by 5 % to 6 % a kelvin at room temperature (ISO VG 68, viscosity index 95, ASTM D341):
-so by 3.3 %. Sliding friction in mixed lubrication hardly changes, and is taken for 40 % of all.
+An assumption. Rolling friction follows the viscosity to the power of 0.6 (SKF). The viscosity of
+a mineral oil decreases by 5 % to 6 % a kelvin at room temperature (ISO VG 68, viscosity index 95,
+ASTM D341), so rolling friction by 3.3 %. Sliding friction in mixed lubrication hardly changes; it
+is assumed to be 40 % of the whole.
 """
 ROOM_K = 4.0
-"""Between two runs, each within 23 °C +/- 2 K (ISO 291, class 2): most likely none."""
+"""Largest difference of two runs, each within 23 °C ± 2 K (ISO 291, class 2); most likely 0."""
 
 
 @dataclass(frozen=True)
 class SupportGrowth:
-    """What the load adds to the support's friction: a part of it, or a torque that was measured.
+    """Growth of the support's friction under load: a share of it, or a measured torque.
 
-    The part is within `growth` +/- `limit`. Of a measured torque both are 0.
+    The share is within `growth` ± `limit`. Both are 0 if the torque was measured.
     """
 
     growth: float
     limit: float
     source: str = ""
-    """What it is known by; '' where station or procedure state it and do not say."""
+    """Source of the value; '' if station or procedure state the value without a source."""
     measured: Estimate | None = None
-    """The torque that the load adds where the starting torque is read."""
+    """The torque that the load adds, at the place where the starting torque is read."""
 
     @property
     def name(self) -> str:
@@ -63,11 +64,11 @@ class SupportGrowth:
 
     @property
     def torque_nm(self) -> float:
-        """What of it is taken off the result; a growth is taken out of the waveforms."""
+        """The part subtracted from the result; a growth is subtracted from the waveforms."""
         return 0.0 if self.measured is None else self.measured.value
 
     def effect(self, dry_nm: float) -> Effect:
-        """Return what is open of it in a result of which the dry friction makes up that much."""
+        """Return its effect on a result that contains a dry friction of `dry_nm`."""
         if self.measured is None:
             return Effect(limited(self.name, self.limit, "1", self.growth), -dry_nm)
         torque = self.measured
@@ -76,16 +77,16 @@ class SupportGrowth:
 
 
 def known(settings: InverseSettings, rig: RigDescription) -> InverseSettings:
-    """Return the settings with what the station knows better of the inertia."""
+    """Return the settings, with the inertia mismatch of the station if it states one."""
     if rig.inertia_mismatch is None:
         return settings
     return settings.model_copy(update={"inertia_mismatch": rig.inertia_mismatch})
 
 
 def support_growth(settings: SupportSettings, sweep: Sweep) -> SupportGrowth:
-    """Return what the station states of its support, or the settings, or else the literature.
+    """Return the growth that the station states, else that of the settings, else the literature.
 
-    What was stated for another load goes in proportion to it.
+    A growth stated for another load is scaled in proportion to the load.
     """
     rig, load_n = sweep.rig, _load_n(sweep)
     if rig.support_load_dependence is not None:
@@ -102,7 +103,7 @@ def support_growth(settings: SupportSettings, sweep: Sweep) -> SupportGrowth:
 
 
 def states_support(settings: SupportSettings, rig: RigDescription) -> bool:
-    """Return whether station or procedure say what the support's friction does under load."""
+    """Return whether station or procedure state how the support's friction changes under load."""
     stated = (
         rig.support_under_load,
         rig.support_load_dependence,
@@ -112,11 +113,11 @@ def states_support(settings: SupportSettings, rig: RigDescription) -> bool:
 
 
 def support_drift(settings: SupportSettings, sweep: Sweep) -> Input | None:
-    """Return what the support's dry friction may change by between two runs, as a part of it.
+    """Return the relative change of the support's dry friction between two runs.
 
-    The station states a limit; where it, or the procedure, says what the support does under load,
-    that limit holds for whatever changes between the runs. None where nothing is to be added: as
-    well where no time passes between the runs, or a second no-load run shows the change.
+    The station may state its limit. If station or procedure state the friction under load, their
+    limit includes all that changes between the runs. None if nothing is to be added, also if no
+    time passes between the runs, or if a second no-load run shows the change.
     """
     rig, limit = sweep.rig, sweep.rig.support_drift
     if not sweep.apart or limit == 0:
@@ -131,7 +132,7 @@ def support_drift(settings: SupportSettings, sweep: Sweep) -> Input | None:
 
 
 def support_under_load(settings: SupportSettings, sweep: Sweep) -> SupportGrowth:
-    """Return the same for a starting torque: as it was measured, where the station states that."""
+    """Return the growth for a starting torque: a measured one, if the station states it."""
     known = sweep.rig.support_under_load
     if known is None:
         return support_growth(settings, sweep)

@@ -1,4 +1,4 @@
-"""A compensation under check: what it says of recordings, by the one analysis."""
+"""A compensation under check: its results for recordings, from the one analysis."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class CompensationSubject(Subject):
 
     @cached_property
     def plain(self) -> Compensation:
-        """What it says of them."""
+        """Its result for them."""
         return self.number(self.runs)
 
     def recorded(self, number: int, rate_hz: float | None = None) -> Runs:
@@ -59,17 +59,17 @@ class CompensationSubject(Subject):
         return swings(CLOSED_FORM, number, rate_hz)
 
     def number(self, runs: Runs) -> Compensation:
-        """Return what it says of the recordings; raise Nonconformity where it gives no number."""
+        """Return its result for the recordings; raise Nonconformity if it gives no number."""
         found = self.answer(runs)
         demand(found.points, f"it gives no number: {found.not_applicable or 'and no reason'}")
         return found
 
     def answer(self, runs: Runs) -> Compensation:
-        """Return what it says of the recordings, be it that it does not apply."""
+        """Return its result for the recordings, also if that is that it does not apply."""
         return self._analysed(runs, of_starts=self.of_starts)
 
     def answer_to_other_motion(self) -> Compensation:
-        """Return what it says of starts where it is for swings, or the other way."""
+        """Return its result for starts if it is for swings, and the reverse."""
         runs = swings(CLOSED_FORM, 0) if self.of_starts else starts(0)
         return self._analysed(runs, of_starts=not self.of_starts)
 
@@ -96,7 +96,7 @@ class CompensationSubject(Subject):
 
     @cached_property
     def _lookup(self) -> Registry:
-        """The plugin beside what ships: an analysis needs a rule and a fit as well."""
+        """The plugin and what is shipped: an analysis needs an outlier rule and a fit too."""
         if "grubbs" in self.registry.names("outlier_rule"):
             return self.registry
         return Registry((*load_registry().plugins, self.plugin))
@@ -108,12 +108,12 @@ def torques_nm(found: Compensation) -> Array:
 
 
 def expanded_nm(found: Compensation) -> Array:
-    """Return the expanded uncertainty of each, of 95 %."""
+    """Return the expanded uncertainty (95 %) at each set-point."""
     return np.array([expanded(point.torque) for point in found.points])
 
 
 def refused(subject: CompensationSubject, runs: Runs) -> str:
-    """Return with which words it refuses the recordings; '' if it gives a number."""
+    """Return its reason for refusing the recordings; '' if it gives a number."""
     try:
         found = subject.answer(runs)
     except DataError as error:

@@ -1,4 +1,4 @@
-"""What the analyses of torque are called, need and yield. Nothing here loads numpy."""
+"""Records of the analyses of torque: names, requirements, results. Nothing here loads numpy."""
 
 from __future__ import annotations
 

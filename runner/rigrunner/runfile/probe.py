@@ -50,7 +50,7 @@ def refuse_crashing(path: Path) -> None:
 
 
 def refuse_unprotected_crashing(path: Path) -> None:
-    """Do so for a file whose structure has no checksums; a file that is not HDF5 is accepted."""
+    """Raise DataError for such a file without checksums; a file that is not HDF5 is accepted."""
     if path.is_file() and is_checksummed(path) is False:
         known = path.stat()
         _refuse_once(path, known.st_mtime_ns, known.st_size)
@@ -58,7 +58,7 @@ def refuse_unprotected_crashing(path: Path) -> None:
 
 @lru_cache(maxsize=64)
 def _refuse_once(path: Path, _mtime_ns: int, _size: int) -> None:
-    """Try an unchanged file only once for all times that it is opened."""
+    """Try an unchanged file once only, however often it is opened."""
     refuse_crashing(path)
 
 

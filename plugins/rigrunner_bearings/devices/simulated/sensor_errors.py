@@ -1,4 +1,4 @@
-"""From true torque and angle to what the converter and the encoder deliver."""
+"""The errors of the sensors: from true torque and angle to the output of converter and encoder."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from rigrunner_bearings.devices.simulated.parameters import SensorParameters
 
 SMALLEST_SPIKE = 0.2
-"""Of the largest: a smaller disturbance would be noise rather than a spike."""
+"""Smallest spike as a share of the largest; a smaller disturbance would be noise."""
 
 
 def draw_constant_errors(sensors: SensorParameters, rng: np.random.Generator) -> ConstantErrors:

@@ -1,4 +1,4 @@
-"""The torque of a run, and what stands beside it."""
+"""The torque of a run, and the values shown beside it."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 MILLI = 1e3
 LOAD_KEPT = 0.01
-"""Of the load: where it was kept within that, its mean is told, and else its range."""
+"""Share of the load: if it varied by less, its mean is shown, otherwise its range."""
 
 
 @dataclass(frozen=True)

@@ -283,7 +283,7 @@ class Outputs:
             return float(bool(self._tasks[name].read()))
 
     def close(self) -> None:
-        """Clear the tasks; what the outputs give then is the device's affair."""
+        """Clear the tasks; the device defines the values of its outputs after that."""
         with suppress(DeviceError), mapped("close", running=True):  # a device that is gone is
             self._open.close()
 
@@ -292,7 +292,7 @@ class Outputs:
         if isinstance(drive, DigitalOutput):
             task.do_channels.add_do_chan(drive.source, name_to_assign_to_lines=name)
         else:
-            # A negative scale turns the ends of the range round.
+            # A negative scale swaps the ends of the range.
             ends = sorted(drive.from_si(each.si) for each in (drive.min, drive.max))
             task.ao_channels.add_ao_voltage_chan(
                 drive.source, name_to_assign_to_channel=name, min_val=ends[0], max_val=ends[1]

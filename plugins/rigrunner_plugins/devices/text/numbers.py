@@ -1,4 +1,4 @@
-"""The number in a text that an instrument sent: where it stands, in which unit, and overloads."""
+"""The number in the text that an instrument sent: its place, its unit, and overloads."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from rigrunner.api import DeviceRejectedError, Settings
 from rigrunner_plugins.devices.text.patterns import Regex
 
 OVERLOAD = 9.89e37
-"""SCPI says 9.9E37 for infinity and 9.91E37 for 'not a number' (SCPI-99, vol. 1, 7.2.1.4 and
-7.2.1.5); a little less, since a 32-bit number rounds it."""
+"""SCPI sends 9.9E37 for infinity and 9.91E37 for 'not a number' (SCPI-99, vol. 1, 7.2.1.4 and
+7.2.1.5); a little less here, since a 32-bit number rounds it."""
 # Balances pad between sign and digits, as in "-  100.00 g".
 _DECIMAL = re.compile(
     r"([+-]?)\s*((?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)(.*)", re.DOTALL
@@ -24,7 +24,7 @@ _LONGEST = 60
 
 
 class NumberInText(Settings):
-    """Where the number stands in what the instrument sends; by itself it is all of it."""
+    """The place of the number in the text of the instrument; if omitted, the whole text."""
 
     pattern: Regex = ""
     """A regular expression whose one group is the number."""
