@@ -31,7 +31,7 @@ if platform.machine() == "x86_64":
 
 from e2e.helpers_served import served_command
 from helpers_cli import Called, call, shell
-from helpers_figures import BLANK_FIGURES, PAINTED, blank, drawn
+from helpers_figures import BLANK_FIGURES, blank, drawn
 from helpers_tester import both, installed
 from helpers_workflow import START, quick_procedure, run
 from rigrunner.api import units
@@ -105,8 +105,6 @@ def pytest_configure(config) -> None:
         signal.signal(signal.SIGQUIT, signal.SIG_DFL)
     # else each of the thousand programs that tests start compiles all again
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
-    if config.option.all:
-        os.environ[PAINTED] = "yes"
     worker = os.environ.get("PYTEST_XDIST_WORKER")
     if worker or not config.getoption(
         "numprocesses", None
@@ -304,14 +302,13 @@ def _blank_figures(request):
 
 
 @pytest.fixture(scope="module")
-def without_pdf(request):
-    """Issue certificates without a PDF, as where WeasyPrint is missing; with `--all` it is made.
+def without_pdf():
+    """Issue certificates without a PDF, as where WeasyPrint is missing.
 
     Each would be laid out twice, on trial and with its number.
     """
     with pytest.MonkeyPatch.context() as patch:
-        if not request.config.option.all:
-            patch.setitem(sys.modules, "weasyprint", None)
+        patch.setitem(sys.modules, "weasyprint", None)
         yield
 
 

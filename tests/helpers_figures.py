@@ -1,7 +1,4 @@
-"""The figures of reports: most tests have no use for them, and they take longest of a run.
-
-With `--all` they are painted all the same, and only not laid out and written.
-"""
+"""The figures of reports: most tests have no use for them, and they take longest of a run."""
 
 from __future__ import annotations
 
@@ -19,8 +16,6 @@ BLANK_FIGURES = Path(__file__).parent / "blank_figures"
 _BLANK = b'<svg xmlns="http://www.w3.org/2000/svg"/>'
 _PRINT_SVG = FigureCanvasSVG.print_svg
 _PAINT = panels.paint
-PAINTED = "RIGRUNNER_TESTS_PAINT"
-"""The environment variable by which figures that are left blank are painted."""
 
 
 @contextmanager
@@ -28,8 +23,7 @@ def blank():
     """Leave figures blank within the block."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(FigureCanvasSVG, "print_svg", lambda _, file, **_more: file.write(_BLANK))
-        if PAINTED not in os.environ:
-            patch.setattr(panels, "paint", lambda *_, **_more: None)
+        patch.setattr(panels, "paint", lambda *_, **_more: None)
         yield
 
 

@@ -4,16 +4,10 @@ It is what helpers_figures does in the process of the tests. A test that looks a
 such a program takes the folder off the path.
 """
 
-import os
 import sys
 from importlib.machinery import PathFinder
 
 BLANK = b'<svg xmlns="http://www.w3.org/2000/svg"/>'
-
-
-def write_nothing(svg):
-    """Let matplotlib paint a figure, but not lay it out and write it."""
-    svg.FigureCanvasSVG.print_svg = lambda _, file, **_more: file.write(BLANK)
 
 
 def paint_later(canvas):
@@ -35,25 +29,20 @@ class Later:
         return getattr(self._make(), name)
 
 
-PAINTED = "RIGRUNNER_TESTS_PAINT" in os.environ
-NAME = "matplotlib.backends.backend_svg" if PAINTED else "rigrunner.plots.canvas"
-CHANGE = write_nothing if PAINTED else paint_later
-
-
 class Finder:
     """Finds the module that draws figures, and changes it once it is loaded."""
 
     @classmethod
     def find_spec(cls, name, path=None, target=None):
         """Return where that module is, with more to do once it is loaded."""
-        if name != NAME:
+        if name != "rigrunner.plots.canvas":
             return None
         spec = PathFinder.find_spec(name, path, target)
         load = spec.loader.exec_module
 
         def load_and_change(module):
             load(module)
-            CHANGE(module)
+            paint_later(module)
 
         spec.loader.exec_module = load_and_change
         return spec
