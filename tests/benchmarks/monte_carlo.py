@@ -54,7 +54,7 @@ CORRELATION = np.array(
     [[1.0, 0.5, 0.2, 0.0], [0.5, 1.0, 0.3, 0.1], [0.2, 0.3, 1.0, 0.4], [0.0, 0.1, 0.4, 1.0]]
 )
 HALF, MOST = at_least(0.5), at_least(0.8)
-LIMIT = "the equation and its correlations, then sorting for the intervals"
+LIMIT = "the equation and its correlations, then the values of both intervals"
 
 
 def four_correlated() -> MeasurementModel:

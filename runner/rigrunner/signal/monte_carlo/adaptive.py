@@ -18,6 +18,7 @@ from rigrunner.signal.monte_carlo.intervals import (
     Interval,
     intervals,
     numerical_tolerance,
+    ranked,
     symmetric,
 )
 
@@ -71,7 +72,7 @@ def propagate(output: Callable[[Generator, int], Array], how: Adaptive) -> Propa
     blocks: list[Array] = []
     found: list[tuple[float, ...]] = []
     for block in _blocks(output, how.seed):
-        blocks.append(np.sort(block))
+        blocks.append(ranked(block, how.p))
         found.append(_statistics(blocks[-1], how.p))
         trials = len(blocks) * BLOCK
         if trials < how.least_trials or len(blocks) == 1:  # a single block has no scatter
@@ -111,14 +112,14 @@ def _blocks(output: Callable[[Generator, int], Array], seed: int) -> Iterator[Ar
         yield values
 
 
-def _statistics(ordered: Array, p: float) -> tuple[float, ...]:
-    """Return mean, standard deviation and both ends of an interval of a block (7.9.4 e).
+def _statistics(values: Array, p: float) -> tuple[float, ...]:
+    """Return mean, standard deviation and both ends of an interval of a ranked block (7.9.4 e).
 
     Those of the symmetric interval: of the shortest, the ends wander where the density is flat.
     """
-    interval, mean = symmetric(ordered, p), float(ordered.mean())
-    deviation = ordered - mean
-    u = sqrt(float(deviation @ deviation) / (len(ordered) - 1))
+    interval, mean = symmetric(values, p), float(values.mean())
+    deviation = values - mean
+    u = sqrt(float(deviation @ deviation) / (len(values) - 1))
     return mean, u, interval.low, interval.high
 
 

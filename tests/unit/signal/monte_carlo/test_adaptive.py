@@ -9,7 +9,12 @@ from scipy import stats
 from rigrunner.api.errors import DataError
 from rigrunner.signal.monte_carlo import adaptive
 from rigrunner.signal.monte_carlo.adaptive import BLOCK, Adaptive, propagate
-from rigrunner.signal.monte_carlo.intervals import intervals, numerical_tolerance
+from rigrunner.signal.monte_carlo.intervals import (
+    intervals,
+    numerical_tolerance,
+    ranked,
+    symmetric,
+)
 
 
 def normal(rng, n):
@@ -83,15 +88,18 @@ def test_intervals_of_an_exponential():
     assert even.high == pytest.approx(-np.log(0.025), rel=1e-3)
 
 
-@pytest.mark.parametrize("p", [0.5, 0.95, 0.99])
+@pytest.mark.parametrize("p", [0.0, 0.5, 0.9545, 0.99, 1.0])
+@pytest.mark.parametrize("n", [1, 2, 999, 1000])
 @pytest.mark.parametrize("digits", [1, 12])
-def test_intervals_of_blocks_are_those_of_all_their_values(p, digits):
+def test_intervals_of_blocks_are_those_of_all_their_values(p, n, digits):
     """JCGM 101, 7.7.2 and 7.7.3 by the letter; few digits make many values equal."""
-    values = np.random.default_rng(5).gamma(2.0, size=(7, 1000)).round(digits)
+    values = np.random.default_rng(5).gamma(2.0, size=(7, n)).round(digits)
     values[3] += 4.0  # the blocks need not be alike
-    ordered, q = np.sort(values, axis=None), round(p * values.size)
+    ordered, q = np.sort(values, axis=None), min(round(p * values.size), values.size - 1)
     r = (values.size - q) // 2
-    even, short = intervals(np.sort(values, axis=1), p)
+    even, short = intervals([ranked(each, p) for each in values], p)
+    alone = ranked(values.ravel(), p)
+    assert symmetric(alone, p) == intervals([alone], p).symmetric == even
     assert (even.low, even.high) == (ordered[r], ordered[r + q])
     widths = [ordered[k + q] - ordered[k] for k in range(values.size - q)]
     assert short.high - short.low == min(widths)
