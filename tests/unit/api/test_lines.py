@@ -87,7 +87,7 @@ def lamp(tmp_path, made=Lamp, log=None, **settings):
 def failing(tmp_path, script):
     """Return what is raised by reading the level, how long that took, and the driver."""
     with peer(SCRIPT | script) as instrument:
-        device = lamp(tmp_path, address=instrument.address, timeout="0.2 s")
+        device = lamp(tmp_path, address=instrument.address, timeout="1 s")
         began = time.monotonic()
         try:
             device.connect(5.0)
@@ -139,15 +139,15 @@ def test_nobody_at_the_address(tmp_path):
 def test_no_answer_ends_in_time(tmp_path):
     error, took_s, _ = failing(tmp_path, {b"LEVEL?\n": b""})
     assert isinstance(error, DeviceTimeoutError)
-    assert "did not answer 'LEVEL?' within 0.2 s" in str(error)
-    assert took_s < 2.0
+    assert "did not answer 'LEVEL?' within 1 s" in str(error)
+    assert took_s < 10.0
 
 
 def test_the_time_is_that_of_the_whole_answer(tmp_path):
-    """Two hundred pieces in 10 s; each comes within the 0.2 s, all of them do not."""
+    """Two hundred pieces in 10 s; each comes within the 1 s, all of them do not."""
     error, took_s, _ = failing(tmp_path, {b"LEVEL?\n": (b"1",) * 200})
     assert isinstance(error, DeviceTimeoutError)
-    assert took_s < 5.0
+    assert took_s < 8.0
 
 
 def test_an_answer_may_come_in_pieces(tmp_path):
@@ -161,7 +161,7 @@ def test_an_answer_may_come_in_pieces(tmp_path):
 @pytest.mark.parametrize(
     ("answer", "kind", "text"),
     [
-        (b"0.25\r", DeviceTimeoutError, r"b'0.25\r' and no b'\n' within 0.2 s (does the instr"),
+        (b"0.25\r", DeviceTimeoutError, r"b'0.25\r' and no b'\n' within 1 s (does the instr"),
         (HANG_UP, DeviceLostError, "closed the connection at 'LEVEL?'"),
         (b"n/a\n", DeviceRejectedError, "'n/a'"),
         (b"\xff1\n", DeviceRejectedError, "expected one line of text"),
@@ -249,16 +249,16 @@ def test_a_late_answer_on_a_serial_line_is_thrown_away(tmp_path):
     def talk(heard):
         line, end, _ = heard.partition(b"\n")
         if line == b"LEVEL?" and (late := next(answers, None)):
-            time.sleep(0.4)
+            time.sleep(1.2)
             return len(line) + 1, late
         return (len(line) + 1, SCRIPT.get(line + end, b"")) if end else (0, b"")
 
     far = SerialPeer(talk)
-    device = lamp(tmp_path, address=far.port, baud=115200, timeout="0.2 s")
+    device = lamp(tmp_path, address=far.port, baud=115200, timeout="1 s")
     device.connect(1.0)
     with pytest.raises(DeviceTimeoutError):
         device.read(["level"])
-    device.settings = device.settings.model_copy(update={"timeout": 1.0})
+    device.settings = device.settings.model_copy(update={"timeout": 5.0})
     assert device.read(["level"]) == {"level": 0.25}
     device.close()
     far.close()
@@ -338,7 +338,7 @@ def wired(tmp_path):
 
     def make(script):
         peers.append(SerialPeer(lines_of(SCRIPT | script)))
-        lamps.append(lamp(tmp_path, address=peers[-1].port, baud=115200, timeout="0.2 s"))
+        lamps.append(lamp(tmp_path, address=peers[-1].port, baud=115200, timeout="1 s"))
         lamps[-1].connect(5.0)
         return lamps[-1], peers[-1]
 
@@ -358,9 +358,9 @@ def test_over_a_serial_port_it_is_the_same(wired):
 def test_a_silent_serial_instrument_ends_in_time(wired):
     device, _ = wired({b"LEVEL?\n": b""})
     began = time.monotonic()
-    with pytest.raises(DeviceTimeoutError, match=r"did not answer 'LEVEL\?' within 0.2 s"):
+    with pytest.raises(DeviceTimeoutError, match=r"did not answer 'LEVEL\?' within 1 s"):
         device.read(["level"])
-    assert time.monotonic() - began < 5.0
+    assert time.monotonic() - began < 10.0
 
 
 def test_an_adapter_that_is_pulled_is_a_lost_device(wired):
@@ -459,7 +459,7 @@ def test_only_on_reconnecting_late_answers_on_a_serial_line_are_waited_for(wired
     device, _ = wired({})
     assert waits_s == []
     device.reconnect()
-    assert waits_s == [0.2]
+    assert waits_s == [1.0]
 
 
 def test_a_socket_has_no_late_answers_to_wait_for(tmp_path, monkeypatch):

@@ -178,12 +178,10 @@ def test_stop_waits_neither_for_the_queue_nor_for_its_lock(client, panel):
         for job in jobs:
             job.start()
         time.sleep(0.5)
-        began_s = time.monotonic()
         assert client.post("/api/v1/stop", json={}).json() == {"ok": True, "stopped": False}
-        taken_s = time.monotonic() - began_s
+        assert all(job.is_alive() for job in jobs), "Stop waited for one of them"
     for job in jobs:
         job.join()
-    assert taken_s < 2, "the lock is waited for 5 s"
 
 
 def test_stop_takes_back_what_was_to_start(client, panel):

@@ -262,12 +262,14 @@ def test_a_listener_that_would_end_the_program_is_one_that_failed():
 
 
 def test_listeners_that_end_slowly_are_waited_for_at_once():
+    together = threading.Barrier(4)
+
     class Sink:
         def __call__(self, _event):
             pass
 
         def close(self):
-            time.sleep(0.5)
+            together.wait(60.0)
 
     named = [SimpleNamespace(plugin=f"slow {n}", settings={}) for n in range(4)]
     planned = SimpleNamespace(
@@ -276,7 +278,6 @@ def test_listeners_that_end_slowly_are_waited_for_at_once():
         clock=SimulatedClock(),
     )
     with listeners_of(planned) as listeners:
-        began_s = time.monotonic()
-    took_s = time.monotonic() - began_s
-    assert 0.5 <= took_s < 1.5
+        pass
+    assert not together.broken
     assert not any(each._thread.is_alive() for each in listeners.sinks)

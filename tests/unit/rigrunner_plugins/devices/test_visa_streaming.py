@@ -142,7 +142,7 @@ def test_angle_and_torque_come_sample_by_sample_from_one_clock(make, talk):
     assert joined(blocks, "angle") == pytest.approx(np.deg2rad(numbers / 100), rel=1e-6)
     assert joined(blocks, "torque") == pytest.approx(-2.0 * numbers)
     assert all(a.monotonic_s <= b.monotonic_s for a, b in pairwise(blocks))
-    assert QUARTER <= took_s < 8 * QUARTER
+    assert QUARTER <= took_s < 40 * QUARTER
     assert talk.heard[0] == "INIT"
     assert talk.last("ABOR") == "ABOR"
     assert talk.heard[-3:-1] == ["TRAC:DATA? 500", "TRAC:OVER?"]
