@@ -38,7 +38,7 @@ export function resultPage(run) {
       go("#/");
       return;
     }
-    newDraft({ procedure: next.procedure, station: next.station, inputs: next.inputs });
+    newDraft({ procedure: next.procedure, station: next.station, inputs: next.inputs, realtime: draft(next.station).realtime });
     goToRig(next.station, "#/setup");
   }
 
