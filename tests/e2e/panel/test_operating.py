@@ -88,6 +88,8 @@ def test_the_next_specimen_is_two_clicks_away(screen, panel):
     page.get_by_role("button", name="Start", exact=True).click()
     panel.wait_for("asking")
     assert panel.get("state")["job"]["inputs"]["specimen"] == "SECOND-2"
+    for place in ("h1", ".prompt"):
+        expect(page.locator(place)).to_contain_text("SECOND-2")  # which one is to be clamped
 
 
 @pytest.mark.thorough

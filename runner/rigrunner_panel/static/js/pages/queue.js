@@ -297,7 +297,7 @@ function picker(kind, chosen, changed) {
     const usable = (found?.items ?? []).filter((item) => !item.problem);
     const first = !chosen[kind] && usable.length; // the one that was used last
     if (first) chosen[kind] = usable[0].name;
-    select.append(...usable.map((item) => h("option", { value: item.name, selected: item.name === chosen[kind] }, said(item.title) || item.name)));
+    select.append(...usable.map((item) => h("option", { value: item.name, selected: item.name === chosen[kind] }, [said(item.title) || item.name, item.shipped ? t("choose.shipped") : ""].filter(Boolean).join(" · "))));
     if (first) changed();
   });
   return h("div", { class: "field" }, h("label", { for: `queue-${kind}` }, t(`choose.${kind}`)), select);
