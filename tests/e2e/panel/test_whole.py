@@ -278,8 +278,10 @@ def test_what_is_stored(walk, way):  # noqa: PLR0915  (a walk)
     at.screen.open(f"#/compare/{names[0]}/{names[-1]}")
     page.locator(".compare .banner").wait_for()
     at.look("compare")
-    at.screen.open(f"#/overlay/{'/'.join(names[:3])}")
-    expect(page.locator(".overlay-columns .card").last.locator(".plot canvas")).to_be_visible()
+    at.screen.open(f"#/overlay/{'/'.join(names)}")
+    curves = page.locator(".overlay-columns .card").last
+    expect(curves.locator(".plot canvas")).to_be_visible()
+    expect(curves.locator(".key.later")).to_have_count(1)  # four colours are too many for some
     at.look("overlay")
     at.screen.open("#/trends")
     page.locator("#trend-baseline").wait_for()
