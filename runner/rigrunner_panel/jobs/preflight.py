@@ -80,7 +80,7 @@ def _partners(planned: Planned, job: Job) -> Iterator[PreflightItem]:
 
 
 def _disk(planned: Planned, runs: Path) -> PreflightItem:
-    free, need = free_bytes(runs), _TWICE * planned.prediction().disk_bytes
+    free, need = free_bytes(runs), needed_bytes(planned)
     text = f"{_size(free)} free, the run needs {_size(need)}"
     if free < need:
         fix = f"free space on the disk of {runs.absolute()}, or choose another folder with --runs"
@@ -95,6 +95,11 @@ def _disk(planned: Planned, runs: Path) -> PreflightItem:
 
 def _size(count: float) -> str:
     return f"{count / _GB:.1f} GB" if count >= _GB else f"{count / 1e6:.1f} MB"
+
+
+def needed_bytes(planned: Planned) -> int:
+    """Return the space on the disk that a run needs."""
+    return _TWICE * planned.prediction().disk_bytes
 
 
 def free_bytes(folder: Path) -> int:

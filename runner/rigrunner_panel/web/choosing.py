@@ -15,7 +15,7 @@ from rigrunner.run.calibration import calibration_findings
 from rigrunner.run.partners import each_partner
 from rigrunner.run.planning import planned_run
 from rigrunner_panel.errors import not_found
-from rigrunner_panel.jobs.preflight import free_bytes
+from rigrunner_panel.jobs.preflight import free_bytes, needed_bytes
 from rigrunner_panel.view.of_plan import plan_view
 from rigrunner_panel.web.answers import (
     ExpectedReading,
@@ -100,7 +100,7 @@ def plan(panel: Panel, asked: Asked) -> PlanAnswer:
             simulated=isinstance(planned.clock, SimulatedClock),
         ),
         estimated_s=view.estimated_s,
-        disk_bytes=prediction.disk_bytes,
+        disk_bytes=needed_bytes(planned),
         disk_free_bytes=free_bytes(panel.settings.runs),
         steps=view.steps,
         readings=tuple(

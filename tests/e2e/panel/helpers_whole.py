@@ -1,4 +1,4 @@
-"""What of a page cannot be read: too wide, cut off, out of its button, or under something else."""
+"""What of a page cannot be read: too wide, cut off, broken in a word, or under others."""
 
 from __future__ import annotations
 
@@ -29,6 +29,19 @@ UNREADABLE = """() => {
         const [inner, outer] = [box(e), e.getBoundingClientRect()];
         const whole = inner.left >= outer.left + 1 && inner.right <= outer.right - 1;
         if (!whole) found.push(`out of its frame: ${words(e)}`);
+    }
+    const nodes = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+    while (nodes.nextNode()) {
+        const node = nodes.currentNode;
+        if (/\\/\\S/.test(node.data) || !seen(node.parentElement)) continue;  // a path has no words
+        for (const { 0: word, index } of node.data.matchAll(/[\\p{L}\\d\\u00ad]{4,}/gu)) {
+            if (word.length >= 40 || word.includes('\\u00ad')) continue;  // a digest; hyphens
+            const range = document.createRange();
+            range.setStart(node, index);
+            range.setEnd(node, index + word.length);
+            const lines = new Set([...range.getClientRects()].map((each) => Math.round(each.top)));
+            if (lines.size > 1) found.push(`broken: ${word} of ${words(node.parentElement)}`);
+        }
     }
     const texted = '.nav-link, .rig-name, .holder';
     const parts = document.querySelectorAll(`.bar :is(${texted}, .chip, .button, select, .stop)`);

@@ -73,7 +73,12 @@ def test_the_next_specimen_is_two_clicks_away(screen, panel):
     run = next(each for each in panel.get("runs")["items"] if each["verdict"] == "pass")
     screen.open(f"#/runs/{run['run']}")
     page.get_by_role("button", name="Next specimen").click()
+    screen.hurry()
+    screen.open(f"#/runs/{run['run']}")
+    page.get_by_role("button", name="Next specimen").click()
     page.wait_for_selector(".preflight")
+    expect(page.get_by_label("Bearing serial number")).to_be_focused()  # it may be scanned at once
+    expect(page.get_by_label("Real time")).not_to_be_checked()
     assert page.get_by_label("Bearing serial number").input_value() == ""
     assert page.get_by_label("Bearing type").input_value().endswith("GE20")
     assert page.get_by_label("Lot").input_value()
@@ -83,6 +88,8 @@ def test_the_next_specimen_is_two_clicks_away(screen, panel):
     page.get_by_role("button", name="Start", exact=True).click()
     panel.wait_for("asking")
     assert panel.get("state")["job"]["inputs"]["specimen"] == "SECOND-2"
+    for place in ("h1", ".prompt"):
+        expect(page.locator(place)).to_contain_text("SECOND-2")  # which one is to be clamped
 
 
 @pytest.mark.thorough

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 
 import pytest
 from playwright.sync_api import expect
@@ -81,6 +82,9 @@ def test_a_specimen_that_a_run_has_tested_is_added_with_a_reason_alone(open_queu
     """Its entry may be cleared: the runs know it, and those of the lab are of DEMO-0001."""
     with running_panel(lab) as panel:
         page = open_queue(panel).page
+        of_the_lab = "Starting torque under 1000 N"
+        named = page.locator("#queue-procedure option", has_text=re.compile(f"^{of_the_lab}"))
+        expect(named).to_have_text([of_the_lab, f"{of_the_lab} · shipped with Rigrunner"])
         scan_note = page.locator("#queue-scan-note")
         page.locator("#queue-scan").fill("DEMO-0001")
         page.keyboard.press("Enter")

@@ -151,7 +151,7 @@ def test_nothing_starts_without_the_answers(screen):
     screen.check_rig(ready=False)
     for empty in ("   ", ""):
         page.get_by_label("Bearing serial number").fill(empty)
-        page.get_by_text("Inputs are missing.").wait_for()
+        page.get_by_text("Inputs are missing: Bearing serial number.").wait_for()
         assert page.get_by_role("button", name="Start", exact=True).is_disabled()
 
 
@@ -164,6 +164,8 @@ def test_a_red_preflight_is_passed_over_only_with_name_and_reason(screen, panel)
     screen.check_rig(ready=False)
     red = page.locator(".light.fail")
     expect(red).to_have_count(1)
+    number = page.locator(".light").count()
+    page.get_by_text(f"1 of {number} checks failed.", exact=True).wait_for()
     expect(red).to_contain_text("was due on 2021-01-01")
     expect(red.locator(".fix")).not_to_be_empty()
     start = page.get_by_role("button", name="Start", exact=True)

@@ -327,6 +327,32 @@ def translated(tmp_path_factory):
             "am Bildschirm angehalten: STOPP-Taste, bevor die Prüfung begann",
         ),
         ("load was raised from 900 N to 1000 N", "load: erhöht von 900 N auf 1000 N"),
+        ("specimen was changed from 'SN-0' to 'SN-3'", "Prüfling: geändert von 'SN-0' auf 'SN-3'"),
+        (
+            "verdict was changed from 'pass' to 'no verdict'",
+            "Urteil: geändert von 'bestanden' auf 'kein Urteil'",
+        ),
+        ("the second run alone has a result", "nur die zweite Prüfung hat ein Ergebnis"),
+        (
+            "state of the procedure was changed from 'draft' to 'approved by A. Jones'",
+            "Stand des Verfahrens: geändert von 'Entwurf' auf 'freigegeben von A. Jones'",
+        ),
+        ("recordings: '001_1Hz' removed", "Aufnahmen: weg fallen '001_1Hz'"),
+        (
+            (
+                "needed: a completed run of QUICK-NL, station 'b-1', mandrel 'M-1', begun within "
+                "8 h of this run; run that procedure first, or name a run with --partner "
+                "no_load=RUN"
+            ),
+            (
+                "gebraucht wird eine abgeschlossene Prüfung von QUICK-NL, Prüfstand „b-1“, Dorn "
+                "„M-1“, höchstens 8 h von dieser entfernt; dieses Verfahren zuerst ausführen"
+            ),
+        ),
+        (
+            "'abc' is not a number with a unit; units of force: N, kN",
+            "„abc“ ist keine Zahl mit Einheit; Einheiten für Kraft: N, kN",
+        ),
         (
             "main: number 2 was removed: {settle: {cycles: 5}}",
             "main: Nummer 2 ist entfallen: {settle: {cycles: 5}}",
@@ -347,8 +373,8 @@ def translated(tmp_path_factory):
                 "but 'b' is needed; R2: other"
             ),
             (
-                "in runs fehlt: Leerlaufprüfung; angesehen und verworfen: R1: ihr mandrel "
-                "ist „a“, gebraucht wird „b“; R2: other"
+                "in runs fehlt: Leerlaufprüfung; angesehen und verworfen: R1: Dorn „a“ "
+                "statt „b“; R2: other"
             ),
         ),
         ("no-load run: clipping", "Leerlaufprüfung: Übersteuerung"),
@@ -488,7 +514,7 @@ def translated(tmp_path_factory):
         ("roles: none", "Rollen: keine"),
         (
             "the unattended answer: 'warm' is not a number with a unit",
-            "die Antwort für den unbeaufsichtigten Betrieb: 'warm' ist keine Zahl mit Einheit",
+            "die Antwort für den unbeaufsichtigten Betrieb: „warm“ ist keine Zahl mit Einheit",
         ),
         (
             "last set-points: psu.voltage 40 V; nothing has confirmed since that it is safe",

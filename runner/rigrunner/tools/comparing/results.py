@@ -36,7 +36,9 @@ def result_changes(before: Json | None, after: Json | None) -> Iterator[Change]:
     two as independent; what they have in common, such as the sensor, makes them agree better.
     """
     if before is None or after is None:
-        yield from changes(SECTION, _presence(before), _presence(after))
+        if before is not after:
+            which = "first" if after is None else "second"
+            yield Change(SECTION, f"the {which} run alone has a result")
         return
     yield from changes(SECTION, _verdict(before), _verdict(after), ("verdict",))
     first_judged, second_judged = _judgements(before), _judgements(after)
@@ -58,10 +60,6 @@ def result_changes(before: Json | None, after: Json | None) -> Iterator[Change]:
             yield Change(SECTION, f"{what} is a result of the second run alone")
 
 
-def _presence(document: Json | None) -> str:
-    return "no result" if document is None else "a result"
-
-
 def _verdict(document: Json) -> str:
     return verdict_in(document) or "no verdict"
 
@@ -72,8 +70,8 @@ def _judgements(document: Json) -> dict[str, str]:
     return {f"{each['of']} in {each['table']} {each['row']}": each["verdict"] for each in values}
 
 
-def _method(document: Json) -> str:
-    return str(document["headline"]["method"] or "")
+def _method(document: Json) -> str | None:
+    return document["headline"]["method"] or None
 
 
 def _of_packages(before: Json, after: Json) -> Iterator[Change]:

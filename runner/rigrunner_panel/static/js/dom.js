@@ -17,6 +17,11 @@ export function fill(element, ...children) {
   element.replaceChildren(...children.flat().filter((child) => child !== null && child !== undefined));
 }
 
+// The name of a file or a run, which is broken between its parts rather than within one.
+export function breakable(name) {
+  return name.split(/(?<=[/_])/).flatMap((part, i) => (i ? [h("wbr"), part] : [part]));
+}
+
 export function setText(element, text) {
   if (element.textContent !== text) element.textContent = text;
 }

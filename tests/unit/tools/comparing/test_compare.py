@@ -271,8 +271,18 @@ def test_another_verdict_matters():
     (found,) = result_changes(document(0.7), document(0.7, verdict="fail"))
     assert found.text == "verdict was changed from 'pass' to 'fail'"
     assert [each.text for each in result_changes(None, document(0.7))] == [
-        "results was changed from 'no result' to 'a result'"
+        "the second run alone has a result"
     ]
+    assert [each.text for each in result_changes(document(0.7), None)] == [
+        "the first run alone has a result"
+    ]
+    assert list(result_changes(None, None)) == []
+
+
+def test_a_run_without_a_method_is_no_run_of_an_empty_method():
+    without = document(0.7) | {"compensations": {}}
+    without["headline"] = {"method": None, "compensated": estimate(0.7)}
+    assert next(result_changes(without, document(0.7))).text == "method was added: 'm'"
 
 
 def test_measured_values_are_compared_by_their_judgement():

@@ -86,10 +86,11 @@ function list(path, kind, chosen, changed) {
         chosen[kind] = each.name;
         changed();
       } });
-    const facts = [each.id, each.shipped ? t("choose.shipped") : "", said(each.note), each.last_used_utc ? t("choose.used", { time: localTime(each.last_used_utc) }) : ""];
+    const facts = [each.id, each.shipped ? t("choose.shipped") : "", said(each.note)].filter(Boolean).join(" · ");
+    const used = each.last_used_utc ? [facts ? " · " : "", h("span", { class: "whole" }, t("choose.used", { time: localTime(each.last_used_utc) }))] : null;
     const marks = [each.problem ? h("span", { class: "mark bad" }, t("choose.broken")) : null];
     return h("label", { class: "item", for: id }, input,
-      h("span", { class: "item-text" }, h("strong", {}, said(each.title) || each.name), h("span", { class: "soft" }, facts.filter(Boolean).join(" · ")),
+      h("span", { class: "item-text" }, h("strong", {}, said(each.title) || each.name), h("span", { class: "soft" }, facts, used),
         each.problem ? h("span", { class: "bad-text" }, said(each.problem)) : null),
       h("span", { class: "marks" }, marks));
   }

@@ -72,7 +72,9 @@ export function procedurePage(name) {
 
   function take(found) {
     opened = found;
-    setText(state, [found.shipped ? t("procedure.shipped") : said(found.approval), found.changed_utc && !found.shipped ? t(found.changed_by ? "procedure.saved_by" : "procedure.saved_elsewhere", { name: found.changed_by, time: localTime(found.changed_utc) }) : ""].filter(Boolean).join(" · "));
+    const saved = t(found.changed_by ? "procedure.saved_by" : "procedure.saved_elsewhere", { name: found.changed_by, time: localTime(found.changed_utc) });
+    if (found.shipped) fill(state, t("procedure.shipped"));
+    else fill(state, said(found.approval), found.approval && found.changed_utc ? " · " : "", found.changed_utc ? h("span", { class: "whole" }, saved) : "");
     const heading = /^title:\s*["']?(.*?)["']?\s*$/m.exec(found.text)?.[1];
     setText(title, said(heading) || name);
   }

@@ -2,7 +2,7 @@
 
 import { go } from "../address.js";
 import { get } from "../client.js";
-import { fill, h, show } from "../dom.js";
+import { breakable, fill, h, show } from "../dom.js";
 import { localTime } from "../format.js";
 import { working } from "../parts/working.js";
 import { tried } from "../steer.js";
@@ -51,7 +51,7 @@ function row(item) {
   };
   return h("tr", { onclick: open },
     h("td", {}, h("a", { class: "row-link wide", href: address }, said(item.title) || item.name), item.problem ? h("span", { class: "bad-text block" }, said(item.problem)) : null),
-    h("td", { class: "wrap" }, item.shipped ? t("choose.shipped") : item.name),
+    h("td", { class: "wrap" }, item.shipped ? t("choose.shipped") : breakable(item.name)),
     h("td", {}, item.problem ? h("span", { class: "mark bad" }, t("choose.broken")) : said(item.note)),
     h("td", {}, item.last_used_utc ? localTime(item.last_used_utc) : ""));
 }

@@ -2,7 +2,7 @@
 
 import { go, goToRig, station as ofWindow } from "../address.js";
 import { get, personName, post } from "../client.js";
-import { button, fill, h, setText, show } from "../dom.js";
+import { breakable, button, fill, h, setText, show } from "../dom.js";
 import { draft, keepDraft, newDraft } from "../draft.js";
 import { typedList, UNKNOWN } from "../format.js";
 import { isBusy } from "../parts/bar.js";
@@ -123,7 +123,7 @@ function row(entry, i, { entries, next }, titles) {
   const note = [entry.repeats ? t("queue.repeats", { entry: entry.repeats }) : "", said(entry.reason), entry.by].filter(Boolean).join(" · ");
   const link = (text) => (entry.run ? h("a", { class: "row-link", href: `#/runs/${encodeURIComponent(entry.run)}` }, text) : text);
   return h("tr", { class: `${OVER.has(entry.status) ? "over" : ""} ${entry.id === next ? "next" : ""}`.trim() },
-    h("td", { class: "number" }, String(entry.id)), h("td", { class: "what" }, h("strong", {}, link(entry.specimen || UNKNOWN)), h("span", { class: "soft block" }, titles.get(entry.procedure) ?? entry.procedure)),
+    h("td", { class: "number" }, String(entry.id)), h("td", { class: "what" }, h("strong", {}, link(entry.specimen || UNKNOWN)), h("span", { class: "soft block" }, titles.get(entry.procedure) ?? breakable(entry.procedure))),
     h("td", { class: "status" }, h("span", { class: `mark ${kind.replaceAll(" ", "-")}` }, word), h("span", { class: "note block" }, note)), h("td", { class: "act" }, h("div", { class: "queue-buttons" }, buttons)));
 }
 
@@ -297,7 +297,7 @@ function picker(kind, chosen, changed) {
     const usable = (found?.items ?? []).filter((item) => !item.problem);
     const first = !chosen[kind] && usable.length; // the one that was used last
     if (first) chosen[kind] = usable[0].name;
-    select.append(...usable.map((item) => h("option", { value: item.name, selected: item.name === chosen[kind] }, said(item.title) || item.name)));
+    select.append(...usable.map((item) => h("option", { value: item.name, selected: item.name === chosen[kind] }, [said(item.title) || item.name, item.shipped ? t("choose.shipped") : ""].filter(Boolean).join(" · "))));
     if (first) changed();
   });
   return h("div", { class: "field" }, h("label", { for: `queue-${kind}` }, t(`choose.${kind}`)), select);

@@ -2,8 +2,8 @@
 
 import { go, goToRig, station } from "../address.js";
 import { get } from "../client.js";
-import { button, fill, h } from "../dom.js";
-import { newDraft } from "../draft.js";
+import { breakable, button, fill, h } from "../dom.js";
+import { draft, newDraft } from "../draft.js";
 import { bytes, localTime, shownNumber, shownQuantity, withUncertainty } from "../format.js";
 import { certificateForm } from "../parts/certificate.js";
 import { certificateList } from "../parts/certificates.js";
@@ -38,7 +38,7 @@ export function resultPage(run) {
       go("#/");
       return;
     }
-    newDraft({ procedure: next.procedure, station: next.station, inputs: next.inputs });
+    newDraft({ procedure: next.procedure, station: next.station, inputs: next.inputs, realtime: draft(next.station).realtime });
     goToRig(next.station, "#/setup");
   }
 
@@ -92,7 +92,7 @@ function head({ item, reason }, again, unfinished) {
   const finished = store.state?.finished;
   const mine = finished?.run === item.run ? finished : null;
   const verdict = item.verdict;
-  const kind = verdict ? verdict.replaceAll(" ", "-") : CONCLUDED.includes(item.outcome) ? "none" : "stopped";
+  const kind = verdict ? verdict.replaceAll(" ", "-") : CONCLUDED.includes(item.outcome) ? "none" : item.outcome || "unknown";
   const word = verdict ? `${SIGNS[verdict] ?? "~"} ${verdictText(verdict)}` : t(`outcome.${item.outcome || "unknown"}`);
   const why = mine?.error || reason;
   return h("div", { class: "result-head" },
@@ -108,7 +108,7 @@ function facts(found) {
   const rows = Object.entries(found.inputs).flatMap(([name, value]) => [h("dt", {}, said(name)), h("dd", {}, shownQuantity(value))]);
   return h("section", { class: "card" }, h("h2", {}, t("result.facts")),
     h("dl", { class: "facts" }, rows,
-      h("dt", {}, t("result.run")), h("dd", {}, found.item.run),
+      h("dt", {}, t("result.run")), h("dd", {}, breakable(found.item.run)),
       h("dt", {}, t("result.sealed")), h("dd", {}, found.sealed ? t("yes") : t("no")),
       found.approval.state ? [h("dt", {}, t("result.approval")), h("dd", {}, t(`result.state.${found.approval.state}`))] : null));
 }

@@ -75,7 +75,7 @@ export function runPage() {
     const { state } = store;
     if (!state) return;
     const can = STEERABLE.has(state.phase);
-    setText(title, said(state.job?.title ?? ""));
+    setText(title, [said(state.job?.title), state.job?.inputs.specimen].filter(Boolean).join(" · "));
     setText(step, stepText(state));
     show(nothing, state.phase === "idle" || state.phase === "checking");
     for (const each of [pause, stopped]) each.disabled = !can;

@@ -45,13 +45,14 @@ export function setupPage() {
     const why = h("p", { class: "soft", role: "status" });
 
     function update() {
-      const ready = inputs.ready();
+      const missing = inputs.missing();
+      const ready = !missing.length;
       const may = card.may();
       const inUse = isBusy(store.state) && store.state.phase !== "checking";
       start.disabled = !(ready && may) || inUse;
       later.disabled = !ready;
       show(later, !draft().entry);
-      setText(why, inUse ? t("setup.in_use") : !ready ? t("setup.needs_inputs") : !card.done() ? t("setup.needs_preflight") : !may ? t("setup.needs_fixing") : t("setup.ready"));
+      setText(why, inUse ? t("setup.in_use") : !ready ? t("setup.needs_inputs", { names: missing.join(", ") }) : !card.done() ? t("setup.needs_preflight") : !may ? t("setup.needs_fixing") : t("setup.ready"));
     }
 
     inputs.onchange = update;
@@ -69,6 +70,7 @@ export function setupPage() {
       h("div", { class: "stack" }, card.element, h("section", { class: "card start-card" }, why, h("div", { class: "start-buttons" }, start, later))));
     card.update();
     update();
+    if (Object.values(draft().inputs ?? {}).some(Boolean)) inputs.toEmpty(); // of the next specimen, which may be scanned at once
   }
 
   return { title: t("setup.title"), element, leave: () => forgets.forEach((forget) => forget()) };

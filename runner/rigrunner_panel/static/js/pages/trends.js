@@ -79,7 +79,7 @@ export function trendsPage() {
 
   // What is in no chart, and why.
   function left(found) {
-    const rows = [...Object.entries(found.not_charted).map(([name, reason]) => `${name}: ${said(reason)}`), ...found.excluded.map((each) => `${each.run}: ${said(each.reason)}`)];
+    const rows = [...Object.entries(found.not_charted).map(([name, reason]) => `${said(name)}: ${said(reason)}`), ...found.excluded.map((each) => `${each.run}: ${said(each.reason)}`)];
     return rows.length ? h("details", { open: !found.charts.length }, h("summary", {}, t("trends.left_out", { count: rows.length })), h("ul", {}, rows.map((text) => h("li", {}, text)))) : null;
   }
 

@@ -17,7 +17,8 @@ export function inputForm(procedure, inputs, given, keep) {
     element: h("form", { class: "inputs", onsubmit: (event) => event.preventDefault() },
       fields.length ? fields.map((each) => each.element) : h("p", { class: "soft" }, t("setup.no_inputs"))),
     values: () => Object.fromEntries(fields.map((each) => [each.name, each.value()])),
-    ready: () => fields.every((each) => each.good()),
+    missing: () => fields.filter((each) => !each.good()).map((each) => each.label),
+    toEmpty: () => fields.find((each) => !each.value().trim())?.control.focus(),
     onchange: () => {},
   };
 
@@ -85,7 +86,7 @@ function field(procedure, input, value, changed) {
   }
 
   if (value) look();
-  return { element: row, control, name: input.name, value: () => read(control.value), good: () => good };
+  return { element: row, control, name: input.name, label: said(input.ask), value: () => read(control.value), good: () => good };
 }
 
 function short(text) {

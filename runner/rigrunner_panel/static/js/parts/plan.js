@@ -1,6 +1,6 @@
 // The preview of a run: duration, disk, readings to be expected, and all steps.
 
-import { h } from "../dom.js";
+import { breakable, h } from "../dom.js";
 import { bytes, duration, fixed, plain } from "../format.js";
 import { said, t } from "../texts.js";
 import { stepWords } from "./steps.js";
@@ -21,7 +21,7 @@ export function planFacts(plan) {
       h("td", {}, `${plain(Number(reading.peak.toPrecision(3)))} ${reading.unit}`),
       h("td", {}, h("meter", { min: "0", max: "1.01", low: String(NEARLY_FULL), high: "1", optimum: "0", value: String(reading.share), "aria-label": t("setup.share") }), ` ${fixed(100 * reading.share, 0)} % `, h("strong", {}, sign)));
   });
-  const partners = plan.partners.flatMap((each) => [h("dt", {}, said(each.words)), h("dd", { class: each.problem ? "bad-text" : "" }, each.run || said(each.problem), each.hint ? h("span", { class: "hint block" }, said(each.hint)) : null)]);
+  const partners = plan.partners.flatMap((each) => [h("dt", {}, said(each.words)), h("dd", { class: each.problem ? "bad-text" : "" }, each.run ? breakable(each.run) : said(each.problem), each.hint ? h("span", { class: "hint block" }, said(each.hint)) : null)]);
   return [
     ...plan.warnings.map((warning) => h("p", { class: "banner warn" }, said(warning))),
     h("dl", { class: "facts" },

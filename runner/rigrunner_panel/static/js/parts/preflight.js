@@ -65,7 +65,7 @@ export function preflightCard({ procedure, station }) {
     for (const word of [...passed]) if (!fails().some((item) => item.override === word)) passed.delete(word);
     const ordered = (found?.items ?? []).toSorted((one, other) => GRAVEST.indexOf(one.state) - GRAVEST.indexOf(other.state));
     fill(items, ordered.map(light));
-    setText(note, !found ? t("preflight.not_yet") : !found.done ? t("preflight.checking") : found.may_start ? t("preflight.green") : t("preflight.red"));
+    setText(note, !found ? t("preflight.not_yet") : !found.done ? t("preflight.checking") : found.may_start ? t("preflight.green") : t("preflight.red", { count: fails().length, of: found.items.length }));
     show(override, passed.size > 0);
     if (!by.value) by.value = personName(); // who it is was asked for the control meanwhile
     card.onchange();

@@ -28,7 +28,7 @@ export function promptCard() {
   function build(prompt) {
     const picture = prompt.picture ? h("img", { class: "prompt-picture", src: prompt.picture, alt: t("prompt.picture") }) : null;
     const card = h("section", { class: "prompt", role: "dialog", tabindex: "-1", "aria-labelledby": "prompt-text" },
-      h("span", { class: "soft" }, stepOf(prompt.step)), h("p", { id: "prompt-text", class: "prompt-text" }, said(prompt.text)), picture,
+      h("span", { class: "soft" }, [stepOf(prompt.step), store.state.job?.inputs.specimen].filter(Boolean).join(" · ")), h("p", { id: "prompt-text", class: "prompt-text" }, said(prompt.text)), picture,
       prompt.kind === "confirm" ? choices(prompt, prompt.choices) : prompt.choices.length ? choices(prompt, prompt.choices) : typed(prompt));
     fill(element, card);
     // not on a button: the Enter of a scanner, which is a keyboard, would answer

@@ -9,6 +9,7 @@ const CAP_PX = 4;
 const POINT_PX = 4.5;
 const BAND = 0.15;
 const COLOURS = ["compensated", "raw", "ink-soft", "good", "bad", "ink"];
+const FIRST = 3; // series that differ by colour; the next ones are dashed and have rings, for those who see no colours
 const DASH_PX = 11;
 const WHOLE = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000]; // steps of a count, such as of runs
 
@@ -47,7 +48,7 @@ function figureChart(figure) {
   });
   const made = chart(said(figure.title), t("plot.of_over", { y: words(figure.y), x: words(figure.x) }), options, columns([]));
   const limit = legend([["limit", t("plot.limit")]]);
-  const keys = figure.series.map((each, i) => [`${paint(each, i)} ${each.kind === "line" ? "" : "point"}`, said(each.name) || t("plot.result_u")]);
+  const keys = figure.series.map((each, i) => [`${paint(each, i)} ${each.kind === "line" ? "" : "point"} ${isLater(each, i) ? "later" : ""}`, said(each.name) || t("plot.result_u")]);
   made.element.append(h("div", { class: "legends" }, legend(keys), limit));
   return {
     ...made,
@@ -64,6 +65,10 @@ function figureChart(figure) {
 // What is marked is an alarm.
 function paint({ kind }, i) {
   return kind === "marked" ? "bad" : COLOURS[i % COLOURS.length];
+}
+
+function isLater({ kind }, i) {
+  return kind !== "marked" && i % COLOURS.length >= FIRST;
 }
 
 function words({ name, unit }) {
@@ -109,9 +114,12 @@ function draw(plot, figure) {
   figure.series.forEach(({ kind, points }, i) => {
     ctx.strokeStyle = colour(paint({ kind }, i));
     ctx.fillStyle = ctx.strokeStyle;
+    const later = isLater({ kind }, i);
     if (kind === "line") band(ctx, points, across, up);
     if (kind === "line" || kind === "joined") {
+      if (later) ctx.setLineDash([DASH_PX * px, (DASH_PX * px) / 2]);
       path(() => points.forEach((point) => ctx.lineTo(across(point.x), up(point.y))), kind === "line" ? 2 : 1);
+      ctx.setLineDash([]);
     }
     if (kind === "line") return;
     path(() => {
@@ -121,10 +129,12 @@ function draw(plot, figure) {
         for (const end of [up(y - U), up(y + U)]) line(across(x) - CAP_PX * px, end, across(x) + CAP_PX * px, end);
       }
     });
+    if (later) ctx.fillStyle = colour("surface");
     for (const { x, y } of points) {
       ctx.beginPath();
       ctx.arc(across(x), up(y), POINT_PX * px, 0, 2 * Math.PI);
       ctx.fill();
+      if (later) ctx.stroke();
     }
   });
   ctx.strokeStyle = colour("ink-soft");
