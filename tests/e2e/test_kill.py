@@ -88,7 +88,7 @@ def check(folder: Path, promised: list[str]) -> str:
     after = read(folder)
     assert after.info.sealed
     assert after.digest == run.digest
-    assert after.events == run.events
+    assert [*after.events] == [*run.events]
     assert [one.samples for one in after.incomplete] == [one.samples for one in run.incomplete]
     return "journal"
 

@@ -93,7 +93,8 @@ def prepare_resume(
         made = [f"recordings made before: {', '.join(names)}"] if names else []
         made += [f"rows measured before: {rows}"] if rows else []
         subject = "; ".join((how_it_ended(stored), *(made or ["nothing recorded before"])))
-        resume_at = find_resume_point(planned.plan.steps, stored.events, by, subject)
+        events = tuple(stored.events)  # it goes through them many times
+        resume_at = find_resume_point(planned.plan.steps, events, by, subject)
     later, ended = later_partners(planned), None if resume_at is not None else started
     known = {name: str(path) for name, path in used_partners(stored.header).items()} | dict(named)
     before = {name: each for name, each in known.items() if name not in later}

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from rigrunner.api.data import Measurement
 from rigrunner.api.errors import DataError
 from rigrunner.api.events import RECORDED, Scanned, StepEnded, StepStarted
 from rigrunner.api.member import channel_of
 from rigrunner.api.units import unit
+from rigrunner.runfile.codec import packed
 from rigrunner.runfile.elapsed import cycles_of, main_began, seconds_since
 
 if TYPE_CHECKING:
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 
     _Step = tuple[str, int]
 
+_T = TypeVar("_T")
 ZEROED = "zeroed"
 """The table of the zero readings that have limits."""
 
@@ -51,7 +53,7 @@ def measured(events: Sequence[Event]) -> Measured:
     Of a scan without a completed attempt the points of the last one count: each of them was
     completed.
     """
-    began = main_began(events)
+    began, once = main_began(events), _Once()
     attempts: list[_Attempt] = []
     counting: dict[_Step, _Attempt] = {}
     started: StepStarted | None = None
@@ -64,11 +66,11 @@ def measured(events: Sequence[Event]) -> Measured:
                     attempts.append(_Attempt((event.step, event.index)))
                     _count(attempts[-1], counting)
             case Scanned() if attempts:
-                attempts[-1].rows.append(_row(event, started, began))
+                attempts[-1].rows.append(_row(event, started, began, once))
             case StepEnded(ok=True, action="scan") if attempts:
                 attempts[-1].completed = True
                 _count(attempts[-1], counting)
-            case StepEnded(ok=True) if row := _row_of_step(event, started, began):
+            case StepEnded(ok=True) if row := _row_of_step(event, started, began, once):
                 attempts.append(_Attempt((event.step, event.index), [row], completed=True))
                 _count(attempts[-1], counting)
     last = set(counting.values())
@@ -78,7 +80,7 @@ def measured(events: Sequence[Event]) -> Measured:
     )
 
 
-@dataclass(eq=False)
+@dataclass(eq=False, slots=True)
 class _Attempt:
     """The rows of one attempt at a step."""
 
@@ -96,8 +98,20 @@ def _count(attempt: _Attempt, counting: dict[_Step, _Attempt]) -> None:
         counting[attempt.step] = attempt
 
 
+class _Once:
+    """Holds what many rows have in common once, such as their limits."""
+
+    def __init__(self) -> None:
+        self._held: dict[bytes, Any] = {}
+
+    def __call__(self, part: _T) -> _T:
+        """Return the part of an earlier row that is the same, or else this one."""
+        held: _T = self._held.setdefault(packed(part), part)
+        return held
+
+
 def _row_of_step(
-    event: StepEnded, started: StepStarted | None, began: datetime | None
+    event: StepEnded, started: StepStarted | None, began: datetime | None, once: _Once
 ) -> Measurement | None:
     """Return the row of a step, or None for a step without one.
 
@@ -105,7 +119,7 @@ def _row_of_step(
     statistics.
     """
     if event.measurement:
-        row = _row(event, started, began)
+        row = _row(event, started, began, once)
         if not event.readings:
             return row
         units = {name: event.units[name] for name in event.readings if name in event.units}
@@ -126,11 +140,11 @@ def _row_of_step(
     units = {name: symbol for name, symbol in symbols.items() if symbol}
     table = ZEROED if event.action == "zero" else RECORDED
     row = Measurement(table, event.utc, setpoints, values, units, limits, event.recording)
-    return _placed(row, started, began)
+    return _placed(row, started, began, once)
 
 
 def _row(
-    event: StepEnded | Scanned, started: StepStarted | None, began: datetime | None
+    event: StepEnded | Scanned, started: StepStarted | None, began: datetime | None, once: _Once
 ) -> Measurement:
     """Return a row. Its start event has the limits, and for a scan the units."""
     known = event.units if isinstance(event, StepEnded) else started.units if started else {}
@@ -138,10 +152,12 @@ def _row(
     units = {member: known[member] for member in members if member in known}
     limits = started.limits if started is not None else ()
     row = Measurement(event.measurement, event.utc, event.setpoints, event.values, units, limits)
-    return _placed(row, started, began)
+    return _placed(row, started, began, once)
 
 
-def _placed(row: Measurement, started: StepStarted | None, began: datetime | None) -> Measurement:
+def _placed(
+    row: Measurement, started: StepStarted | None, began: datetime | None, once: _Once
+) -> Measurement:
     """Return a row with its coordinates and its time."""
     found = started.coordinates if started is not None else {}
     known = started.units if started is not None else {}
@@ -149,14 +165,18 @@ def _placed(row: Measurement, started: StepStarted | None, began: datetime | Non
     told = started.written_in if started is not None else {}
     return replace(
         row,
-        coordinates=found,
-        units={**row.units, **units},
+        coordinates=once(found),
+        units=once({**row.units, **units}),
+        limits=once(row.limits),
         elapsed_s=seconds_since(began, row.utc),
         cycles=cycles_of(started, row.values),
-        written_in={
-            **{name: each for name in row.values if (each := _shown_in(name, told))},
-            **{name: told[name] for name in (*row.setpoints, *found) if name in told},
-        },
+        readings=once(row.readings),
+        written_in=once(
+            {
+                **{name: each for name in row.values if (each := _shown_in(name, told))},
+                **{name: told[name] for name in (*row.setpoints, *found) if name in told},
+            }
+        ),
     )
 
 

@@ -90,7 +90,8 @@ def _plain(value: Any) -> str | dict[str, Any]:
     return str(value) if isinstance(value, str) else dict(value)
 
 
-_pack = msgspec.msgpack.Encoder(enc_hook=_plain).encode
+packed = msgspec.msgpack.Encoder(enc_hook=_plain).encode
+"""Return a value as MessagePack."""
 
 
 def event_record(event: events.Event) -> tuple[Kind, bytes]:
@@ -101,7 +102,7 @@ def event_record(event: events.Event) -> tuple[Kind, bytes]:
     if getattr(event, "truth", None):
         event = msgspec.structs.replace(event, truth={})
     try:
-        return Kind.PACKED, _pack(event)
+        return Kind.PACKED, packed(event)
     except (UnicodeEncodeError, OverflowError):  # half of a surrogate pair; more than 64 bits
         return Kind.EVENT, event_text(event).encode()
 

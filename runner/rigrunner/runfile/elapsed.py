@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING
 from rigrunner.api.events import StepStarted
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable
 
     from rigrunner.api.data import Recording
     from rigrunner.api.events import Event
+    from rigrunner.runfile.stored_events import StoredEvents
 
 _MAIN = "main"
 
@@ -56,9 +57,9 @@ def cycles_by_recording(events: Iterable[Event]) -> dict[str, int]:
     return {name: count for name, count in found.items() if count is not None}
 
 
-def with_elapsed(recordings: Iterable[Recording], events: Sequence[Event]) -> tuple[Recording, ...]:
+def with_elapsed(recordings: Iterable[Recording], events: StoredEvents) -> tuple[Recording, ...]:
     """Return recordings with the time and the cycles that had elapsed when each began."""
-    began, cycles = main_began(events), cycles_by_recording(events)
+    began, cycles = main_began(events), cycles_by_recording(events.outline)
     return tuple(
         replace(
             each, elapsed_s=seconds_since(began, each.started_utc), cycles=cycles.get(each.name)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from array import array
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,7 +11,7 @@ import numpy as np
 from rigrunner.api.errors import DataError
 from rigrunner.runfile.added_units import define_units_of
 from rigrunner.runfile.attempts import measured, superseded
-from rigrunner.runfile.codec import event_from, event_text
+from rigrunner.runfile.codec import event_text
 from rigrunner.runfile.digest import run_digest
 from rigrunner.runfile.elapsed import (
     cycles_by_recording,
@@ -19,6 +20,7 @@ from rigrunner.runfile.elapsed import (
     with_elapsed,
 )
 from rigrunner.runfile.hdf5 import (
+    AsciiColumn,
     free_name,
     members,
     new_group,
@@ -27,12 +29,12 @@ from rigrunner.runfile.hdf5 import (
     read_text,
     read_texts,
     read_values,
-    write_ascii,
     write_text,
     write_texts,
     write_values,
     write_verbatim,
 )
+from rigrunner.runfile.journal import Kind
 from rigrunner.runfile.loose import PART_GROUP
 from rigrunner.runfile.manifest import manifest_sha256
 from rigrunner.runfile.measurements import (
@@ -43,6 +45,7 @@ from rigrunner.runfile.model import DRAFT, RunHeader, RunInfo, StoredRun
 from rigrunner.runfile.parts import parts_of, zeros_in_force
 from rigrunner.runfile.recordings import read_recording, stored_bytes
 from rigrunner.runfile.scratch import Scratch
+from rigrunner.runfile.stored_events import StoredEvents
 from rigrunner.runfile.stored_samples import IN_MEMORY
 
 if TYPE_CHECKING:
@@ -53,7 +56,6 @@ if TYPE_CHECKING:
 
     from rigrunner.api.data import Measurement, Recording
     from rigrunner.api.details import RunPlot
-    from rigrunner.api.events import Event
     from rigrunner.runfile.attempts import Measured
     from rigrunner.runfile.loose import Journal
 
@@ -121,7 +123,7 @@ def write_entry(entry: h5py.Group, journal: Journal, rows: Measured) -> None:
 def add_recordings(
     entry: h5py.Group,
     parts: Iterable[Path],
-    events: Sequence[Event],
+    events: StoredEvents,
     rows: Sequence[Measurement],
 ) -> None:
     """Copy the recordings out of files of their own into an entry, in order, byte by byte.
@@ -129,8 +131,9 @@ def add_recordings(
     Those whose point was repeated go into a group of their own. Each says in which part of the run
     it was made, and after how long and how many cycles since the beginning of `main`.
     """
-    replaced, part_of, began = superseded(events), parts_of(events), main_began(events)
-    cycles = cycles_by_recording(events)
+    outline, began = events.outline, main_began(events)
+    replaced, part_of = superseded(outline), parts_of(outline)
+    cycles = cycles_by_recording(outline)
     finished = new_group(entry, "recordings", "NXcollection")
     incomplete = new_group(entry, "incomplete", "NXcollection")
     former = new_group(entry, SUPERSEDED, "NXcollection")
@@ -229,7 +232,7 @@ def read_entry(entry: h5py.Group, path: Path) -> StoredRun:
         incomplete=with_elapsed(_read_all(entry, "incomplete", scratch), events),
         superseded=with_elapsed(_read_all(entry, SUPERSEDED, scratch), events),
         zeros=read_values(entry["zeros"])[0],
-        recording_zeros=zeros_in_force(events),
+        recording_zeros=zeros_in_force(events.outline),
         measurements=rows.rows,
         superseded_measurements=rows.superseded,
         events=events,
@@ -268,23 +271,31 @@ def _groups(entry: h5py.Group, kind: str) -> list[h5py.Group]:
     return _in_order(entry[kind]) if kind in entry else []
 
 
-def _write_events(entry: h5py.Group, events: tuple[Event, ...]) -> None:
+def _write_events(entry: h5py.Group, events: StoredEvents) -> None:
     group = new_group(entry, "events", "NXcollection")
-    group.create_dataset("seq", data=np.array([one.seq for one in events], np.int64))
-    times = group.create_dataset("monotonic_s", data=np.array([one.monotonic_s for one in events]))
-    times.attrs["units"] = "s"
-    write_ascii(group, "utc", (one.utc for one in events))
-    write_ascii(group, "kind", (type(one).__name__ for one in events))
-    write_ascii(group, "step", (getattr(one, "step", "") for one in events))
-    write_ascii(group, "text", (getattr(one, "text", "") for one in events))
-    write_ascii(group, "json", (event_text(one) for one in events))
+    numbers, times = array("q"), array("d")
+    columns = {name: AsciiColumn() for name in ("utc", "kind", "step", "text", "json")}
+    for one in events:
+        numbers.append(one.seq)
+        times.append(one.monotonic_s)
+        columns["utc"].add(one.utc)
+        columns["kind"].add(type(one).__name__)
+        columns["step"].add(getattr(one, "step", ""))
+        columns["text"].add(getattr(one, "text", ""))
+        columns["json"].add(event_text(one))
+    group.create_dataset("seq", data=np.asarray(numbers))
+    group.create_dataset("monotonic_s", data=np.asarray(times)).attrs["units"] = "s"
+    for name, column in columns.items():
+        column.write(group, name)
 
 
-def read_events(entry: h5py.Group) -> tuple[Event, ...]:
+def read_events(entry: h5py.Group) -> StoredEvents:
     """Read all events of a run, in order."""
-    texts = (text for piece in pieces_of(entry["events/json"]) for text in piece)
-    found = (event_from(bytes(text)) for text in texts)
-    return tuple(event for event in found if event is not None)
+    found = StoredEvents()
+    for piece in pieces_of(entry["events/json"]):
+        for text in piece:
+            found.take(Kind.EVENT, bytes(text))
+    return found
 
 
 def _read_texts(entry: h5py.Group, name: str) -> dict[str, str]:

@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import re
 from contextlib import contextmanager
+from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 import h5py
 import numpy as np
 
 from rigrunner.api.errors import DataError
+from rigrunner.runfile.compressed import Compressed
 from rigrunner.runfile.durable import publish, temporary, writing
 from rigrunner.runfile.interrupts import uninterrupted
 from rigrunner.runfile.patient_file import PatientFile
@@ -250,7 +252,7 @@ def read_text(group: h5py.Group, name: str) -> str:
     """Read what `write_text` or `write_verbatim` wrote."""
     if name in group.attrs:
         return str(group.attrs[name])
-    return bytes(group[name][()]).decode(errors="surrogateescape")
+    return str(group[name][()], "utf-8", "surrogateescape")
 
 
 def write_texts(parent: h5py.Group, name: str, texts: Mapping[str, str]) -> None:
@@ -291,14 +293,32 @@ def read_values(group: h5py.Group) -> tuple[dict[str, float], dict[str, str]]:
 
 def write_ascii(group: h5py.Group, name: str, texts: Iterable[str]) -> None:
     """Write a column of texts as fixed-length ASCII; what is not ASCII becomes an escape."""
-    cells = [text.encode("ascii", "backslashreplace") for text in texts]
-    kind = np.dtype(f"S{max(map(len, cells), default=0) or 1}")
-    packing = _packed(len(cells), kind.itemsize)
-    column = group.create_dataset(name, (len(cells),), kind, **packing)
-    rows = _rows(kind.itemsize)
-    for first in range(0, len(cells), rows):
-        piece = slice(first, first + rows)
-        column[piece] = np.array(cells[piece], kind)
+    column = AsciiColumn()
+    for text in texts:
+        column.add(text)
+    column.write(group, name)
+
+
+class AsciiColumn:
+    """A column of texts, as `write_ascii` writes it, to which texts are added one by one."""
+
+    def __init__(self) -> None:
+        self._cells = Compressed()
+        self._longest = 1
+
+    def add(self, text: str) -> None:
+        """Add the text of the next row."""
+        cell = text.encode("ascii", "backslashreplace")
+        self._cells.add(cell)
+        self._longest = max(self._longest, len(cell))
+
+    def write(self, group: h5py.Group, name: str) -> None:
+        """Write all rows; only now is it known how long they are."""
+        kind, count = np.dtype(f"S{self._longest}"), len(self._cells)
+        column = group.create_dataset(name, (count,), kind, **_packed(count, kind.itemsize))
+        rows, cells = _rows(kind.itemsize), iter(self._cells)
+        for first in range(0, count, rows):
+            column[first : first + rows] = np.array([*islice(cells, rows)], kind)
 
 
 def pieces_of(column: h5py.Dataset) -> Iterator[NDArray[Any]]:

@@ -14,7 +14,7 @@ from rigrunner.api.events import Answer, Outcome, Scanned, StepEnded, StepStarte
 from rigrunner.clock import utc_text
 from rigrunner.runfile.added_units import define_units_of
 from rigrunner.runfile.attempts import measured, superseded
-from rigrunner.runfile.codec import block_from, event_from, event_unpacked, header_from, truth_from
+from rigrunner.runfile.codec import block_from, event_record, header_from, truth_from
 from rigrunner.runfile.digest import run_digest
 from rigrunner.runfile.elapsed import with_elapsed
 from rigrunner.runfile.hdf5 import objects, open_file
@@ -31,6 +31,7 @@ from rigrunner.runfile.recordings import (
     stored_bytes,
 )
 from rigrunner.runfile.scratch import Scratch
+from rigrunner.runfile.stored_events import StoredEvents
 from rigrunner.runfile.stored_samples import IN_MEMORY
 
 if TYPE_CHECKING:
@@ -46,10 +47,6 @@ if TYPE_CHECKING:
 
 
 _T = TypeVar("_T")
-_EVENT_FROM: Mapping[int, Callable[[bytes], Event | None]] = {
-    Kind.EVENT: event_from,
-    Kind.PACKED: event_unpacked,
-}
 PART_GROUP = "recording"
 NEVER_ENDED = "the run has not ended, or its program was killed"
 
@@ -59,7 +56,7 @@ class Journal:
     """The content of the journal of events."""
 
     header: RunHeader
-    events: tuple[Event, ...]
+    events: StoredEvents
     truth: Mapping[str, Mapping[str, float]]
     notes: tuple[str, ...]
     records_end: int
@@ -71,7 +68,7 @@ class Journal:
         """Return the latest zero of each channel, and the units."""
         values: dict[str, float] = {}
         units: dict[str, str] = {}
-        for event in self.events:
+        for event in self.events.outline:
             if isinstance(event, StepEnded) and event.action == "zero" and event.ok:
                 values |= event.values
                 units |= event.units
@@ -79,7 +76,7 @@ class Journal:
 
     def end(self) -> tuple[str, str, str]:
         """Return when the run ended, its outcome and the reason."""
-        if (last := end_of(self.events)) is not None:
+        if (last := end_of(self.events.outline)) is not None:
             return last.utc, str(last.outcome), last.reason
         latest_utc = self.events[-1].utc if self.events else self.header.started_utc
         return latest_utc, str(Outcome.ERROR), NEVER_ENDED
@@ -124,7 +121,7 @@ class SampleJournal:
 def read_journal(files: RunFolder) -> Journal:
     """Read the journal of events; raise DataError if even its header is damaged."""
     headers: list[tuple[RunHeader, int]] = []
-    events: list[Event] = []
+    events = StoredEvents()
     truth: dict[str, dict[str, float]] = {}
     end: int | None = None
     rows: Rows | None = None
@@ -132,11 +129,11 @@ def read_journal(files: RunFolder) -> Journal:
         end = record.end
         if record.kind == Kind.HEADER:
             headers.append(header_from(record.payload, str(files.events)))
-        elif record.kind in _EVENT_FROM and (event := _EVENT_FROM[record.kind](record.payload)):
-            events.append(event)
+        elif record.kind in {Kind.EVENT, Kind.PACKED}:
+            event = events.take(record.kind, record.payload)
             rows = Rows(event) if isinstance(event, Scanned) else rows
         elif record.kind == Kind.ROW and rows is not None:
-            events.append(rows.event_from(record.payload))
+            events.take(*event_record(rows.event_from(record.payload)))
         elif record.kind == Kind.TRUTH:
             recording, values = truth_from(record.payload)
             truth[recording] = values
@@ -152,9 +149,9 @@ def read_journal(files: RunFolder) -> Journal:
     notes = (f"the last {lost} bytes of the journal are torn or damaged",) if lost else ()
     header, version = headers[0]
     define_units_of(header.provenance, header.run_id)
-    answers = {one.into: one.text for one in events if isinstance(one, Answer) and one.into}
+    answers = {one.into: one.text for one in events.outline if isinstance(one, Answer) and one.into}
     whole = replace(header, inputs={**header.inputs, **answers})
-    return Journal(whole, tuple(events), truth, notes, end or 0, version)
+    return Journal(whole, events, truth, notes, end or 0, version)
 
 
 def unfolded(files: RunFolder) -> list[SampleJournal]:
@@ -208,12 +205,12 @@ def read_loose(files: RunFolder, *, samples: bool = True) -> StoredRun:
     journal = read_journal(files)
 
     def read_samples(samples: SampleJournal) -> tuple[RecordingFacts, Recording, str]:
-        facts = samples.facts(journal.events)
+        facts = samples.facts(journal.events.outline)
         return facts, *assemble(facts, samples.blocks())
 
     read_part = partial(_read_part, scratch=None if _samples_fit(files) else Scratch())
     found = list(_each(files, read_part, read_samples)) if samples else []
-    replaced = superseded(journal.events)
+    replaced = superseded(journal.events.outline)
     rows = measured(journal.events)
     timed = with_elapsed((recording for _, recording, _ in found), journal.events)
     made = [(facts, each) for (facts, _, _), each in zip(found, timed, strict=True)]
@@ -224,7 +221,7 @@ def read_loose(files: RunFolder, *, samples: bool = True) -> StoredRun:
         incomplete=tuple(each for facts, each in made if not facts.complete),
         superseded=tuple(each for facts, each in complete if facts.name in replaced),
         zeros=journal.zeros()[0],
-        recording_zeros=zeros_in_force(journal.events),
+        recording_zeros=zeros_in_force(journal.events.outline),
         measurements=rows.rows,
         superseded_measurements=rows.superseded,
         events=journal.events,
@@ -238,7 +235,7 @@ def read_loose_info(files: RunFolder) -> RunInfo:
     journal = read_journal(files)
 
     def samples_facts(samples: SampleJournal) -> tuple[RecordingFacts, str]:
-        facts = samples.facts(journal.events)
+        facts = samples.facts(journal.events.outline)
         return facts, assemble(facts, samples.blocks())[1]
 
     rows = measured(journal.events).rows
@@ -251,7 +248,7 @@ def _info(
     rows: Iterable[Measurement],
     found: Iterable[tuple[RecordingFacts, str]],
 ) -> RunInfo:
-    replaced = superseded(journal.events)
+    replaced = superseded(journal.events.outline)
     counted = (one for one in found if one[0].complete and one[0].name not in replaced)
     finished = sorted(counted, key=lambda one: one[0].number)
     digests = [measurement_digest(row, journal.format) for row in rows]

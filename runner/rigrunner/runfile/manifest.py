@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -27,7 +28,8 @@ MANIFEST = "manifest"
 """The dataset of the manifest, the only object without a digest in it."""
 ROOT = "/"
 ENTRY_ITEM = "."
-_ROWS = 1 << 17
+_BYTES = 1 << 20
+"""How much of a dataset is in memory at once."""
 _KINDS = {
     ROOT: "file",
     ENTRY_ITEM: "run",
@@ -181,8 +183,10 @@ def _data_digest(dataset: h5py.Dataset, path: str) -> str:
     if dataset.shape == ():
         found.update(np.asarray(dataset[()]).tobytes())
     else:
-        for start in range(0, dataset.shape[0], _ROWS):
-            found.update(np.ascontiguousarray(dataset[start : start + _ROWS]).data)
+        size = dataset.dtype.itemsize * math.prod(dataset.shape[1:])
+        rows = max(_BYTES // max(size, 1), 1)
+        for start in range(0, dataset.shape[0], rows):
+            found.update(np.ascontiguousarray(dataset[start : start + rows]).data)
     return found.hexdigest()
 
 

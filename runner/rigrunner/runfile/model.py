@@ -8,6 +8,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from pathlib import Path
 
     from rigrunner.api.data import Measurement, Recording
@@ -107,7 +108,7 @@ class StoredRun:
     """The rows of its tables, in order, also those out of limits."""
     superseded_measurements: tuple[Measurement, ...] = ()
     """Rows of steps that were repeated: stored, but neither analysed nor judged."""
-    events: tuple[Event, ...]
+    events: Sequence[Event]
     result_document: Mapping[str, Any] | None
     """The first analysis, as in `result.json`."""
     partners: Mapping[str, StoredRun] = field(default_factory=dict)

@@ -52,10 +52,11 @@ from rigrunner.runfile.probe import refuse_crashing
 from rigrunner.runfile.reading import ENTRY, FIRST_WITH_MANIFEST
 from rigrunner.runfile.recordings import read_recording, stored_bytes
 from rigrunner.runfile.scratch import Scratch
+from rigrunner.runfile.stored_events import StoredEvents
 from rigrunner.runfile.stored_samples import IN_MEMORY
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
     from pathlib import Path
 
     from rigrunner.api.events import Event
@@ -75,7 +76,7 @@ class DamagedRun:
     """SHA-256 of its bytes."""
     header: RunHeader
     """The header, with empty texts for those that are lost."""
-    events: tuple[Event, ...]
+    events: Sequence[Event]
     """The events; empty if they are lost."""
     truth: Mapping[str, Mapping[str, float]]
     sound: Mapping[str, str]
@@ -105,7 +106,7 @@ def read_damaged(path: Path) -> DamagedRun:
 
 
 def write_salvaged(
-    damaged: DamagedRun, header: RunHeader, events: tuple[Event, ...], target: Path
+    damaged: DamagedRun, header: RunHeader, events: Sequence[Event], target: Path
 ) -> None:
     """Write the intact parts to a new `run.h5`, with this header and these events.
 
@@ -114,10 +115,10 @@ def write_salvaged(
     """
     with open_file(damaged.path) as source, new_file(target, read_only=True) as file:
         version = max(int(source.attrs[FORMAT_ATTRIBUTE]), FIRST_WITH_MANIFEST)
-        journal = Journal(header, events, damaged.truth, (), 0, format=version)
+        journal = Journal(header, StoredEvents(events), damaged.truth, (), 0, format=version)
         file.attrs.update({"NX_class": "NXroot", "default": ENTRY, FORMAT_ATTRIBUTE: version})
         entry = new_group(file, ENTRY, "NXentry")
-        rows = measured(events)
+        rows = measured(journal.events)
         write_entry(entry, journal, rows)
         for kind in KINDS:
             new_group(entry, kind, "NXcollection")
@@ -149,8 +150,7 @@ class _Reading:
             if what:
                 self._lose(place, what)
         sound = dict(self._sound_recordings(wanted))
-        no_events: tuple[Event, ...] = ()
-        events = self._part(EVENTS, lambda: read_events(self.entry), no_events)
+        events = self._part(EVENTS, lambda: read_events(self.entry), StoredEvents())
         return DamagedRun(
             path=path,
             sha256=sha256,

@@ -60,7 +60,7 @@ def seal(
     journal = read_journal(files)
     # Those that a kill interrupted, and those whose fold failed.
     for samples in unfolded(files):
-        fold(files, samples, journal.events)
+        fold(files, samples, journal.events.outline)
     with new_file(files.sealed_file, read_only=True) as file:
         version = max(journal.format, FIRST_WITH_MANIFEST)
         file.attrs.update({"NX_class": "NXroot", "default": ENTRY, FORMAT_ATTRIBUTE: version})

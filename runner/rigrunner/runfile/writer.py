@@ -220,7 +220,9 @@ def _reopened(files: RunFolder) -> tuple[JournalWriter, int]:
     """Return the journal of an interrupted run, and the number of its last recording."""
     journal = read_journal(files)
     # Both: a recording may have no samples yet, or have lost its start with a torn end.
-    begun = sum(isinstance(one, StepStarted) and bool(one.recording) for one in journal.events)
+    begun = sum(
+        isinstance(one, StepStarted) and bool(one.recording) for one in journal.events.outline
+    )
     numbers = [int(path.stem) for path in (*files.sample_journals(), *files.finished_parts())]
     events = JournalWriter(files.events, journal.records_end)
     events.sync()

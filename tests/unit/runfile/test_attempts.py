@@ -229,3 +229,26 @@ def test_a_step_that_was_repeated_counts_in_the_order_of_its_last_attempt():
     found = measured(events)
     assert [one.values["tester.load"] for one in found.rows] == [1.0, 2.0]
     assert [one.values["tester.load"] for one in found.superseded] == [0.0]
+
+
+def test_rows_hold_what_is_the_same_in_them_once_and_nothing_else():
+    """A limit is judged by what it keeps; 1, 1.0 and true are other texts in the digest."""
+    events = []
+    for number, count in enumerate([1, 1, 1.0, True]):
+        known = {"monotonic_s": 0.0, "utc": "", "step": f"main[{number}]", "index": number}
+        known |= {"action": "measure", "units": {"tester.load": "N"}}
+        limits = (ValueLimit("tester.load", None, -0.0 if number else 0.0, "N"),)
+        events += [
+            StepStarted(seq=0, text="", limits=limits, coordinates={"pass": count}, **known),
+            StepEnded(seq=1, ok=True, measurement="m", values={"tester.load": 1.0}, **known),
+        ]
+    first, second, third, last = measured(events).rows
+    assert first.units is second.units is third.units is last.units
+    assert second.limits is third.limits is last.limits
+    assert [repr(each.limits[0].maximum) for each in (first, second)] == ["0.0", "-0.0"]
+    assert first.coordinates is second.coordinates
+    assert [repr(each.coordinates["pass"]) for each in (second, third, last)] == [
+        "1",
+        "1.0",
+        "True",
+    ]

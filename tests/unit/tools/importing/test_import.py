@@ -299,7 +299,7 @@ def test_calibrations_are_judged_on_the_day_of_the_run(lab):
     words = ["--override", "overdue", "--by", "B. Lee", "--reason", "sent in"]
     called = bring_in(lab, options=words)
     assert called.code == 0, called.err
-    assert "B. Lee" in str(imported(lab).events)
+    assert "B. Lee" in str([*imported(lab).events])
 
 
 def test_an_approval_that_came_later_is_none(lab):

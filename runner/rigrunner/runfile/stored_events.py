@@ -1,0 +1,58 @@
+"""The events of a stored run in memory: compressed, and decoded each time they are gone through."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from rigrunner.api.events import Event, Scanned, StepEnded, StepStarted
+from rigrunner.runfile.codec import event_from, event_record, event_unpacked
+from rigrunner.runfile.compressed import Compressed
+from rigrunner.runfile.journal import Kind
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator, Mapping
+
+_FROM: Mapping[int, Callable[[bytes], Event | None]] = {
+    Kind.EVENT: event_from,
+    Kind.PACKED: event_unpacked,
+}
+
+
+class StoredEvents(Sequence[Event]):
+    """All events of a run, in order."""
+
+    def __init__(self, events: Iterable[Event] = ()) -> None:
+        self._records = Compressed()
+        """Each with its kind as its first byte."""
+        self.outline: list[Event] = []
+        """All but points of scans, and steps that neither record nor take a zero."""
+        for each in events:
+            self.take(*event_record(each))
+
+    def take(self, kind: int, payload: bytes) -> Event | None:
+        """Add the event of a record and return it; None for a kind that this version lacks."""
+        event = _FROM[kind](payload)
+        if event is None:
+            return None
+        self._records.add(bytes((kind,)) + payload)
+        match event:
+            case Scanned():
+                pass
+            case StepStarted() | StepEnded() if not event.recording and event.action != "zero":
+                pass
+            case _:
+                self.outline.append(event)
+        return event
+
+    def __len__(self) -> int:
+        return len(self._records)
+
+    def __iter__(self) -> Iterator[Event]:
+        for record in self._records:
+            event = _FROM[record[0]](record[1:])
+            assert event is not None  # noqa: S101  (such records are not taken)
+            yield event
+
+    def __getitem__(self, which: Any) -> Any:
+        return tuple(self)[which]

@@ -1,0 +1,96 @@
+"""The events of a run are held compressed, and come back as they were."""
+
+from __future__ import annotations
+
+from math import inf, isnan, nan
+
+import pytest
+
+from benchmarks.frame import allocated_peak
+from rigrunner.api.events import Note, RunStarted, Scanned, StepEnded, StepStarted
+from rigrunner.api.limits import ValueLimit
+from rigrunner.runfile import compressed
+from rigrunner.runfile.codec import event_text
+from rigrunner.runfile.compressed import Compressed
+from rigrunner.runfile.journal import Kind
+from rigrunner.runfile.stored_events import StoredEvents
+
+
+def stamped(seq):
+    return {"seq": seq, "monotonic_s": 0.1 * seq, "utc": "2026-03-01T12:00:00.000Z"}
+
+
+def started(seq, **known):
+    known = {"action": "measure", "text": "Measure", **known}
+    return StepStarted(**stamped(seq), step=f"main[{seq}]", index=seq, **known)
+
+
+def ended(seq, **known):
+    known = {"action": "measure", "ok": True, **known}
+    return StepEnded(**stamped(seq), step=f"main[{seq}]", index=seq, **known)
+
+
+EVERY_KIND = [
+    RunStarted(**stamped(0), run_id="run", steps=4, estimated_s=1.0),
+    started(1, limits=(ValueLimit("press.torque", None, 3.0, "N·m"),), coordinates={"pass": 1}),
+    ended(2, values={"press.torque": 0.25}, measurement="measured"),
+    started(3, action="zero"),
+    ended(4, action="zero", values={"press.torque": 0.0}),
+    started(5, action="scan"),
+    Scanned(**stamped(6), step="main[5]", point=0, measurement="m", setpoints={}, values={}),
+    started(7, action="record", recording="001"),
+    ended(8, action="record", recording="001"),
+    Note(**stamped(9), step="main[5]", text="a half \udc80 of a pair"),
+]
+
+
+@pytest.mark.parametrize("piece", [1, 300, 1 << 18])
+def test_events_come_back_in_their_order_as_often_as_one_likes(monkeypatch, piece):
+    monkeypatch.setattr(compressed, "_PIECE", piece)
+    stored = StoredEvents(EVERY_KIND)
+    assert len(stored) == len(EVERY_KIND)
+    assert [*stored] == [*stored] == EVERY_KIND
+    assert (stored[0], stored[-1]) == (EVERY_KIND[0], EVERY_KIND[-1])
+    assert stored[2:4] == tuple(EVERY_KIND[2:4])
+
+
+def test_values_that_json_lacks_come_back_too():
+    stored = StoredEvents([ended(1, values={"press.torque": nan, "press.load": -inf})])
+    text = event_text(ended(2, values={"press.torque": nan}))
+    assert '"press.torque": NaN' in text
+    stored.take(Kind.EVENT, text.encode())
+    first, second = stored
+    assert isnan(first.values["press.torque"])
+    assert first.values["press.load"] == -inf
+    assert isnan(second.values["press.torque"])
+
+
+def test_an_event_of_a_kind_that_is_not_known_is_left_out():
+    stored = StoredEvents()
+    assert stored.take(Kind.EVENT, b'{"event": "Later", "seq": 1}') is None
+    assert (len(stored), [*stored]) == (0, [])
+
+
+def test_the_outline_has_all_but_steps_that_only_set_or_read():
+    outline = StoredEvents(EVERY_KIND).outline
+    assert [each.seq for each in outline] == [0, 3, 4, 7, 8, 9]
+
+
+def test_a_step_takes_a_fraction_of_what_its_events_take():
+    def held():
+        kept.append(
+            StoredEvents(ended(seq, values={"press.torque": seq / 7}) for seq in range(9000))
+        )
+
+    kept = []
+    assert allocated_peak(held) / 9000 < 250
+
+
+def test_strings_of_any_length_come_back(monkeypatch):
+    monkeypatch.setattr(compressed, "_PIECE", 10)
+    strings = [b"", b"a", b"b" * 100, b"", b"\x00\n", b"c" * 9, b"d"]
+    found = Compressed()
+    for each in strings:
+        found.add(each)
+    assert [*found] == [*found] == strings
+    assert len(found) == len(strings)
