@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from rigrunner.api.data import Measurement
 from rigrunner.api.errors import DataError
 from rigrunner.api.events import RECORDED, Scanned, StepEnded, StepStarted
 from rigrunner.api.member import channel_of
+from rigrunner.api.steps import NONE
 from rigrunner.api.units import unit
 from rigrunner.runfile.codec import packed
 from rigrunner.runfile.elapsed import cycles_of, main_began, seconds_since
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from datetime import datetime
 
     from rigrunner.api.events import Event
+    from rigrunner.api.readings import Reading
 
     _Step = tuple[str, int]
 
@@ -53,24 +55,23 @@ def measured(events: Sequence[Event]) -> Measured:
     Of a scan without a completed attempt the points of the last one count: each of them was
     completed.
     """
-    began, once = main_began(events), _Once()
+    make = _Rows(main_began(events))
     attempts: list[_Attempt] = []
     counting: dict[_Step, _Attempt] = {}
-    started: StepStarted | None = None
     for event in events:
         match event:
             case StepStarted():
-                started = event
+                make.started = event
                 # Its rows come one by one, before it is known whether it will be completed.
                 if event.action == "scan":
                     attempts.append(_Attempt((event.step, event.index)))
                     _count(attempts[-1], counting)
             case Scanned() if attempts:
-                attempts[-1].rows.append(_row(event, started, began, once))
+                attempts[-1].rows.append(make.of_point(event))
             case StepEnded(ok=True, action="scan") if attempts:
                 attempts[-1].completed = True
                 _count(attempts[-1], counting)
-            case StepEnded(ok=True) if row := _row_of_step(event, started, began, once):
+            case StepEnded(ok=True) if row := make.of_step(event):
                 attempts.append(_Attempt((event.step, event.index), [row], completed=True))
                 _count(attempts[-1], counting)
     last = set(counting.values())
@@ -98,86 +99,86 @@ def _count(attempt: _Attempt, counting: dict[_Step, _Attempt]) -> None:
         counting[attempt.step] = attempt
 
 
-class _Once:
-    """Holds what many rows have in common once, such as their limits."""
+_UNKNOWN = StepStarted(seq=0, monotonic_s=0.0, utc="", step="", index=0, action="", text="")
 
-    def __init__(self) -> None:
-        self._held: dict[bytes, Any] = {}
 
-    def __call__(self, part: _T) -> _T:
+@dataclass(eq=False)
+class _Rows:
+    """Makes rows of events. What many rows have in common, such as their limits, is held once."""
+
+    began: datetime | None
+    started: StepStarted = _UNKNOWN
+    """The start of the present step. It has the limits, and for a scan the units."""
+    _held: dict[bytes, Any] = field(default_factory=dict)
+
+    def of_point(self, event: Scanned) -> Measurement:
+        """Return the row of a point of a scan."""
+        known = self.started.units
+        return self._row(event.measurement, event.utc, event.setpoints, event.values, known)
+
+    def of_step(self, event: StepEnded) -> Measurement | None:
+        """Return the row of a step, or None for a step without one.
+
+        A zero or a recording gives a row of its values with limits, and a recording one of its
+        statistics.
+        """
+        table, started, setpoints = event.measurement, self.started, self.started.setpoints
+        if table:
+            known, readings = event.units, event.readings
+            return self._row(
+                table, event.utc, event.setpoints, event.values, known, readings=readings
+            )
+        if not (started.limits or event.statistics):
+            return None
+        found = {**event.values, **event.statistics}
+        values = {limit.of: found[limit.of] for limit in started.limits if limit.of in found}
+        values |= event.statistics
+        known = {**started.units, **event.units}
+        members = (*setpoints, *values)
+        # Of a value, of a drive, or of the channel of a statistic.
+        symbols = {name: known.get(name) or known.get(channel_of(name), "") for name in members}
+        units = {name: symbol for name, symbol in symbols.items() if symbol}
+        table = ZEROED if event.action == "zero" else RECORDED
+        return self._row(table, event.utc, setpoints, values, units, recording=event.recording)
+
+    def _row(
+        self,
+        table: str,
+        utc: str,
+        setpoints: Mapping[str, float],
+        values: Mapping[str, float],
+        known: Mapping[str, str],
+        *,
+        readings: Mapping[str, Reading] = NONE,
+        recording: str = "",
+    ) -> Measurement:
+        """Return a row with its coordinates and its time."""
+        started = self.started
+        found, told = started.coordinates, started.written_in
+        units = {name: known[name] for name in (*setpoints, *values, *readings) if name in known}
+        units |= {name: started.units[name] for name in found if name in started.units}
+        shown = {name: each for name in values if (each := _shown_in(name, told))}
+        shown |= {name: told[name] for name in (*setpoints, *found) if name in told}
+        return Measurement(
+            table,
+            utc,
+            setpoints,
+            values,
+            self._once(units),
+            self._once(started.limits),
+            recording,
+            coordinates=self._once(found),
+            elapsed_s=seconds_since(self.began, utc),
+            cycles=cycles_of(started, values),
+            readings=readings or NONE,
+            expected=started.expected if readings else (),
+            written_in=self._once(shown),
+        )
+
+    def _once(self, part: _T) -> _T:
         """Return the part of an earlier row that is the same, or else this one."""
         held: _T = self._held.setdefault(packed(part), part)
         return held
-
-
-def _row_of_step(
-    event: StepEnded, started: StepStarted | None, began: datetime | None, once: _Once
-) -> Measurement | None:
-    """Return the row of a step, or None for a step without one.
-
-    A zero or a recording gives a row of its values with limits, and a recording one of its
-    statistics.
-    """
-    if event.measurement:
-        row = _row(event, started, began, once)
-        if not event.readings:
-            return row
-        units = {name: event.units[name] for name in event.readings if name in event.units}
-        expected = started.expected if started is not None else ()
-        known = {**row.units, **units}
-        return replace(row, readings=event.readings, expected=expected, units=known)
-    limits = started.limits if started is not None else ()
-    if not (limits or event.statistics):
-        return None
-    found = {**event.values, **event.statistics}
-    values = {limit.of: found[limit.of] for limit in limits if limit.of in found}
-    values |= event.statistics
-    known = {**(started.units if started else {}), **event.units}
-    setpoints = started.setpoints if started is not None else {}
-    members = (*setpoints, *values)
-    # Of a value, of a drive, or of the channel of a statistic.
-    symbols = {name: known.get(name) or known.get(channel_of(name), "") for name in members}
-    units = {name: symbol for name, symbol in symbols.items() if symbol}
-    table = ZEROED if event.action == "zero" else RECORDED
-    row = Measurement(table, event.utc, setpoints, values, units, limits, event.recording)
-    return _placed(row, started, began, once)
-
-
-def _row(
-    event: StepEnded | Scanned, started: StepStarted | None, began: datetime | None, once: _Once
-) -> Measurement:
-    """Return a row. Its start event has the limits, and for a scan the units."""
-    known = event.units if isinstance(event, StepEnded) else started.units if started else {}
-    members = (*event.setpoints, *event.values)
-    units = {member: known[member] for member in members if member in known}
-    limits = started.limits if started is not None else ()
-    row = Measurement(event.measurement, event.utc, event.setpoints, event.values, units, limits)
-    return _placed(row, started, began, once)
-
-
-def _placed(
-    row: Measurement, started: StepStarted | None, began: datetime | None, once: _Once
-) -> Measurement:
-    """Return a row with its coordinates and its time."""
-    found = started.coordinates if started is not None else {}
-    known = started.units if started is not None else {}
-    units = {name: known[name] for name in found if name in known}
-    told = started.written_in if started is not None else {}
-    return replace(
-        row,
-        coordinates=once(found),
-        units=once({**row.units, **units}),
-        limits=once(row.limits),
-        elapsed_s=seconds_since(began, row.utc),
-        cycles=cycles_of(started, row.values),
-        readings=once(row.readings),
-        written_in=once(
-            {
-                **{name: each for name in row.values if (each := _shown_in(name, told))},
-                **{name: told[name] for name in (*row.setpoints, *found) if name in told},
-            }
-        ),
-    )
 
 
 def _shown_in(name: str, told: Mapping[str, str]) -> str:

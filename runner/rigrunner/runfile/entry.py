@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from array import array
+from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -78,6 +79,8 @@ PARTNER = "NXsubentry"
 """The class of a partner run, which is embedded whole but for its own partners."""
 KINDS = ("recordings", "incomplete", SUPERSEDED)
 """The groups of recordings."""
+_PIECE = 1000
+"""Events that are decoded at once."""
 _END_TEXTS = ("ended_utc", "outcome", "reason")
 
 
@@ -275,14 +278,15 @@ def _write_events(entry: h5py.Group, events: StoredEvents) -> None:
     group = new_group(entry, "events", "NXcollection")
     numbers, times = array("q"), array("d")
     columns = {name: AsciiColumn() for name in ("utc", "kind", "step", "text", "json")}
-    for one in events:
-        numbers.append(one.seq)
-        times.append(one.monotonic_s)
-        columns["utc"].add(one.utc)
-        columns["kind"].add(type(one).__name__)
-        columns["step"].add(getattr(one, "step", ""))
-        columns["text"].add(getattr(one, "text", ""))
-        columns["json"].add(event_text(one))
+    every = iter(events)
+    while some := [*islice(every, _PIECE)]:
+        numbers.extend(one.seq for one in some)
+        times.extend(one.monotonic_s for one in some)
+        columns["utc"].add(one.utc for one in some)
+        columns["kind"].add(type(one).__name__ for one in some)
+        columns["step"].add(getattr(one, "step", "") for one in some)
+        columns["text"].add(getattr(one, "text", "") for one in some)
+        columns["json"].add(event_text(one) for one in some)
     group.create_dataset("seq", data=np.asarray(numbers))
     group.create_dataset("monotonic_s", data=np.asarray(times)).attrs["units"] = "s"
     for name, column in columns.items():

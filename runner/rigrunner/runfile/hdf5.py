@@ -294,23 +294,22 @@ def read_values(group: h5py.Group) -> tuple[dict[str, float], dict[str, str]]:
 def write_ascii(group: h5py.Group, name: str, texts: Iterable[str]) -> None:
     """Write a column of texts as fixed-length ASCII; what is not ASCII becomes an escape."""
     column = AsciiColumn()
-    for text in texts:
-        column.add(text)
+    column.add(texts)
     column.write(group, name)
 
 
 class AsciiColumn:
-    """A column of texts, as `write_ascii` writes it, to which texts are added one by one."""
+    """A column of texts, as `write_ascii` writes it, of which the rows come in pieces."""
 
     def __init__(self) -> None:
         self._cells = Compressed()
         self._longest = 1
 
-    def add(self, text: str) -> None:
-        """Add the text of the next row."""
-        cell = text.encode("ascii", "backslashreplace")
-        self._cells.add(cell)
-        self._longest = max(self._longest, len(cell))
+    def add(self, texts: Iterable[str]) -> None:
+        """Add the texts of the next rows."""
+        cells = [text.encode("ascii", "backslashreplace") for text in texts]
+        self._cells.add(cells)
+        self._longest = max(self._longest, *map(len, cells), 0)
 
     def write(self, group: h5py.Group, name: str) -> None:
         """Write all rows; only now is it known how long they are."""

@@ -31,7 +31,7 @@ from rigrunner.runfile.recordings import (
     stored_bytes,
 )
 from rigrunner.runfile.scratch import Scratch
-from rigrunner.runfile.stored_events import StoredEvents
+from rigrunner.runfile.stored_events import FROM, StoredEvents
 from rigrunner.runfile.stored_samples import IN_MEMORY
 
 if TYPE_CHECKING:
@@ -127,11 +127,11 @@ def read_journal(files: RunFolder) -> Journal:
     rows: Rows | None = None
     for record in read_records(files.events):
         end = record.end
-        if record.kind == Kind.HEADER:
-            headers.append(header_from(record.payload, str(files.events)))
-        elif record.kind in {Kind.EVENT, Kind.PACKED}:
+        if record.kind in FROM:  # first, as nearly all are events
             event = events.take(record.kind, record.payload)
             rows = Rows(event) if isinstance(event, Scanned) else rows
+        elif record.kind == Kind.HEADER:
+            headers.append(header_from(record.payload, str(files.events)))
         elif record.kind == Kind.ROW and rows is not None:
             events.take(*event_record(rows.event_from(record.payload)))
         elif record.kind == Kind.TRUTH:

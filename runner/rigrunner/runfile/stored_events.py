@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.events import Event, Scanned, StepEnded, StepStarted
@@ -13,10 +14,13 @@ from rigrunner.runfile.journal import Kind
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping
 
-_FROM: Mapping[int, Callable[[bytes], Event | None]] = {
+FROM: Mapping[int, Callable[[bytes], Event | None]] = {
     Kind.EVENT: event_from,
     Kind.PACKED: event_unpacked,
 }
+"""How to decode a record of an event, by its kind."""
+_PIECE = 1000
+"""Events that are compressed together."""
 
 
 class StoredEvents(Sequence[Event]):
@@ -25,6 +29,7 @@ class StoredEvents(Sequence[Event]):
     def __init__(self, events: Iterable[Event] = ()) -> None:
         self._records = Compressed()
         """Each with its kind as its first byte."""
+        self._latest: list[bytes] = []
         self.outline: list[Event] = []
         """All but points of scans, and steps that neither record nor take a zero."""
         for each in events:
@@ -32,10 +37,13 @@ class StoredEvents(Sequence[Event]):
 
     def take(self, kind: int, payload: bytes) -> Event | None:
         """Add the event of a record and return it; None for a kind that this version lacks."""
-        event = _FROM[kind](payload)
+        event = FROM[kind](payload)
         if event is None:
             return None
-        self._records.add(bytes((kind,)) + payload)
+        self._latest.append(bytes((kind,)) + payload)
+        if len(self._latest) == _PIECE:
+            self._records.add(self._latest)
+            self._latest = []
         match event:
             case Scanned():
                 pass
@@ -46,11 +54,11 @@ class StoredEvents(Sequence[Event]):
         return event
 
     def __len__(self) -> int:
-        return len(self._records)
+        return len(self._records) + len(self._latest)
 
     def __iter__(self) -> Iterator[Event]:
-        for record in self._records:
-            event = _FROM[record[0]](record[1:])
+        for record in chain(self._records, self._latest):
+            event = FROM[record[0]](record[1:])
             assert event is not None  # noqa: S101  (such records are not taken)
             yield event
 
