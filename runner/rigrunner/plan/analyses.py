@@ -60,7 +60,7 @@ def check_analyses(
 ) -> None:
     """Raise InvalidFileError with all that the analyses need and the run would not give."""
     problems = Problems()
-    measured = tuple(all_measured(plan))
+    measured = tuple(all_measured(plan)) if procedure.model.analyses_at else ()
     judged = procedure.model.acceptance.limits if procedure.model.acceptance else ()
     limited = {limit.of for limit in judged}
     made = {each.name: (at, each) for at, each in definitions_of(procedure, lookup)}
