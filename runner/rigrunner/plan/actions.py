@@ -50,7 +50,7 @@ class Terms:
     """Whether it may be done twice; a pause inside one that may not aborts the run."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class PlannedStep:
     """One explicit action of a plan."""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from rigrunner.api.coordinates import is_told
 from rigrunner.api.quantity import LONGEST_S, readable
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from rigrunner.yamlfile.document import Path
     from rigrunner.yamlfile.problems import Problems
 
+_T = TypeVar("_T")
 _TERMS = Terms()
 
 
@@ -82,6 +83,8 @@ class Draft:
     recordings: list[Recorded] = field(default_factory=list)
     answered: dict[str, Expected] = field(default_factory=dict)
     """The inputs that have an answer by then, and what is allowed as one."""
+    latest: dict[Hashable, Any] = field(default_factory=dict)
+    """What a step of a file had the last time that it was written down, as far as it is kept."""
     repeated: Counter[Hashable] = field(default_factory=Counter)
     """How often each step was written down that counts by itself how often it is done."""
     coordinates: dict[str, tuple[str, str]] = field(default_factory=dict)
@@ -121,6 +124,15 @@ class Scene:
             return True
         return False
 
+    def once(self, place: Place, name: str, part: _T) -> _T:
+        """Return what a step in a loop had the last time, if it is the same: it is held once."""
+        where = (id(self.document), place.path, name)
+        last: _T = self.draft.latest.setdefault(where, part)
+        if last == part:
+            return last
+        self.draft.latest[where] = part
+        return part
+
     def emit(
         self, place: Place, action: Action, text: str, seconds: float, terms: Terms = _TERMS
     ) -> None:
@@ -128,21 +140,22 @@ class Scene:
         if seconds > LONGEST_S:
             most = readable(LONGEST_S, "time")
             self.complain(place.path, f"it would take {seconds:.3g} s; the limit is {most}")
+        written = {
+            **(self.bench.shown_in() if action.reads else {}),
+            **self.drives.written(),
+            **place.written_in,
+        }
         step = PlannedStep(
             place.label,
             place.phase,
             action,
             text,
             seconds,
-            terms,
+            self.once(place, "terms", terms),
             place.calls,
             place.points,
             place.coordinates,
             place.coordinate_units,
-            {
-                **(self.bench.shown_in() if action.reads else {}),
-                **self.drives.written(),
-                **place.written_in,
-            },
+            self.once(place, "written", written),
         )
         self.draft.steps.append(step)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
 from typing import TYPE_CHECKING
 
 from pydantic_core import to_json
 
-from rigrunner.plan.actions import Plan
+from rigrunner.plan.actions import Plan, PlannedStep
 from rigrunner.plan.bench import Bench, check_roles
 from rigrunner.plan.builder import build
 from rigrunner.plan.interlocks import plan_interlocks
@@ -20,6 +21,10 @@ if TYPE_CHECKING:
     from rigrunner.plan.actions import Interlock
     from rigrunner.procedure import LoadedProcedure
     from rigrunner.station import LoadedStation
+
+_NAMES = tuple(each.name for each in fields(PlannedStep))
+_PIECE = 1000
+"""Steps of which the text is made at once: what it is made of is larger."""
 
 
 def make_plan(
@@ -56,5 +61,12 @@ def check_station(station: LoadedStation, devices: Mapping[str, Device]) -> tupl
 
 def plan_text(plan: Plan) -> str:
     """Return the plan as JSON, for the run file: one object a step, SI units."""
-    steps = [{"do": type(step.action).__name__, **vars(step)} for step in plan.steps]
-    return to_json(steps, indent=1).decode()
+    text = bytearray(b"[")
+    for first in range(0, len(plan.steps), _PIECE):
+        steps = [
+            {"do": type(step.action).__name__, **{name: getattr(step, name) for name in _NAMES}}
+            for step in plan.steps[first : first + _PIECE]
+        ]
+        text += (b"," if first else b"") + to_json(steps, indent=1)[1:-2]
+    text += b"\n]" if plan.steps else b"]"
+    return text.decode()

@@ -118,12 +118,13 @@ def plan(measure: MeasureStep, planning: Planning) -> None:
     if rate_hz is None:
         planning.must_be_read(units)
     array_units = {member: info.unit for member, info in told.items() if info.unit}
+    known = planning.drive_units() | units | array_units
     action = Measure(
         name=measure.name,
         channels=numbers,
         duration_s=seconds,
         setpoints=planning.setpoints(),
-        units=planning.drive_units() | units | array_units,
+        units=planning.scene.once(planning.place, "units", known),
         told=tuple(told),
         sample_rate_hz=rate_hz,
     )

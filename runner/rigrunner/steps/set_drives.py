@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache
 from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field, model_validator
@@ -62,6 +62,10 @@ class SetStep(StepSettings):
         return schema
 
 
+_member = cache(Member)
+"""A sweep sets one drive many times."""
+
+
 @dataclass(frozen=True)
 class SetDrive(Action):
     """Sets one drive, in its SI unit."""
@@ -72,10 +76,10 @@ class SetDrive(Action):
     value: float
     unit: str
 
-    @cached_property
+    @property
     def led(self) -> Member:
         """The drive."""
-        return Member(self.role, self.drive)
+        return _member(self.role, self.drive)
 
     @property
     def passes(self) -> tuple[float]:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+from dataclasses import fields
 
 import pytest
+from pydantic_core import to_json
 
 from helpers_language import (
     LOGGER,
@@ -16,12 +18,13 @@ from helpers_language import (
     edited,
 )
 from rigrunner.api.devices import DriveInfo
-from rigrunner.plan import make_plan, plan_text
-from rigrunner.plan.actions import Phase
+from rigrunner.plan import make_plan, making, plan_text
+from rigrunner.plan.actions import Phase, Plan
 from rigrunner.procedure import parse_procedure
 from rigrunner.station import parse_station
 from rigrunner.steps.ask import Ask
 from rigrunner.steps.confirm import Confirm
+from rigrunner.steps.measure import Measure
 from rigrunner.steps.record import Record
 from rigrunner.steps.set_drives import SetDrive
 from rigrunner.steps.settle import Settle
@@ -187,3 +190,43 @@ def test_the_text_of_a_plan_is_json():
     assert len(steps) == len(plan.steps)
     assert (steps[8]["do"], steps[8]["action"]["name"]) == ("Record", "001_2Hz")
     assert (steps[8]["phase"], steps[8]["path"]) == ("main", plan.steps[8].path)
+
+
+@pytest.mark.parametrize("piece", [1, 5, 13, 1000])
+def test_the_text_of_a_plan_is_that_of_all_its_steps_at_once(monkeypatch, piece):
+    """Resuming compares it with the stored one, which may have been written otherwise."""
+    monkeypatch.setattr(making, "_PIECE", piece)
+    steps = plan_of().steps
+    listed = [
+        {
+            "do": type(step.action).__name__,
+            **{each.name: getattr(step, each.name) for each in fields(step)},
+        }
+        for step in steps
+    ]
+    assert len(steps) == 13
+    assert plan_text(Plan(steps)) == to_json(listed, indent=1).decode()
+    assert plan_text(Plan(())) == "[]"
+
+
+REPEATED = """\
+  - repeat:
+      times: 3
+      steps:
+        - measure: {channels: [tester.torque], duration: 1 s, limits: {tester.torque: {max: 3 N·m}}}
+        - measure: {channels: [tester.torque], duration: 1 s, limits: {tester.torque: {max: 4 N·m}}}
+        - set: {tester.load: 2 kN}
+teardown:
+"""
+
+
+def test_what_a_repeated_step_has_each_time_is_held_once_and_what_changes_is_kept():
+    steps = plan_of(("teardown:\n", REPEATED)).steps
+    measured = [each for each in steps if isinstance(each.action, Measure)]
+    first, second, third = measured[::2]
+    assert first.terms is second.terms is third.terms
+    assert [each.terms.limits[0].maximum for each in measured] == [3.0, 4.0] * 3
+    assert first.action.units is second.action.units is third.action.units
+    # The load is set in kN at the end of the first time.
+    assert [each.written_in for each in (first, second)] == [{}, {"tester.load": "kN"}]
+    assert second.written_in is third.written_in
