@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import deque
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,7 +20,7 @@ from rigrunner_bearings.torque.channels import motion_channel, set_frequency, to
 from rigrunner_bearings.torque.prepare import prepare_point
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from rigrunner.api import (
         AnalysisContext,
@@ -47,10 +48,10 @@ TURN_DEG = 360.0
 
 
 class LiveTorque:
-    """Implements `rigrunner.api.findings.LiveAnalysis` by the analysis of the stored run.
+    """Implements `rigrunner.api.findings.SnapshotAnalysis` by the analysis of the stored run.
 
     A long recording is analysed by its latest whole cycles. No more of its samples is kept, and of
-    a finished one only what was prepared.
+    a finished one only what was prepared. What takes long is done where the findings are made.
     """
 
     def __init__(self, settings: TorqueSettings, context: AnalysisContext) -> None:
@@ -63,11 +64,13 @@ class LiveTorque:
         self._points: dict[str, _Shown] = {}
         self._results: tuple[MeasurementResult, ...] = ()
         self._now: _Latest | None = None
+        self._finished: tuple[_Latest, ...] = ()
+        """Recordings that have to be prepared before the next findings."""
 
     def begin(self, recording: Recording, run: RunData) -> None:
         """Start a recording; one without swings is left out."""
         if self._now is not None and self._now.recording.name:
-            self._finish(self._now)
+            self._finished = (*self._finished, self._now)
         self._now = None
         with suppress(DataError):
             self._now = _Latest(recording, run, torque_channel(recording, run.instruments))
@@ -80,10 +83,23 @@ class LiveTorque:
 
     def findings(self) -> Findings:
         """Return the torque at each set-point, and its figure."""
-        now = self._now
+        return self.snapshot()()
+
+    def snapshot(self) -> Callable[[], Findings]:
+        """Return a function that makes these findings of the samples so far."""
+        now, finished, window = self._now, self._finished, None
+        self._finished = ()
         if now is not None and now.is_new and now.recording.name:
             now.is_new = False
             window = now.window()
+        return partial(self._findings, finished, now, window)
+
+    def _findings(
+        self, finished: Sequence[_Latest], now: _Latest | None, window: Recording | None
+    ) -> Findings:
+        for each in finished:
+            self._finish(each)
+        if now is not None and window is not None:
             with suppress(DataError):  # too few cycles so far, or another kind of recording
                 self._look_at(now, window)
             self._prepared.pop(window, None)

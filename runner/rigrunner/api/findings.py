@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 from rigrunner.api.coordinates import place_text
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from rigrunner.api.analysis import Check, Component
     from rigrunner.api.coordinates import CoordinateValue
@@ -217,6 +217,19 @@ class LiveAnalysis(Protocol):
         """Return the findings so far. An uncertainty that needs the whole run is nan.
 
         Called a few times per second: do lengthy calculations here, not in `take`.
+        """
+        ...
+
+
+@runtime_checkable
+class SnapshotAnalysis(LiveAnalysis, Protocol):
+    """A live view whose findings take so long that its curves would be late."""
+
+    def snapshot(self) -> Callable[[], Findings]:
+        """Return a function that makes the findings so far.
+
+        It is called in another thread while the next blocks are taken, and a snapshot is taken only
+        when the one before was made. So it may use what no other method uses, and what it got here.
         """
         ...
 

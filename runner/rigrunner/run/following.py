@@ -6,8 +6,9 @@ from contextlib import contextmanager
 from dataclasses import replace
 from functools import cached_property
 from math import isfinite
+from threading import Thread
 from time import monotonic
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Protocol, TypeVar
 
 import numpy as np
 
@@ -15,11 +16,11 @@ from rigrunner.analysis.scrutiny import Scrutiny
 from rigrunner.api.analysis_context import AnalysisContext
 from rigrunner.api.data import Recording, RunData
 from rigrunner.api.events import Samples, StepEnded, StepStarted
-from rigrunner.api.findings import Findings
+from rigrunner.api.findings import Findings, SnapshotAnalysis
 from rigrunner.run.listening import Detached
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterator, Sequence
 
     from rigrunner.api.events import Event, EventSink
     from rigrunner.api.figures import Curve
@@ -28,10 +29,11 @@ if TYPE_CHECKING:
     from rigrunner.registry import Registry
     from rigrunner.run.prepare import Planned
 
+_T = TypeVar("_T")
 EVERY_S = 0.25
 """Interval of updates of a screen during a recording."""
 MOST_BUSY = 0.25
-"""Most of the time to spend on findings during a recording: curves are drawn in the rest of it."""
+"""Most of the time to spend on findings during a recording."""
 
 
 class Shows(Protocol):
@@ -122,6 +124,7 @@ class Following:
         self._recording: str | None = None
         self._notes: list[str] = []
         self._due_s = self._took_s = 0.0
+        self._making: Thread | None = None
 
     def __call__(self, event: Event) -> None:
         """Take an event of the run."""
@@ -137,8 +140,8 @@ class Following:
                 if monotonic() >= self._due_s:
                     self._tell(is_whole=False)
             case StepEnded() if event.recording and event.recording == self._recording:
-                # Who draws curves analyses finished recordings beside: findings that take long
-                # would hold up the curves of the next one, and are left to that analysis.
+                # Who draws curves has finished recordings analysed beside: findings that take long
+                # are left to that analysis.
                 if self._draw is None or self._took_s <= EVERY_S or monotonic() >= self._due_s:
                     self._tell(is_whole=True)
 
@@ -179,23 +182,50 @@ class Following:
                     self._draw(event.recording, each, event.monotonic_s - (end_s - each.end_s))
 
     def _tell(self, *, is_whole: bool) -> None:
+        """Show the findings so far; curves are drawn while those of a snapshot are made."""
+        if self._making is not None and self._making.is_alive():
+            return
         began_s = monotonic()
-        found: list[Findings] = []
-        for name, fold in list(self._folds):
-            try:
-                found.append(fold.findings())
-            except Exception as error:  # noqa: BLE001  (a stranger's may raise anything)
-                self._leave_out(name, fold, error)
-        together = Findings(
+        # Of each live view its findings, or the function that makes them.
+        begun = [
+            (name, fold, self._tried(name, fold, self._first(fold))) for name, fold in self._folds
+        ]
+
+        def end() -> None:
+            found = [
+                self._tried(name, fold, each) if callable(each) else each
+                for name, fold, each in begun
+            ]
+            self._show(self._together([each for each in found if each]), is_whole=is_whole)
+            self._took_s = monotonic() - began_s
+            self._due_s = began_s + max(EVERY_S, self._took_s / MOST_BUSY)
+
+        if any(callable(each) for _, _, each in begun):
+            self._making = Thread(target=end, name="live findings", daemon=True)
+            self._making.start()
+        else:
+            end()
+
+    def _first(self, fold: LiveAnalysis) -> Callable[[], Findings | Callable[[], Findings]]:
+        if self._draw is not None and isinstance(fold, SnapshotAnalysis):
+            return fold.snapshot
+        return fold.findings
+
+    def _tried(self, name: str, fold: LiveAnalysis, make: Callable[[], _T]) -> _T | None:
+        try:
+            return make()
+        except Exception as error:  # noqa: BLE001  (a stranger's may raise anything)
+            self._leave_out(name, fold, error)
+            return None
+
+    def _together(self, found: Sequence[Findings]) -> Findings:
+        return Findings(
             results=tuple(
                 one for each in found for one in each.results if isfinite(one.estimate.value)
             ),
             figures=tuple(one for each in found for one in each.figures),
             notes=(*(one for each in found for one in each.notes), *self._notes),
         )
-        self._show(together, is_whole=is_whole)
-        self._took_s = monotonic() - began_s
-        self._due_s = began_s + max(EVERY_S, self._took_s / MOST_BUSY)
 
     def _leave_out(self, name: str, fold: LiveAnalysis, error: Exception) -> None:
         self._folds = [each for each in self._folds if each[1] is not fold]

@@ -97,7 +97,8 @@ class Analyst:
             self._folder = None
 
     def _show(self, found: Findings, *, is_whole: bool) -> None:  # noqa: ARG002  (a screen gets both)
-        self._send(Found(found))
+        with suppress(ChannelClosedError):  # as below: findings may be made in a thread too
+            self._send(Found(found))
 
     def _draw(self, recording: str, curve: Curve, ended_s: float) -> None:
         self._send(Drawn(recording, curve, ended_s))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import threading
+import time
 from dataclasses import fields
 from types import SimpleNamespace
 
@@ -188,3 +190,67 @@ def test_findings_that_take_long_hold_up_no_curves_at_the_end_of_a_recording(
         follow(event)
     assert sum(is_whole for _, is_whole in screen.shown) == whole
     assert len(screen.shown) == 1 + whole
+
+
+class Snapshots(Ramp):
+    """Its findings of each snapshot are made once they may be."""
+
+    def __init__(self, may):
+        super().__init__()
+        self.may, self.taken, self.blocks = may, 0, 0
+
+    def take(self, block):
+        self.blocks += 1
+        return super().take(block)
+
+    def snapshot(self):
+        self.taken += 1
+        blocks = self.blocks
+
+        def make():
+            assert self.may.wait(60.0)
+            return Findings(notes=(f"of {blocks} blocks",))
+
+        return make
+
+
+def until(condition):
+    end_s = time.monotonic() + 60.0
+    while not condition():
+        assert time.monotonic() < end_s
+        time.sleep(0.005)
+
+
+def test_curves_are_drawn_while_the_findings_of_a_snapshot_are_made():
+    drawn, screen, fold = [], Screen(), Snapshots(threading.Event())
+    follow = Following([("s", fold)], run_of, screen, lambda *curve: drawn.append(curve))
+    for event in recorded("1", 1.0, VALUES):
+        follow(event)
+    assert (len(drawn), fold.taken, screen.shown) == (6, 1, [])
+    fold.may.set()
+    until(lambda: screen.shown)
+    assert [found.notes for found, _ in screen.shown] == [("of 1 blocks",)]
+
+
+def test_a_snapshot_of_which_no_findings_can_be_made_is_left_out_with_a_note():
+    class Broken(Ramp):
+        def snapshot(self):
+            return lambda: 1 / 0
+
+    screen, fold = Screen(), load_registry().live("readings", told())
+    folds = [("broken", Broken()), ("readings", fold)]
+    follow = Following(folds, run_of, screen, lambda *_: None)
+    for event in recorded("1", 1.0, VALUES):
+        follow(event)
+        until(lambda: not (follow._making and follow._making.is_alive()))
+    found, _ = screen.shown[-1]
+    assert found.notes == ("broken is shown no more: ZeroDivisionError: division by zero",)
+    assert [each.place for each in found.results] == ["load.current = 1 A"]
+
+
+def test_on_the_command_line_no_snapshot_is_taken():
+    fold = Snapshots(threading.Event())
+    follow = Following([("s", fold)], run_of, Screen())
+    for event in recorded("1", 1.0, VALUES):
+        follow(event)
+    assert fold.taken == 0
