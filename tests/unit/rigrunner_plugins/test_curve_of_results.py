@@ -29,6 +29,7 @@ METERS = (
     instrument("rig.outlet", "pressure", {"gain": "0.4 %", "offset": "6 mbar"}),
     instrument("rig.flow", "volume flow rate", {"gain": "0.8 %"}),
 )
+PRECISE = (instrument("rig.outlet", "pressure", {"offset": "0.0001 Pa"}),)
 FLOW_RESULT = ("readings", {"of": "rig.flow", "per": ["load.current"],
                             "result": {"name": "flow", "unit": "L/min"}})  # fmt: skip
 registry = cache(load_registry)
@@ -228,3 +229,89 @@ def test_without_an_entry_in_the_register_the_uncertainty_is_unknown():
     assert isnan(at.estimate.u)
     assert at.estimate.value == pytest.approx(np.polyval(np.polyfit(
         VALVE, COLUMNS["rig.outlet"], 1), 5) / 1e5, rel=1e-9)  # fmt: skip
+
+
+def test_the_scatter_of_a_result_that_all_points_use_moves_the_curve():
+    """A zero of three readings: the value has s/sqrt(3) with dof 2, the slope none."""
+    zero, load = np.array([100.0, 300.0, 500.0]), np.array([1.0, 2.0, 3.0, 4.0, 5.0])
+    off = np.array([1.0, -2.0, 1.5, -1.0, 1.2])
+    columns = {"rig.outlet": np.concatenate([zero, 300 + 1e4 * load + off])}
+    run = run_of(columns, UNITS, PRECISE, [0.0, 0.0, 0.0, *load])
+    at_rest = ("readings", {"of": "rig.outlet", "where": {"load.current": "0 A"},
+                            "result": {"name": "zero", "unit": "Pa"}})  # fmt: skip
+    less = ("equation", {"result": {"name": "net", "unit": "Pa"}, "model": "p - z",
+                         "inputs": {"p": "rig.outlet", "z": "zero"},
+                         "per": ["load.current"]})  # fmt: skip
+    results = {"value": {"name": "value", "at": "3 A", "unit": "Pa"},
+               "slope": {"name": "slope", "unit": "Pa/A"}}  # fmt: skip
+    fitted = curve(results, over="load.current", of="net", fit=LINE)
+    asked = [AnalysisRef.model_validate({name: told}) for name, told in (at_rest, less, fitted)]
+    made = findings_of(run, asked, Scrutiny(registry()))
+    got = {each.name: each for one in made for each in one.results}
+    (of_zero,) = (each for each in got["value"].components if "of zero" in each.name)
+    assert of_zero.u == pytest.approx(np.std(zero, ddof=1) / sqrt(3), rel=1e-6)
+    assert of_zero.dof == pytest.approx(2)
+    (none,) = (each for each in got["slope"].components if "of zero" in each.name)
+    assert none.u == pytest.approx(0, abs=1e-6)
+
+
+def test_an_error_in_one_figure_stays_another_at_each_point_through_an_equation():
+    """The result of the readings, or the readings themselves: twice of both has the same slope."""
+    run = {"columns": COLUMNS, "meters": [instrument("rig.outlet", "pressure", "5 mbar")]}
+    pressure = ("readings", {"of": "rig.outlet", "per": ["load.current"],
+                             "result": {"name": "pressure", "unit": "mbar"}})  # fmt: skip
+    told = {"slope": {"name": "slope", "unit": "mbar/A"}}
+
+    def twice(of):
+        return ("equation", {"result": {"name": "twice", "unit": "mbar"}, "model": "2 * p",
+                             "inputs": {"p": of}, "per": ["load.current"]})  # fmt: skip
+
+    fitted = curve(told, over="load.current", of="twice", fit=LINE)
+    slope = found(pressure, twice("pressure"), fitted, **run)["slope"]
+    (line,) = (each for each in slope.components if each.name.startswith("reading"))
+    x = np.array(VALVE) - np.mean(VALVE)
+    assert line.u == pytest.approx(2 * 5 / sqrt(3) * np.abs(x / (x @ x)).sum(), rel=1e-6)
+    direct = found(twice("rig.outlet"), fitted, **run)["slope"]
+    assert slope.estimate.u == pytest.approx(direct.estimate.u, rel=1e-6)
+
+
+def test_constants_of_one_name_and_value_in_two_units_are_two_errors():
+    """A zero of y of 1 mbar and one of x of 0.2 A, both called z: not one error of both."""
+    y = ("equation", {"result": {"name": "y", "unit": "mbar"}, "model": "p - z",
+                      "inputs": {"p": "rig.outlet"}, "per": ["load.current"],
+                      "constants": {"z": {"value": "0 mbar", "u": "50 mbar"}}})  # fmt: skip
+    x = ("equation", {"result": {"name": "x", "unit": "A"}, "model": "i - z",
+                      "inputs": {"i": "load.current"}, "per": ["load.current"],
+                      "constants": {"z": {"value": "0 A", "u": "0.2 A"}}})  # fmt: skip
+    columns = {"rig.outlet": 1e5 + 1e4 * np.array(VALVE)}  # 100 mbar/A
+    told = {"value": {"name": "value", "at": "2.5 A", "unit": "mbar"}}
+    got = found(y, x, curve(told, of="y", over="x", fit=LINE), columns=columns, meters=PRECISE)[
+        "value"
+    ]
+    assert got.estimate.u == pytest.approx(sqrt(50**2 + (100 * 0.2) ** 2), rel=1e-5)
+
+
+def test_an_equation_of_parameters_of_one_curve_has_no_u_below_that_of_their_covariance():
+    """x at y = 0 of a line: by the covariance 0.0568 A, as independent errors 0.0428 A."""
+    off = np.array([6122.6, -7668.0, 1254.7, -1703.3, -1357.9, -646.6])
+    columns = {"rig.outlet": 2e5 + 1e5 * np.array(VALVE) + off}
+    told = {
+        "parameters": {"c0": {"name": "c0", "unit": "Pa"}, "c1": {"name": "c1", "unit": "Pa/A"}}
+    }
+    line = curve(told, of="rig.outlet", over="load.current", fit=LINE)
+    root = ("equation", {"result": {"name": "root", "unit": "A"}, "model": "-a / b",
+                         "inputs": {"a": "c0", "b": "c1"}})  # fmt: skip
+    got = found(line, root, columns=columns, meters=PRECISE)
+    (c1, c0), covariance = np.polyfit(VALVE, columns["rig.outlet"], 1, cov="unscaled")
+    residuals = columns["rig.outlet"] - c0 - c1 * np.array(VALVE)
+    slopes = np.array([c0 / c1**2, -1 / c1])
+    u = sqrt(slopes @ covariance @ slopes * (residuals @ residuals) / 4)
+    each = sqrt((residuals @ residuals) / 4) * np.sqrt(np.diag(covariance))
+    assert got["root"].estimate.value == pytest.approx(-c0 / c1)
+    assert got["root"].estimate.u == pytest.approx(np.abs(slopes) @ each, rel=1e-6)
+    assert got["root"].estimate.u >= u > np.linalg.norm(slopes * each)
+    assert got["root"].estimate.dof == pytest.approx(4)
+    twice = ("equation", {"result": {"name": "twice", "unit": "A"}, "model": "r + a / b",
+                          "inputs": {"r": "root", "a": "c0", "b": "c1"}})  # fmt: skip
+    again = found(line, root, twice, columns=columns, meters=PRECISE)["twice"]
+    assert again.estimate.u == pytest.approx(2 * got["root"].estimate.u, rel=1e-6)  # the greatest

@@ -189,6 +189,12 @@ class _OneCurve:
                 yield f"Correlation of {both}{self._place}: {r:.6f}."
 
     @property
+    def _points(self) -> str:
+        of, where = self.settings, self.settings.where.items()
+        at = "".join(f", {name} = {value}" for name, value in (*where, *self.source.place.items()))
+        return f"{SCATTER} of {of.of} over {' and '.join(of.over.values())}{at}"
+
+    @property
     def _place(self) -> str:
         place = ", ".join(f"{name} = {each}" for name, each in self.source.place.items())
         return f" at {place}" if place else ""
@@ -312,6 +318,7 @@ class _OneCurve:
                 unit=shown.symbol,
                 input_u=scatter,
                 sensitivity=1.0,
+                of_points=self._points,
             ),
             *(
                 error.of_result(name, effect)

@@ -54,7 +54,7 @@ def shared_lines(
 
     `points` has for each point the budget of y and of each x; u of each line is in SI.
     """
-    found: dict[tuple[str, str, float | None], SharedLine] = {}
+    found: dict[tuple[str, str, str, float | None], SharedLine] = {}
     own = np.zeros(len(points))
     for i, point in enumerate(points):
         for row, budget in enumerate(point):
@@ -64,7 +64,7 @@ def shared_lines(
                 if line.common:
                     value = line.value if isfinite(line.value) else None
                     several = found.setdefault(
-                        (line.name, line.distribution, value),
+                        (line.name, line.unit, line.distribution, value),
                         SharedLine(_alike(line), np.zeros((len(point), len(points)))),
                     )
                     several.by[row, i] += -line.u if line.sensitivity < 0 else line.u
