@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from math import nan
+from math import nan, sqrt
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -214,11 +214,15 @@ class RunData:
         """Return the errors of readings of a channel up to a value, in the SI unit.
 
         A channel without accuracy in the register has one error with an uncertainty of nan. No zero
-        reading is subtracted from a root mean square, 'role.name.rms'.
+        reading is subtracted from a root mean square, 'role.name.rms'; nor is this or a peak to
+        peak value corrected by the calibration points, so their greatest deviation is an error.
         """
         of = channel_of(channel)
         known, zeroed = self.instruments.get(of), of in self.zeros and not channel.endswith(".rms")
         found = known.reading_errors(value, zeroed=zeroed) if known else ()
+        if found and known and known.interpolation and channel.endswith((".rms", ".peak_to_peak")):
+            limit = max(abs(deviation) for _, deviation in known.deviations)
+            found += (ReadingError(f"deviation of {of}, not corrected", "each", limit / sqrt(3)),)
         return found or (ReadingError(f"reading of {channel}", "each", nan),)
 
     def readings(self, channel: str, values: Array, zero: float) -> Array:
