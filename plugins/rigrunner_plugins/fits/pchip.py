@@ -51,7 +51,7 @@ def interpolate(points: Points) -> FittedCurve:
         units=(points.y_unit,) * len(points.x),
         coefficients=points.y,
         covariance=np.diag(u_y**2),
-        dof=inf,
+        dof=inf if points.dof_y is None else float(points.dof_y.min()),
         residuals=np.zeros_like(points.y),
         residual_s=nan,
         r_squared=nan,

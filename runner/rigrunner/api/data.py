@@ -79,6 +79,8 @@ class Points:
     x_name: str = "f"
     """Name of x in formulas and messages, such as f for frequency."""
     y_name: str = "T"
+    dof_y: Array | None = None
+    """Degrees of freedom of each `u_y`, shape (n,); None if not known."""
 
 
 @dataclass(frozen=True, eq=False)

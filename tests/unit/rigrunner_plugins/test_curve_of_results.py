@@ -7,12 +7,14 @@ from math import isnan, sqrt
 
 import numpy as np
 import pytest
+from scipy.special import stdtrit
 
 from rigrunner.analysis.named import findings_of
 from rigrunner.analysis.scrutiny import Scrutiny
 from rigrunner.api.errors import DataError
 from rigrunner.procedure import AnalysisRef
 from rigrunner.registry import load_registry
+from rigrunner.signal.coverage import expanded
 from unit.rigrunner_plugins.equation.helpers_equation import instrument, run_of
 
 UNITS = {"rig.inlet": "Pa", "rig.outlet": "Pa", "rig.flow": "m³/s"}
@@ -158,14 +160,12 @@ def test_what_correlated_instruments_have_in_common_counts_with_its_greatest_eff
 def test_the_scatter_of_each_result_is_its_weight():
     scatter = np.array([1.0, 1.0, 9.0, 1.0, 20.0, 1.0])
     outlet = np.array([0, 2e3, 3.9e3, 6.2e3, 7.7e3, 10.3e3])
-    twice = {"rig.outlet": np.concatenate([outlet - scatter, outlet + scatter])}
+    ten = {"rig.outlet": np.concatenate([outlet - scatter, outlet + scatter] * 5)}
     itself = ("readings", {"of": "rig.outlet", "per": ["load.current"],
                            "result": {"name": "pressure", "unit": "Pa"}})  # fmt: skip
     told = {"value": {"name": "at", "at": "2 A", "unit": "Pa"}}
     weighted = {"polynomial": {"degree": 1, "weighted": True}}
-    run = run_of(
-        twice, UNITS, [instrument("rig.outlet", "pressure", {"offset": "0 Pa"})], VALVE * 2
-    )
+    run = run_of(ten, UNITS, [instrument("rig.outlet", "pressure", {"offset": "0 Pa"})], VALVE * 10)
     asked = [
         AnalysisRef.model_validate({name: settings})
         for name, settings in (itself, curve(told, "load.current", "pressure", weighted))
@@ -315,3 +315,26 @@ def test_an_equation_of_parameters_of_one_curve_has_no_u_below_that_of_their_cov
                           "inputs": {"r": "root", "a": "c0", "b": "c1"}})  # fmt: skip
     again = found(line, root, twice, columns=columns, meters=PRECISE)["twice"]
     assert again.estimate.u == pytest.approx(2 * got["root"].estimate.u, rel=1e-6)  # the greatest
+
+
+def test_the_scatter_of_three_readings_has_its_few_degrees_of_freedom_between_points():
+    """An interpolation goes through a point, and has its U there, with k = 4.3."""
+    outlet = np.array([0, 2e3, 3.9e3, 6.2e3, 7.7e3, 10.3e3])
+    thrice = {"rig.outlet": np.concatenate([outlet - 30, outlet + 40, outlet - 10])}
+    itself = ("readings", {"of": "rig.outlet", "per": ["load.current"],
+                           "result": {"name": "pressure", "unit": "Pa"}})  # fmt: skip
+    told = {"value": {"name": "at", "at": "2 A", "unit": "Pa"}}
+    run = run_of(thrice, UNITS, PRECISE, VALVE * 3)
+
+    def made(fit):
+        both = itself, curve(told, over="load.current", of="pressure", fit=fit)
+        asked = [AnalysisRef.model_validate({name: settings}) for name, settings in both]
+        return findings_of(run, asked, Scrutiny(registry()))
+
+    readings, at = made({"pchip": {}})
+    (point,) = (each for each in readings.results if each.place == "load.current = 2 A")
+    assert at.results[0].estimate.value == pytest.approx(point.estimate.value)
+    u = np.std([-30, 40, -10], ddof=1) / sqrt(3)
+    assert expanded(at.results[0].estimate) == pytest.approx(stdtrit(2, 0.975) * u, rel=1e-4)
+    with pytest.raises(DataError, match="is from 3 readings, and needs 10"):
+        made({"polynomial": {"degree": 1, "weighted": True}})

@@ -74,7 +74,7 @@ def _source(
     x, stated = np.array(columns, np.float64).T, first[0].of.unit
     units = tuple(si_symbol(unit(symbol).dimension) for symbol in shown)
     origin = origin_of(settings, units)
-    lines, own = shared_lines(
+    lines, own, dof = shared_lines(
         [
             [*_of_result(each[0]), *_of_x(run, each[1:], names, units, row)]
             for each, row in zip(points, x, strict=True)
@@ -84,6 +84,7 @@ def _source(
         x - origin,
         np.array([_si(each[0].estimate.value, stated) for each in points]),
         own if (own > 0).all() else None,
+        dof,
         np.array([each.y.si for each in settings.results.x_at if each.y is not None]),
         origin,
         tuple(settings.over),

@@ -47,6 +47,8 @@ class Values:
     """Shape (n,)."""
     u_y: Array | None
     """Standard uncertainty of each y from the scatter in its recording, shape (n,)."""
+    dof_y: Array | None
+    """Its degrees of freedom, shape (n,), of a known `u_y`."""
     asked: Array
     """Values of y for which x is requested, shape (m,); nan for one that was not measured."""
     origin: float
@@ -74,6 +76,7 @@ class Values:
             regressors=self.names if several else (),
             x_name=self.names[0].rpartition(".")[2],
             y_name=self.y_name.rpartition(".")[2],
+            dof_y=self.dof_y,
         )
 
     def with_error(self, column: int | None, acts: str, size: float, read: Array) -> Values:
@@ -91,8 +94,8 @@ class Values:
 
     def chosen(self, rows: Array) -> Values:
         """Return some of the points; `rows` is a mask, shape (n,)."""
-        u_y = None if self.u_y is None else self.u_y[rows]
-        return replace(self, x=self.x[rows], y=self.y[rows], u_y=u_y)
+        u_y, dof_y = (None if each is None else each[rows] for each in (self.u_y, self.dof_y))
+        return replace(self, x=self.x[rows], y=self.y[rows], u_y=u_y, dof_y=dof_y)
 
     def moved(self, column: int | None, rows: Array, size: float) -> Values:
         """Return the values with some y, or some x of a column, increased by a shift."""
@@ -188,7 +191,7 @@ def _source(
     y = np.array([_statistic(part, settings.of, settings.statistic) for part in found])
     asked, counts = _asked(settings, also)
     values = Values(
-        x, y, _scatter(found, settings), asked, origin, tuple(settings.over), tuple(units),
+        x, y, *_scatter(found, settings), asked, origin, tuple(settings.over), tuple(units),
         found[0].units[settings.of], settings.of,
         tuple(_shown(found[0], source) for source in settings.over.values()),
         _shown(found[0], settings.of),
@@ -276,7 +279,11 @@ def _statistic(part: Part, name: str, statistic: str) -> float:
     return STATISTICS[statistic].value(_series(part, name))
 
 
-def _scatter(found: Sequence[Part], settings: CurveSettings) -> Array | None:
+def _scatter(found: Sequence[Part], settings: CurveSettings) -> tuple[Array | None, Array | None]:
+    """Return u of each y from the scatter in its recording, and its dof; None for one without."""
     scatter = [STATISTICS[settings.statistic].scatter(_series(part, settings.of)) for part in found]
-    known = [each[0] for each in scatter if each is not None]
-    return np.array(known) if len(known) == len(found) else None
+    known = [each for each in scatter if each is not None]
+    if len(known) < len(found):
+        return None, None
+    u, dof = np.array(known).T
+    return u, dof

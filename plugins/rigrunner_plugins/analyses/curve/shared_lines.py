@@ -9,7 +9,7 @@ them.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import hypot, isfinite, isnan, nan
+from math import hypot, inf, isfinite, isnan, nan
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -49,13 +49,13 @@ class SharedLine:
 
 def shared_lines(
     points: Sequence[Sequence[Sequence[Component]]],
-) -> tuple[tuple[SharedLine, ...], Array]:
-    """Return the lines that points may share, and each y's own standard uncertainty, shape (n,).
+) -> tuple[tuple[SharedLine, ...], Array, Array]:
+    """Return the lines that points may share, and u of each y's own scatter and its dof, (n,).
 
     `points` has for each point the budget of y and of each x; u of each line is in SI.
     """
     found: dict[tuple[str, str, str, float | None], SharedLine] = {}
-    own = np.zeros(len(points))
+    own, spread = np.zeros(len(points)), np.zeros(len(points))
     for i, point in enumerate(points):
         for row, budget in enumerate(point):
             for line in budget:
@@ -77,7 +77,10 @@ def shared_lines(
                     )
                 elif row == 0:  # the own scatter of an x takes the point off the curve
                     own[i] = hypot(own[i], line.u)
-    return tuple(found.values()), own
+                    spread[i] += line.u**4 / line.dof  # Welch and Satterthwaite (GUM G.4.1)
+    dof = np.full(len(points), inf)
+    np.divide(own**4, spread, out=dof, where=spread > 0)
+    return tuple(found.values()), own, dof
 
 
 def _alike(line: Component) -> Component:
