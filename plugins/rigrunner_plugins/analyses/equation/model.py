@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, field, replace
 from itertools import combinations
-from math import inf, isfinite, isnan, nan, sqrt
+from math import inf, isclose, isfinite, isnan, nan, sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -362,31 +362,25 @@ def _enter_result(
     found.fixed[name] = estimate.value * stated.factor + stated.offset
     of = result.coordinates
     differs = bool(place) and place.keys() <= of.keys()
-    apart = {key: each for key, each in of.items() if not (differs and key in place)}
     effects: list[Effect] = []
     for line in result.components or _whole(result):
         if line.u == 0:
             continue
         error = _error_of(line, is_here=of.keys() == place.keys())
         error = None if error is None else _shared(found, error, taken)
-        slope = line.sensitivity * stated.factor
+        slope, is_at_place = line.sensitivity * stated.factor, line.at_place
         # So `Inputs.model` marks the line of several correlated inputs: it has no value of its own.
         joint = line.common and line.shared and isnan(line.value) and line.sensitivity == 1
         may_differ = not line.shared or joint
-        if error is not None:
-            is_at_place = line.at_place
-        else:
-            at = ", ".join(f"{key} = {each}" for key, each in apart.items())
-            slope = 1.0
-            error = _part_of(line, result, stated.factor, f" at {at}" if at else "")
-            error = replace(error, common=line.common or not differs)
-            found.inputs.append(error)
-            is_at_place = differs
-            may_differ = may_differ and differs
-            if joint:
-                first = found.joint.setdefault(line.name, result.name)
-                if first != result.name:
-                    raise CorrelationError(_joint(line.name, first, result.name))
+        if error is None:
+            part = _part_of(line, result, stated.factor, place, differs=differs)
+            # It may be there by another result that is made of this one, or by another symbol.
+            error = _shared(found, part, taken) or replace(part, name=f"{part.name}, as {name}")
+            if error not in found.inputs:
+                found.inputs.append(error)
+            slope, is_at_place, may_differ = 1.0, differs, may_differ and differs
+        if joint and found.joint.setdefault(line.name, result.name) != result.name:
+            raise CorrelationError(_joint(line.name, found.joint[line.name], result.name))
         if line.of_points:
             found.unsure[error.name] = line.of_points, True
         elif not line.shared:
@@ -418,8 +412,10 @@ def _shared(found: Inputs, error: Input, taken: Collection[str]) -> Input | None
         known = next((one for one in found.inputs if one.name == each.name), None)
         if known is None and each.name not in taken:
             found.inputs.append(each)
-        if known == each or (known is None and each.name not in taken):
             return each
+        # The degrees of freedom of a line that was propagated are rounded.
+        if known and known == replace(each, dof=known.dof) and isclose(known.dof, each.dof):
+            return known
     return None
 
 
@@ -431,11 +427,24 @@ def _joint(line: str, one: str, other: str) -> str:
     )
 
 
-def _part_of(line: Component, result: MeasurementResult, factor: float, at: str) -> Input:
+def _part_of(
+    line: Component,
+    result: MeasurementResult,
+    factor: float,
+    place: Mapping[str, CoordinateValue],
+    *,
+    differs: bool,
+) -> Input:
     """Return a line as an error of this result only, in its SI unit."""
+    apart = [
+        f"{key} = {each}"
+        for key, each in result.coordinates.items()
+        if not (differs and key in place)
+    ]
+    at = f" at {', '.join(apart)}" if apart else ""
     symbol = si_symbol(unit(result.of.unit).dimension)
     name, u = f"{line.name}, of {result.name}{at}", line.u * factor
-    return Input(name, 0.0, u, line.dof, _shape(line), symbol, common=line.common)
+    return Input(name, 0.0, u, line.dof, _shape(line), symbol, common=line.common or not differs)
 
 
 def _shape(line: Component) -> Distribution:

@@ -273,3 +273,20 @@ def test_a_mean_over_places_keeps_the_scatter_of_what_all_of_them_use():
     )
     assert mean_of(net).u == pytest.approx(expected, rel=1e-6)
     assert zero.estimate.u > 0
+
+
+@pytest.mark.parametrize("inputs", [("a", "zero"), ("zero", "a"), ("zero", "zero")])
+@pytest.mark.parametrize("per", [{}, {"per": ["load.current"]}])
+def test_a_result_beside_one_that_is_made_of_it_is_one_error(inputs, per):
+    """With a = 2 z, a + z is 3 z and z + z is 2 z: they were independent, or a traceback."""
+    meters = (instrument("meter.voltage", "voltage", "2 mV"),)
+    zero, *_, total = found(
+        readings("zero", None if per else 1),
+        equation("a", "V", "2 * z", {"z": "zero"}, **per),
+        equation("total", "V", "x + y", dict(zip("xy", inputs, strict=True)), **per), meters=meters,
+    )  # fmt: skip
+    times = sum(2 if each == "a" else 1 for each in inputs)
+    expected = times * read(VOLT[4:], 0, GTC.ureal(0, 0.002 / sqrt(3)))
+    assert total.estimate.u == pytest.approx(expected.u, rel=1e-9)
+    assert total.estimate.dof == pytest.approx(expected.df, rel=1e-6)
+    assert zero.estimate.u > 0
