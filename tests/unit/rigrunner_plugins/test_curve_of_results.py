@@ -17,6 +17,7 @@ from rigrunner.registry import load_registry
 from rigrunner.signal.coverage import expanded
 from unit.rigrunner_plugins.equation.helpers_equation import instrument, run_of
 
+TEN_MHZ = 1e7 + np.array([0, 0.2, 0.41, 0.59, 0.8, 1.0])
 UNITS = {"rig.inlet": "Pa", "rig.outlet": "Pa", "rig.flow": "m³/s"}
 VALVE = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0]  # A: what a helper sets
 FLOW = np.array([0.0, 2.0, 4.1, 5.9, 8.0, 10.0]) * 1e-4
@@ -338,3 +339,59 @@ def test_the_scatter_of_three_readings_has_its_few_degrees_of_freedom_between_po
     assert expanded(at.results[0].estimate) == pytest.approx(stdtrit(2, 0.975) * u, rel=1e-4)
     with pytest.raises(DataError, match="is from 3 readings, and needs 10"):
         made({"polynomial": {"degree": 1, "weighted": True}})
+
+
+def test_errors_that_differ_at_each_point_do_not_cancel_between_two_values_of_a_curve():
+    """Each value has its greatest effect; of a difference they are independent, as of readings."""
+    run = {
+        "columns": {"rig.outlet": np.full(6, 1e5)},
+        "meters": [instrument("rig.outlet", "pressure", "5 mbar")],
+    }
+    per = {"per": ["load.current"]}
+    told = {"value": [{"name": f"at_{x}", "at": f"{x} A", "unit": "mbar"} for x in (2, 5)]}
+    got = found(
+        ("readings", {"of": "rig.outlet", "result": {"name": "pressure", "unit": "mbar"}, **per}),
+        ("equation", {"result": {"name": "twice", "unit": "mbar"}, "model": "2 * p",
+                      "inputs": {"p": "pressure"}, **per}),
+        curve(told, over="load.current", of="twice", fit=LINE),
+        ("equation", {"result": {"name": "rise", "unit": "mbar"}, "model": "b - a",
+                      "inputs": {"a": "at_2", "b": "at_5"}}), **run,
+    )  # fmt: skip
+    hat = np.array([[2, 1], [5, 1]]) @ np.linalg.pinv(np.vander(VALVE, 2))
+    of_value = 2 * 5 / sqrt(3) * np.abs(hat).sum(axis=1)
+    lines = [each.u for each in got["rise"].components if each.name.startswith("reading")]
+    assert np.linalg.norm(lines) == pytest.approx(np.linalg.norm(of_value), rel=1e-5)
+
+
+@pytest.mark.parametrize("of", ["rig.outlet", "frequency"])
+@pytest.mark.parametrize("error", ["offset", "drift"])
+def test_errors_of_a_y_that_hardly_changes_are_not_lost_in_its_rounding(of, error):
+    """10 MHz within 1 Hz: 0.5 Hz of y, 0.3 A and 2 % of x, by a fit to the last digits alone."""
+    meters = (
+        instrument("rig.outlet", "frequency", {error: "0.5 Hz"}),
+        instrument("load.current", "current", {"offset": "0.3 A", "gain": "2 %"}),
+    )
+    run = run_of({"rig.outlet": TEN_MHZ}, {"rig.outlet": "Hz"}, meters, VALVE)
+    told = {"value": {"name": "value", "at": "2.2 A", "unit": "Hz"}}
+    analyses = [
+        ("readings", {"of": "rig.outlet", "per": ["load.current"],
+                      "result": {"name": "frequency", "unit": "Hz"}}),
+        curve(told, over="load.current", of=of, fit=LINE),
+    ]  # fmt: skip
+    asked = [AnalysisRef.model_validate({name: told}) for name, told in analyses]
+    *_, made = findings_of(run, asked, Scrutiny(registry()))
+    lines = {each.name: each.u for each in made.results[0].components}
+    design = np.vander(VALVE, 2)
+    hat, (slope, _) = (
+        np.array([2.2, 1]) @ np.linalg.pinv(design),
+        np.polyfit(VALVE, TEN_MHZ - 1e7, 1),
+    )
+    expected = {
+        f"{error} of rig.outlet": 0.5
+        * (abs(hat.sum()) if error == "offset" else np.abs(hat).sum()),
+        "offset of load.current": 0.3 * slope,
+        "gain of load.current": 0.02 * 2.2 * slope,
+    }
+    for name, u in expected.items():
+        (found_u,) = (each for line, each in lines.items() if line.startswith(name))
+        assert found_u == pytest.approx(u / sqrt(3), rel=2e-3), name

@@ -33,6 +33,9 @@ if TYPE_CHECKING:
 CELSIUS = 273.15
 STEP = 1e-6
 """Shift of points used to find the effect of an error, as a share of their range."""
+LEAST_RANGE = 1e-4
+"""Of y, as a share of its largest value."""
+MOST_WIDENED = 1e4
 MOST_MOVED = 500
 """Up to this number, points are shifted one by one to find their effects; above it, in groups."""
 
@@ -113,11 +116,23 @@ class Values:
         `by` is the change of y and of each column of x, shape (1 + k, n).
         """
         of = np.vstack([self.y, self.x.T])
-        range_ = np.ptp(of, axis=1)
-        range_[range_ == 0] = 1.0
-        share = STEP / float((np.abs(by).max(axis=1) / range_).max())
+        share = STEP / float((np.abs(by).max(axis=1) / self.ranges).max())
         of[:, rows] += share * by[:, rows]
         return replace(self, y=of[0], x=of[1:].T), share
+
+    @property
+    def ranges(self) -> Array:
+        """The range of y and of each x, of which `STEP` is a shift, shape (1 + k,).
+
+        Of a y that hardly changes, such as 10 MHz within 1 Hz, the shift must change more than its
+        last digits.
+        """
+        found = np.ptp(np.vstack([self.y, self.x.T]), axis=1)
+        least = LEAST_RANGE * float(np.abs(self.y).max())
+        found[1:] *= np.clip(least / found[0], 1.0, MOST_WIDENED) if found[0] else 1.0
+        found[0] = max(found[0], least)
+        found[found == 0] = 1.0
+        return np.asarray(found)
 
     def rows(self) -> Sequence[Array]:
         """Return which points are shifted together; each one alone if there are few."""

@@ -44,7 +44,10 @@ class SharedLine:
         of = self.line
         if isnan(of.input_u):  # it differs from point to point: the input is one of it at each
             of = replace(of, value=nan, unit="1", input_u=1.0)
-        return replace(of, name=name, u=abs(effect), sensitivity=effect / of.input_u)
+        # What was one error at a place is a sum of those of all points.
+        return replace(
+            of, name=name, u=abs(effect), sensitivity=effect / of.input_u, at_place=False
+        )
 
 
 def shared_lines(
