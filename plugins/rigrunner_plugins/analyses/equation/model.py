@@ -208,6 +208,16 @@ class Inputs:
                 r[inputs[i].name, inputs[j].name] = float(np.sign(found[i] * found[j]))
         return inputs, r
 
+    def doubt(self, line: Component, name: str) -> None:
+        """Note what is not known of the input of a line of a result."""
+        if line.of_points:
+            self.unsure[name] = line.of_points, True
+        elif not line.shared:
+            self.unsure[name] = line.name.partition(", of ")[0], False
+        elif line.common and line.value == 0 and name != line.name:
+            # An error that is stated as a share of the reading, and so of another size here.
+            self.unsure |= dict.fromkeys((name, line.name), (line.name, False))
+
     def marked(self, line: Component) -> Component:
         """Return a line of a result's budget with what it may share with that of another."""
         several_of, is_several, _ = line.name.partition(SEVERAL)
@@ -381,10 +391,7 @@ def _enter_result(
             slope, is_at_place, may_differ = 1.0, differs, may_differ and differs
         if joint and found.joint.setdefault(line.name, result.name) != result.name:
             raise CorrelationError(_joint(line.name, found.joint[line.name], result.name))
-        if line.of_points:
-            found.unsure[error.name] = line.of_points, True
-        elif not line.shared:
-            found.unsure[error.name] = line.name.partition(", of ")[0], False
+        found.doubt(line, error.name)
         if is_at_place:
             found.at_place.add(error.name)
         if may_differ:
