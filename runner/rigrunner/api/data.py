@@ -81,6 +81,9 @@ class Points:
     y_name: str = "T"
     dof_y: Array | None = None
     """Degrees of freedom of each `u_y`, shape (n,); None if not known."""
+    u_x: Array | None = None
+    """Standard uncertainty of x from its scatter, shape (n,), for a fit without residuals: those of
+    others show it. None for x without scatter, and for several regressors."""
 
 
 @dataclass(frozen=True, eq=False)

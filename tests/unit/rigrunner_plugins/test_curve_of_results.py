@@ -395,3 +395,20 @@ def test_errors_of_a_y_that_hardly_changes_are_not_lost_in_its_rounding(of, erro
     for name, u in expected.items():
         (found_u,) = (each for line, each in lines.items() if line.startswith(name))
         assert found_u == pytest.approx(u / sqrt(3), rel=2e-3), name
+
+
+def test_an_interpolation_counts_the_scatter_of_x():
+    """y = 200 x exactly, each x of ten readings: u of y is 200 u(x), and there are no residuals."""
+    flow = np.concatenate([FLOW + off for off in np.tile([1e-6, -1e-6], 5)])
+    outlet = np.tile(1e5 + 2e8 * FLOW, 10) + np.repeat(np.tile([1, -1], 5), len(FLOW))
+    per = {"per": ["load.current"]}
+    pressure = ("readings", {"of": "rig.outlet", "result": {"name": "p", "unit": "Pa"}, **per})
+    told = {"value": {"name": "at", "at": f"{FLOW[2]} m³/s", "unit": "Pa"}}
+    meters = [*PRECISE, instrument("rig.flow", "volume flow rate", {"offset": "0.000001 L/min"})]
+    run = run_of({"rig.flow": flow, "rig.outlet": outlet}, UNITS, meters, VALVE * 10)
+    analyses = [pressure, FLOW_RESULT, curve(told, of="p", fit={"pchip": {}})]
+    asked = [AnalysisRef.model_validate({name: settings}) for name, settings in analyses]
+    *_, made = findings_of(run, asked, Scrutiny(registry()))
+    of_mean = np.std([1, -1] * 5, ddof=1) / sqrt(10)
+    expected = np.hypot(of_mean, 2e8 * 1e-6 * of_mean)
+    assert made.results[0].estimate.u == pytest.approx(expected, rel=1e-3)

@@ -74,7 +74,7 @@ def _source(
     x, stated = np.array(columns, np.float64).T, first[0].of.unit
     units = tuple(si_symbol(unit(symbol).dimension) for symbol in shown)
     origin = origin_of(settings, units)
-    lines, own, dof = shared_lines(
+    lines, own, dof, own_x = shared_lines(
         [
             [*_of_result(each[0]), *_of_x(run, each[1:], names, units, row)]
             for each, row in zip(points, x, strict=True)
@@ -94,6 +94,7 @@ def _source(
         tuple(shown),
         stated,
         is_set=not settings.x_results,
+        u_x=own_x if len(names) == 1 else None,
     )
     return Source(
         place={name: first[0].coordinates[name] for name in settings.per},

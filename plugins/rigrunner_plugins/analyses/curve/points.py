@@ -66,6 +66,8 @@ class Values:
     y_shown: str
     is_set: bool = False
     """Whether x are set-points, counters or labels, not readings."""
+    u_x: Array | None = None
+    """Standard uncertainty of one x from its scatter, shape (n,)."""
 
     def points(self) -> Points:
         """Return the points in the form that a fit takes."""
@@ -80,6 +82,7 @@ class Values:
             x_name=self.names[0].rpartition(".")[2],
             y_name=self.y_name.rpartition(".")[2],
             dof_y=self.dof_y,
+            u_x=self.u_x,
         )
 
     def with_error(self, column: int | None, acts: str, size: float, read: Array) -> Values:
@@ -97,8 +100,10 @@ class Values:
 
     def chosen(self, rows: Array) -> Values:
         """Return some of the points; `rows` is a mask, shape (n,)."""
-        u_y, dof_y = (None if each is None else each[rows] for each in (self.u_y, self.dof_y))
-        return replace(self, x=self.x[rows], y=self.y[rows], u_y=u_y, dof_y=dof_y)
+        u_y, dof_y, u_x = (
+            None if each is None else each[rows] for each in (self.u_y, self.dof_y, self.u_x)
+        )
+        return replace(self, x=self.x[rows], y=self.y[rows], u_y=u_y, dof_y=dof_y, u_x=u_x)
 
     def moved(self, column: int | None, rows: Array, size: float) -> Values:
         """Return the values with some y, or some x of a column, increased by a shift."""
@@ -206,11 +211,13 @@ def _source(
     y = np.array([_statistic(part, settings.of, settings.statistic) for part in found])
     asked, counts = _asked(settings, also)
     values = Values(
-        x, y, *_scatter(found, settings), asked, origin, tuple(settings.over), tuple(units),
+        x, y, *_scatter(found, settings.of, settings), asked, origin, tuple(settings.over),
+        tuple(units),
         found[0].units[settings.of], settings.of,
         tuple(_shown(found[0], source) for source in settings.over.values()),
         _shown(found[0], settings.of),
         is_set=not any(name in found[0].values for name in settings.over.values()),
+        u_x=_scatter_of_x(found, settings),
     )  # fmt: skip
     measured = asked[np.array(counts, int) > 0]
     if not (np.isfinite(x).all() and np.isfinite(y).all() and np.isfinite(measured).all()):
@@ -294,9 +301,18 @@ def _statistic(part: Part, name: str, statistic: str) -> float:
     return STATISTICS[statistic].value(_series(part, name))
 
 
-def _scatter(found: Sequence[Part], settings: CurveSettings) -> tuple[Array | None, Array | None]:
-    """Return u of each y from the scatter in its recording, and its dof; None for one without."""
-    scatter = [STATISTICS[settings.statistic].scatter(_series(part, settings.of)) for part in found]
+def _scatter_of_x(found: Sequence[Part], settings: CurveSettings) -> Array | None:
+    names = list(settings.over.values())
+    if len(names) > 1 or names[0] not in found[0].values:
+        return None
+    return _scatter(found, names[0], settings)[0]
+
+
+def _scatter(
+    found: Sequence[Part], of: str, settings: CurveSettings
+) -> tuple[Array | None, Array | None]:
+    """Return u of each value from the scatter in its recording, and its dof; None without."""
+    scatter = [STATISTICS[settings.statistic].scatter(_series(part, of)) for part in found]
     known = [each for each in scatter if each is not None]
     if len(known) < len(found):
         return None, None

@@ -52,13 +52,13 @@ class SharedLine:
 
 def shared_lines(
     points: Sequence[Sequence[Sequence[Component]]],
-) -> tuple[tuple[SharedLine, ...], Array, Array]:
-    """Return the lines that points may share, and u of each y's own scatter and its dof, (n,).
+) -> tuple[tuple[SharedLine, ...], Array, Array, Array]:
+    """Return the lines that points may share, u of each y's own scatter, its dof, and u of x, (n,).
 
     `points` has for each point the budget of y and of each x; u of each line is in SI.
     """
     found: dict[tuple[str, str, str, float | None], SharedLine] = {}
-    own, spread = np.zeros(len(points)), np.zeros(len(points))
+    own, spread, own_x = np.zeros((3, len(points)))
     for i, point in enumerate(points):
         for row, budget in enumerate(point):
             for line in budget:
@@ -78,12 +78,14 @@ def shared_lines(
                         input_u=line.input_u if same else nan,
                         dof=min(several.line.dof, line.dof),
                     )
-                elif row == 0:  # the own scatter of an x takes the point off the curve
+                elif row:  # it takes the point off the curve, as residuals show
+                    own_x[i] = hypot(own_x[i], line.u)
+                else:
                     own[i] = hypot(own[i], line.u)
                     spread[i] += line.u**4 / line.dof  # Welch and Satterthwaite (GUM G.4.1)
     dof = np.full(len(points), inf)
     np.divide(own**4, spread, out=dof, where=spread > 0)
-    return tuple(found.values()), own, dof
+    return tuple(found.values()), own, dof, own_x
 
 
 def _alike(line: Component) -> Component:
