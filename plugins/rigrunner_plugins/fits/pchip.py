@@ -39,6 +39,10 @@ def interpolate(points: Points) -> FittedCurve:
             " fit that averages",
         )
 
+    if points.u_x is not None:
+        slope = PchipInterpolator(points.x, points.y).derivative()(points.x)
+        u_y = np.hypot(u_y, slope * points.u_x)
+
     def value_and_spread(x: Array) -> tuple[Array, Array]:
         y, step = points.y[:, None], np.diag(u_y)
         at_x = PchipInterpolator(points.x, np.hstack([y, y + step, y - step]))(x)
@@ -51,7 +55,7 @@ def interpolate(points: Points) -> FittedCurve:
         units=(points.y_unit,) * len(points.x),
         coefficients=points.y,
         covariance=np.diag(u_y**2),
-        dof=inf,
+        dof=inf if points.dof_y is None else float(points.dof_y.min()),
         residuals=np.zeros_like(points.y),
         residual_s=nan,
         r_squared=nan,
@@ -75,5 +79,5 @@ def _ascending(points: Points) -> Points:
             f"two points at the same {points.x_name}, {first:.6g} and {second:.6g} {points.x_unit}",
             hint="an interpolation goes through every point; choose a fit that averages",
         )
-    u_y = None if points.u_y is None else points.u_y[order]
-    return replace(points, x=x, y=points.y[order], u_y=u_y)
+    u_y, u_x = (None if each is None else each[order] for each in (points.u_y, points.u_x))
+    return replace(points, x=x, y=points.y[order], u_y=u_y, u_x=u_x)

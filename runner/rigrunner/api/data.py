@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from math import nan
+from math import nan, sqrt
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -79,6 +79,11 @@ class Points:
     x_name: str = "f"
     """Name of x in formulas and messages, such as f for frequency."""
     y_name: str = "T"
+    dof_y: Array | None = None
+    """Degrees of freedom of each `u_y`, shape (n,); None if not known."""
+    u_x: Array | None = None
+    """Standard uncertainty of x from its scatter, shape (n,), for a fit without residuals: those of
+    others show it. None for x without scatter, and for several regressors."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -214,11 +219,15 @@ class RunData:
         """Return the errors of readings of a channel up to a value, in the SI unit.
 
         A channel without accuracy in the register has one error with an uncertainty of nan. No zero
-        reading is subtracted from a root mean square, 'role.name.rms'.
+        reading is subtracted from a root mean square, 'role.name.rms'; nor is this or a peak to
+        peak value corrected by the calibration points, so their greatest deviation is an error.
         """
         of = channel_of(channel)
         known, zeroed = self.instruments.get(of), of in self.zeros and not channel.endswith(".rms")
         found = known.reading_errors(value, zeroed=zeroed) if known else ()
+        if found and known and known.interpolation and channel.endswith((".rms", ".peak_to_peak")):
+            limit = max(abs(deviation) for _, deviation in known.deviations)
+            found += (ReadingError(f"deviation of {of}, not corrected", "each", limit / sqrt(3)),)
         return found or (ReadingError(f"reading of {channel}", "each", nan),)
 
     def readings(self, channel: str, values: Array, zero: float) -> Array:

@@ -7,14 +7,17 @@ from math import isnan, sqrt
 
 import numpy as np
 import pytest
+from scipy.special import stdtrit
 
 from rigrunner.analysis.named import findings_of
 from rigrunner.analysis.scrutiny import Scrutiny
 from rigrunner.api.errors import DataError
 from rigrunner.procedure import AnalysisRef
 from rigrunner.registry import load_registry
+from rigrunner.signal.coverage import expanded
 from unit.rigrunner_plugins.equation.helpers_equation import instrument, run_of
 
+TEN_MHZ = 1e7 + np.array([0, 0.2, 0.41, 0.59, 0.8, 1.0])
 UNITS = {"rig.inlet": "Pa", "rig.outlet": "Pa", "rig.flow": "m³/s"}
 VALVE = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0]  # A: what a helper sets
 FLOW = np.array([0.0, 2.0, 4.1, 5.9, 8.0, 10.0]) * 1e-4
@@ -29,6 +32,7 @@ METERS = (
     instrument("rig.outlet", "pressure", {"gain": "0.4 %", "offset": "6 mbar"}),
     instrument("rig.flow", "volume flow rate", {"gain": "0.8 %"}),
 )
+PRECISE = (instrument("rig.outlet", "pressure", {"offset": "0.0001 Pa"}),)
 FLOW_RESULT = ("readings", {"of": "rig.flow", "per": ["load.current"],
                             "result": {"name": "flow", "unit": "L/min"}})  # fmt: skip
 registry = cache(load_registry)
@@ -157,14 +161,12 @@ def test_what_correlated_instruments_have_in_common_counts_with_its_greatest_eff
 def test_the_scatter_of_each_result_is_its_weight():
     scatter = np.array([1.0, 1.0, 9.0, 1.0, 20.0, 1.0])
     outlet = np.array([0, 2e3, 3.9e3, 6.2e3, 7.7e3, 10.3e3])
-    twice = {"rig.outlet": np.concatenate([outlet - scatter, outlet + scatter])}
+    ten = {"rig.outlet": np.concatenate([outlet - scatter, outlet + scatter] * 5)}
     itself = ("readings", {"of": "rig.outlet", "per": ["load.current"],
                            "result": {"name": "pressure", "unit": "Pa"}})  # fmt: skip
     told = {"value": {"name": "at", "at": "2 A", "unit": "Pa"}}
     weighted = {"polynomial": {"degree": 1, "weighted": True}}
-    run = run_of(
-        twice, UNITS, [instrument("rig.outlet", "pressure", {"offset": "0 Pa"})], VALVE * 2
-    )
+    run = run_of(ten, UNITS, [instrument("rig.outlet", "pressure", {"offset": "0 Pa"})], VALVE * 10)
     asked = [
         AnalysisRef.model_validate({name: settings})
         for name, settings in (itself, curve(told, "load.current", "pressure", weighted))
@@ -228,3 +230,185 @@ def test_without_an_entry_in_the_register_the_uncertainty_is_unknown():
     assert isnan(at.estimate.u)
     assert at.estimate.value == pytest.approx(np.polyval(np.polyfit(
         VALVE, COLUMNS["rig.outlet"], 1), 5) / 1e5, rel=1e-9)  # fmt: skip
+
+
+def test_the_scatter_of_a_result_that_all_points_use_moves_the_curve():
+    """A zero of three readings: the value has s/sqrt(3) with dof 2, the slope none."""
+    zero, load = np.array([100.0, 300.0, 500.0]), np.array([1.0, 2.0, 3.0, 4.0, 5.0])
+    off = np.array([1.0, -2.0, 1.5, -1.0, 1.2])
+    columns = {"rig.outlet": np.concatenate([zero, 300 + 1e4 * load + off])}
+    run = run_of(columns, UNITS, PRECISE, [0.0, 0.0, 0.0, *load])
+    at_rest = ("readings", {"of": "rig.outlet", "where": {"load.current": "0 A"},
+                            "result": {"name": "zero", "unit": "Pa"}})  # fmt: skip
+    less = ("equation", {"result": {"name": "net", "unit": "Pa"}, "model": "p - z",
+                         "inputs": {"p": "rig.outlet", "z": "zero"},
+                         "per": ["load.current"]})  # fmt: skip
+    results = {"value": {"name": "value", "at": "3 A", "unit": "Pa"},
+               "slope": {"name": "slope", "unit": "Pa/A"}}  # fmt: skip
+    fitted = curve(results, over="load.current", of="net", fit=LINE)
+    asked = [AnalysisRef.model_validate({name: told}) for name, told in (at_rest, less, fitted)]
+    made = findings_of(run, asked, Scrutiny(registry()))
+    got = {each.name: each for one in made for each in one.results}
+    (of_zero,) = (each for each in got["value"].components if "of zero" in each.name)
+    assert of_zero.u == pytest.approx(np.std(zero, ddof=1) / sqrt(3), rel=1e-6)
+    assert of_zero.dof == pytest.approx(2)
+    (none,) = (each for each in got["slope"].components if "of zero" in each.name)
+    assert none.u == pytest.approx(0, abs=1e-6)
+
+
+def test_an_error_in_one_figure_stays_another_at_each_point_through_an_equation():
+    """The result of the readings, or the readings themselves: twice of both has the same slope."""
+    run = {"columns": COLUMNS, "meters": [instrument("rig.outlet", "pressure", "5 mbar")]}
+    pressure = ("readings", {"of": "rig.outlet", "per": ["load.current"],
+                             "result": {"name": "pressure", "unit": "mbar"}})  # fmt: skip
+    told = {"slope": {"name": "slope", "unit": "mbar/A"}}
+
+    def twice(of):
+        return ("equation", {"result": {"name": "twice", "unit": "mbar"}, "model": "2 * p",
+                             "inputs": {"p": of}, "per": ["load.current"]})  # fmt: skip
+
+    fitted = curve(told, over="load.current", of="twice", fit=LINE)
+    slope = found(pressure, twice("pressure"), fitted, **run)["slope"]
+    (line,) = (each for each in slope.components if each.name.startswith("reading"))
+    x = np.array(VALVE) - np.mean(VALVE)
+    assert line.u == pytest.approx(2 * 5 / sqrt(3) * np.abs(x / (x @ x)).sum(), rel=1e-6)
+    direct = found(twice("rig.outlet"), fitted, **run)["slope"]
+    assert slope.estimate.u == pytest.approx(direct.estimate.u, rel=1e-6)
+
+
+def test_constants_of_one_name_and_value_in_two_units_are_two_errors():
+    """A zero of y of 1 mbar and one of x of 0.2 A, both called z: not one error of both."""
+    y = ("equation", {"result": {"name": "y", "unit": "mbar"}, "model": "p - z",
+                      "inputs": {"p": "rig.outlet"}, "per": ["load.current"],
+                      "constants": {"z": {"value": "0 mbar", "u": "50 mbar"}}})  # fmt: skip
+    x = ("equation", {"result": {"name": "x", "unit": "A"}, "model": "i - z",
+                      "inputs": {"i": "load.current"}, "per": ["load.current"],
+                      "constants": {"z": {"value": "0 A", "u": "0.2 A"}}})  # fmt: skip
+    columns = {"rig.outlet": 1e5 + 1e4 * np.array(VALVE)}  # 100 mbar/A
+    told = {"value": {"name": "value", "at": "2.5 A", "unit": "mbar"}}
+    got = found(y, x, curve(told, of="y", over="x", fit=LINE), columns=columns, meters=PRECISE)[
+        "value"
+    ]
+    assert got.estimate.u == pytest.approx(sqrt(50**2 + (100 * 0.2) ** 2), rel=1e-5)
+
+
+def test_an_equation_of_parameters_of_one_curve_has_no_u_below_that_of_their_covariance():
+    """x at y = 0 of a line: by the covariance 0.0568 A, as independent errors 0.0428 A."""
+    off = np.array([6122.6, -7668.0, 1254.7, -1703.3, -1357.9, -646.6])
+    columns = {"rig.outlet": 2e5 + 1e5 * np.array(VALVE) + off}
+    told = {
+        "parameters": {"c0": {"name": "c0", "unit": "Pa"}, "c1": {"name": "c1", "unit": "Pa/A"}}
+    }
+    line = curve(told, of="rig.outlet", over="load.current", fit=LINE)
+    root = ("equation", {"result": {"name": "root", "unit": "A"}, "model": "-a / b",
+                         "inputs": {"a": "c0", "b": "c1"}})  # fmt: skip
+    got = found(line, root, columns=columns, meters=PRECISE)
+    (c1, c0), covariance = np.polyfit(VALVE, columns["rig.outlet"], 1, cov="unscaled")
+    residuals = columns["rig.outlet"] - c0 - c1 * np.array(VALVE)
+    slopes = np.array([c0 / c1**2, -1 / c1])
+    u = sqrt(slopes @ covariance @ slopes * (residuals @ residuals) / 4)
+    each = sqrt((residuals @ residuals) / 4) * np.sqrt(np.diag(covariance))
+    assert got["root"].estimate.value == pytest.approx(-c0 / c1)
+    assert got["root"].estimate.u == pytest.approx(np.abs(slopes) @ each, rel=1e-6)
+    assert got["root"].estimate.u >= u > np.linalg.norm(slopes * each)
+    assert got["root"].estimate.dof == pytest.approx(4)
+    twice = ("equation", {"result": {"name": "twice", "unit": "A"}, "model": "r + a / b",
+                          "inputs": {"r": "root", "a": "c0", "b": "c1"}})  # fmt: skip
+    again = found(line, root, twice, columns=columns, meters=PRECISE)["twice"]
+    assert again.estimate.u == pytest.approx(2 * got["root"].estimate.u, rel=1e-6)  # the greatest
+
+
+def test_the_scatter_of_three_readings_has_its_few_degrees_of_freedom_between_points():
+    """An interpolation goes through a point, and has its U there, with k = 4.3."""
+    outlet = np.array([0, 2e3, 3.9e3, 6.2e3, 7.7e3, 10.3e3])
+    thrice = {"rig.outlet": np.concatenate([outlet - 30, outlet + 40, outlet - 10])}
+    itself = ("readings", {"of": "rig.outlet", "per": ["load.current"],
+                           "result": {"name": "pressure", "unit": "Pa"}})  # fmt: skip
+    told = {"value": {"name": "at", "at": "2 A", "unit": "Pa"}}
+    run = run_of(thrice, UNITS, PRECISE, VALVE * 3)
+
+    def made(fit):
+        both = itself, curve(told, over="load.current", of="pressure", fit=fit)
+        asked = [AnalysisRef.model_validate({name: settings}) for name, settings in both]
+        return findings_of(run, asked, Scrutiny(registry()))
+
+    readings, at = made({"pchip": {}})
+    (point,) = (each for each in readings.results if each.place == "load.current = 2 A")
+    assert at.results[0].estimate.value == pytest.approx(point.estimate.value)
+    u = np.std([-30, 40, -10], ddof=1) / sqrt(3)
+    assert expanded(at.results[0].estimate) == pytest.approx(stdtrit(2, 0.975) * u, rel=1e-4)
+    with pytest.raises(DataError, match="is from 3 readings, and needs 10"):
+        made({"polynomial": {"degree": 1, "weighted": True}})
+
+
+def test_errors_that_differ_at_each_point_do_not_cancel_between_two_values_of_a_curve():
+    """Each value has its greatest effect; of a difference they are independent, as of readings."""
+    run = {
+        "columns": {"rig.outlet": np.full(6, 1e5)},
+        "meters": [instrument("rig.outlet", "pressure", "5 mbar")],
+    }
+    per = {"per": ["load.current"]}
+    told = {"value": [{"name": f"at_{x}", "at": f"{x} A", "unit": "mbar"} for x in (2, 5)]}
+    got = found(
+        ("readings", {"of": "rig.outlet", "result": {"name": "pressure", "unit": "mbar"}, **per}),
+        ("equation", {"result": {"name": "twice", "unit": "mbar"}, "model": "2 * p",
+                      "inputs": {"p": "pressure"}, **per}),
+        curve(told, over="load.current", of="twice", fit=LINE),
+        ("equation", {"result": {"name": "rise", "unit": "mbar"}, "model": "b - a",
+                      "inputs": {"a": "at_2", "b": "at_5"}}), **run,
+    )  # fmt: skip
+    hat = np.array([[2, 1], [5, 1]]) @ np.linalg.pinv(np.vander(VALVE, 2))
+    of_value = 2 * 5 / sqrt(3) * np.abs(hat).sum(axis=1)
+    lines = [each.u for each in got["rise"].components if each.name.startswith("reading")]
+    assert np.linalg.norm(lines) == pytest.approx(np.linalg.norm(of_value), rel=1e-5)
+
+
+@pytest.mark.parametrize("of", ["rig.outlet", "frequency"])
+@pytest.mark.parametrize("error", ["offset", "drift"])
+def test_errors_of_a_y_that_hardly_changes_are_not_lost_in_its_rounding(of, error):
+    """10 MHz within 1 Hz: 0.5 Hz of y, 0.3 A and 2 % of x, by a fit to the last digits alone."""
+    meters = (
+        instrument("rig.outlet", "frequency", {error: "0.5 Hz"}),
+        instrument("load.current", "current", {"offset": "0.3 A", "gain": "2 %"}),
+    )
+    run = run_of({"rig.outlet": TEN_MHZ}, {"rig.outlet": "Hz"}, meters, VALVE)
+    told = {"value": {"name": "value", "at": "2.2 A", "unit": "Hz"}}
+    analyses = [
+        ("readings", {"of": "rig.outlet", "per": ["load.current"],
+                      "result": {"name": "frequency", "unit": "Hz"}}),
+        curve(told, over="load.current", of=of, fit=LINE),
+    ]  # fmt: skip
+    asked = [AnalysisRef.model_validate({name: told}) for name, told in analyses]
+    *_, made = findings_of(run, asked, Scrutiny(registry()))
+    lines = {each.name: each.u for each in made.results[0].components}
+    design = np.vander(VALVE, 2)
+    hat, (slope, _) = (
+        np.array([2.2, 1]) @ np.linalg.pinv(design),
+        np.polyfit(VALVE, TEN_MHZ - 1e7, 1),
+    )
+    expected = {
+        f"{error} of rig.outlet": 0.5
+        * (abs(hat.sum()) if error == "offset" else np.abs(hat).sum()),
+        "offset of load.current": 0.3 * slope,
+        "gain of load.current": 0.02 * 2.2 * slope,
+    }
+    for name, u in expected.items():
+        (found_u,) = (each for line, each in lines.items() if line.startswith(name))
+        assert found_u == pytest.approx(u / sqrt(3), rel=2e-3), name
+
+
+def test_an_interpolation_counts_the_scatter_of_x():
+    """y = 200 x exactly, each x of ten readings: u of y is 200 u(x), and there are no residuals."""
+    flow = np.concatenate([FLOW + off for off in np.tile([1e-6, -1e-6], 5)])
+    outlet = np.tile(1e5 + 2e8 * FLOW, 10) + np.repeat(np.tile([1, -1], 5), len(FLOW))
+    per = {"per": ["load.current"]}
+    pressure = ("readings", {"of": "rig.outlet", "result": {"name": "p", "unit": "Pa"}, **per})
+    told = {"value": {"name": "at", "at": f"{FLOW[2]} m³/s", "unit": "Pa"}}
+    meters = [*PRECISE, instrument("rig.flow", "volume flow rate", {"offset": "0.000001 L/min"})]
+    run = run_of({"rig.flow": flow, "rig.outlet": outlet}, UNITS, meters, VALVE * 10)
+    analyses = [pressure, FLOW_RESULT, curve(told, of="p", fit={"pchip": {}})]
+    asked = [AnalysisRef.model_validate({name: settings}) for name, settings in analyses]
+    *_, made = findings_of(run, asked, Scrutiny(registry()))
+    of_mean = np.std([1, -1] * 5, ddof=1) / sqrt(10)
+    expected = np.hypot(of_mean, 2e8 * 1e-6 * of_mean)
+    assert made.results[0].estimate.u == pytest.approx(expected, rel=1e-3)

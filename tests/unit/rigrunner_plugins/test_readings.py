@@ -544,3 +544,31 @@ def test_the_peak_to_peak_value_of_a_temperature_is_a_difference() -> None:
     known = [meter("room.temperature", "temperature", "0.2 K")]
     found = only(run_of(*rows, instruments=known), "°C", of=name)
     assert found.estimate.value == pytest.approx(0.6)  # not -272.55
+
+
+@pytest.mark.parametrize("statistic", ["rms", "peak_to_peak"])
+def test_u_of_a_stored_statistic_holds_what_the_table_of_the_certificate_does_not_correct(
+    statistic,
+) -> None:
+    """The meter shows 10 % too much: of a sine from 0 V to 10 V it stores a span of 11 V."""
+    applied = 5 + 5 * np.sin(np.linspace(0, 2 * np.pi, 1000, endpoint=False))
+    truth, stored = (
+        {"rms": np.sqrt(np.mean(each**2)), "peak_to_peak": np.ptp(each)}[statistic]
+        for each in (applied, 1.1 * applied)
+    )
+    name = f"meter.voltage.{statistic}"
+    points = [
+        {"applied": f"{each} V", "indicated": f"{1.1 * each} V", "U": "10 mV"}
+        for each in (0, 5, 10)
+    ]
+    corrected = Instrument.model_validate(
+        {"channel": "meter.voltage", "measures": "voltage", "serial": "M-1", "points": points,
+         "interpolation": "linear"}
+    )  # fmt: skip
+    found = only(
+        run_of(Measurement("t", START, {}, {name: stored}, {name: "V"}), instruments=[corrected]),
+        of=name,
+    )
+    assert abs(found.estimate.value - truth) > 0.4
+    assert abs(found.estimate.value - truth) < expanded(found.estimate)
+    assert "deviation of meter.voltage, not corrected" in {each.name for each in found.components}

@@ -189,6 +189,12 @@ class _OneCurve:
                 yield f"Correlation of {both}{self._place}: {r:.6f}."
 
     @property
+    def _points(self) -> str:
+        of, where = self.settings, self.settings.where.items()
+        at = "".join(f", {name} = {value}" for name, value in (*where, *self.source.place.items()))
+        return f"{SCATTER} of {of.of} over {' and '.join(of.over.values())}{at}"
+
+    @property
     def _place(self) -> str:
         place = ", ".join(f"{name} = {each}" for name, each in self.source.place.items())
         return f" at {place}" if place else ""
@@ -241,8 +247,7 @@ class _OneCurve:
         ]
         for channel, errors in self.source.errors.items():
             column = columns[channel]
-            values = fitted.values.y if column is None else fitted.values.x[:, column]
-            step = STEP * (float(np.ptp(values)) or 1.0)
+            step = STEP * float(fitted.values.ranges[0 if column is None else 1 + column])
             of_each: list[tuple[float, float]] | None = None
             for error in errors:
                 if error.acts == "each":
@@ -250,7 +255,10 @@ class _OneCurve:
                         of_each = self._of_each(fitted, found, column, step)
                     by_all = of_each
                 else:
-                    size = STEP if error.acts == "gain" else step
+                    size = step
+                    if error.acts == "gain":  # shifts the largest x by a step
+                        largest = 0.0 if column is None else self._largest(column)
+                        size = step / largest if largest else STEP
                     read = np.array([count > 0 for count in self.source.counts], bool)
                     moved = self._fitted(fitted.values.with_error(column, error.acts, size, read))
                     by = [_change(one, moved) / size for one in found]
@@ -259,6 +267,10 @@ class _OneCurve:
                 symbol = known.y_unit if column is None else known.units[column]
                 effects.append((_Error(channel, unit_of_errors(symbol), error), by_all))
         return effects
+
+    def _largest(self, column: int) -> float:
+        known = self.source.values
+        return float(np.abs(known.x[:, column] + known.origin).max())
 
     def _of_line(
         self, fitted: Fitted, found: Sequence[Derived], line: SharedLine
@@ -270,7 +282,8 @@ class _OneCurve:
         for rows in (slice(None),) if line.line.shared else fitted.values.rows():
             points, share = fitted.values.moved_by(line.by, rows)
             moved = self._fitted(points)
-            by = np.array([_change(one, moved) / share for one in found])
+            change = _change if line.line.shared else _any_change
+            by = np.array([change(one, moved) / share for one in found])
             up, down = up + np.maximum(by, 0.0), down + np.maximum(-by, 0.0)
         return list(zip(up.tolist(), down.tolist(), strict=True))
 
@@ -284,7 +297,7 @@ class _OneCurve:
         up, down = np.zeros(len(found)), np.zeros(len(found))
         for rows in fitted.values.rows():
             moved = self._fitted(fitted.values.moved(column, rows, step))
-            by = np.array([(one.again(moved) - one.value) / step for one in found])
+            by = np.array([_any_change(one, moved) / step for one in found])
             up, down = up + np.maximum(by, 0.0), down + np.maximum(-by, 0.0)
         if column is None:
             by = np.array([one.by_asked for one in found])
@@ -312,6 +325,7 @@ class _OneCurve:
                 unit=shown.symbol,
                 input_u=scatter,
                 sensitivity=1.0,
+                of_points=self._points,
             ),
             *(
                 error.of_result(name, effect)
@@ -339,8 +353,12 @@ class _OneCurve:
 
 def _change(one: Derived, moved: Fitted) -> float:
     """Return the change of a value; 0 for a rounding error, which depends on the machine."""
-    change = one.again(moved) - one.value
+    change = _any_change(one, moved)
     return 0.0 if abs(change) <= ROUNDING * abs(one.value) else change
+
+
+def _any_change(one: Derived, moved: Fitted) -> float:
+    return one.again(moved) - one.value
 
 
 def _named(

@@ -12,6 +12,7 @@ from rigrunner.api.places import is_at
 from rigrunner.api.units import si_symbol
 from rigrunner_plugins.analyses.curve.points import Source, Values, origin_of
 from rigrunner_plugins.analyses.curve.shared_lines import shared_lines
+from rigrunner_plugins.analyses.settings import unit_of_errors
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -73,9 +74,9 @@ def _source(
     x, stated = np.array(columns, np.float64).T, first[0].of.unit
     units = tuple(si_symbol(unit(symbol).dimension) for symbol in shown)
     origin = origin_of(settings, units)
-    lines, own = shared_lines(
+    lines, own, dof, own_x = shared_lines(
         [
-            [*_of_result(each[0]), *_of_x(run, each[1:], names, row)]
+            [*_of_result(each[0]), *_of_x(run, each[1:], names, units, row)]
             for each, row in zip(points, x, strict=True)
         ]
     )
@@ -83,6 +84,7 @@ def _source(
         x - origin,
         np.array([_si(each[0].estimate.value, stated) for each in points]),
         own if (own > 0).all() else None,
+        dof,
         np.array([each.y.si for each in settings.results.x_at if each.y is not None]),
         origin,
         tuple(settings.over),
@@ -92,6 +94,7 @@ def _source(
         tuple(shown),
         stated,
         is_set=not settings.x_results,
+        u_x=own_x if len(names) == 1 else None,
     )
     return Source(
         place={name: first[0].coordinates[name] for name in settings.per},
@@ -121,10 +124,14 @@ def _si(value: float, symbol: str) -> float:
 
 
 def _of_x(
-    run: RunData, x: Sequence[MeasurementResult | None], names: Sequence[str], si: Array
+    run: RunData,
+    x: Sequence[MeasurementResult | None],
+    names: Sequence[str],
+    units: Sequence[str],
+    si: Array,
 ) -> Iterator[Sequence[Component]]:
     """Yield the budget of each x in SI; of a set-point, the errors that the register states."""
-    for result, name, value in zip(x, names, si.tolist(), strict=True):
+    for result, name, symbol, value in zip(x, names, units, si.tolist(), strict=True):
         if result is not None:
             yield from _of_result(result)
         elif name in run.instruments:
@@ -132,7 +139,8 @@ def _of_x(
                 Component(
                     f"{error.name} ({error.source})" if error.source else error.name,
                     error.at(value), error.dof, error.distribution, common=True, value=0.0,
-                    unit="1", input_u=error.u, sensitivity=value if error.acts == "gain" else 1.0,
+                    unit="1" if error.acts == "gain" else unit_of_errors(symbol),
+                    input_u=error.u, sensitivity=value if error.acts == "gain" else 1.0,
                     shared=error.acts != "each",
                 )
                 for error in run.reading_errors(name, abs(value))

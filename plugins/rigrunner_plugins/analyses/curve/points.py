@@ -33,6 +33,9 @@ if TYPE_CHECKING:
 CELSIUS = 273.15
 STEP = 1e-6
 """Shift of points used to find the effect of an error, as a share of their range."""
+LEAST_RANGE = 1e-4
+"""Of y, as a share of its largest value."""
+MOST_WIDENED = 1e4
 MOST_MOVED = 500
 """Up to this number, points are shifted one by one to find their effects; above it, in groups."""
 
@@ -47,6 +50,8 @@ class Values:
     """Shape (n,)."""
     u_y: Array | None
     """Standard uncertainty of each y from the scatter in its recording, shape (n,)."""
+    dof_y: Array | None
+    """Its degrees of freedom, shape (n,), of a known `u_y`."""
     asked: Array
     """Values of y for which x is requested, shape (m,); nan for one that was not measured."""
     origin: float
@@ -61,6 +66,8 @@ class Values:
     y_shown: str
     is_set: bool = False
     """Whether x are set-points, counters or labels, not readings."""
+    u_x: Array | None = None
+    """Standard uncertainty of one x from its scatter, shape (n,)."""
 
     def points(self) -> Points:
         """Return the points in the form that a fit takes."""
@@ -74,6 +81,8 @@ class Values:
             regressors=self.names if several else (),
             x_name=self.names[0].rpartition(".")[2],
             y_name=self.y_name.rpartition(".")[2],
+            dof_y=self.dof_y,
+            u_x=self.u_x,
         )
 
     def with_error(self, column: int | None, acts: str, size: float, read: Array) -> Values:
@@ -91,8 +100,10 @@ class Values:
 
     def chosen(self, rows: Array) -> Values:
         """Return some of the points; `rows` is a mask, shape (n,)."""
-        u_y = None if self.u_y is None else self.u_y[rows]
-        return replace(self, x=self.x[rows], y=self.y[rows], u_y=u_y)
+        u_y, dof_y, u_x = (
+            None if each is None else each[rows] for each in (self.u_y, self.dof_y, self.u_x)
+        )
+        return replace(self, x=self.x[rows], y=self.y[rows], u_y=u_y, dof_y=dof_y, u_x=u_x)
 
     def moved(self, column: int | None, rows: Array, size: float) -> Values:
         """Return the values with some y, or some x of a column, increased by a shift."""
@@ -110,11 +121,23 @@ class Values:
         `by` is the change of y and of each column of x, shape (1 + k, n).
         """
         of = np.vstack([self.y, self.x.T])
-        range_ = np.ptp(of, axis=1)
-        range_[range_ == 0] = 1.0
-        share = STEP / float((np.abs(by).max(axis=1) / range_).max())
+        share = STEP / float((np.abs(by).max(axis=1) / self.ranges).max())
         of[:, rows] += share * by[:, rows]
         return replace(self, y=of[0], x=of[1:].T), share
+
+    @property
+    def ranges(self) -> Array:
+        """The range of y and of each x, of which `STEP` is a shift, shape (1 + k,).
+
+        Of a y that hardly changes, such as 10 MHz within 1 Hz, the shift must change more than its
+        last digits.
+        """
+        found = np.ptp(np.vstack([self.y, self.x.T]), axis=1)
+        least = LEAST_RANGE * float(np.abs(self.y).max())
+        found[1:] *= np.clip(least / found[0], 1.0, MOST_WIDENED) if found[0] else 1.0
+        found[0] = max(found[0], least)
+        found[found == 0] = 1.0
+        return np.asarray(found)
 
     def rows(self) -> Sequence[Array]:
         """Return which points are shifted together; each one alone if there are few."""
@@ -188,11 +211,13 @@ def _source(
     y = np.array([_statistic(part, settings.of, settings.statistic) for part in found])
     asked, counts = _asked(settings, also)
     values = Values(
-        x, y, _scatter(found, settings), asked, origin, tuple(settings.over), tuple(units),
+        x, y, *_scatter(found, settings.of, settings), asked, origin, tuple(settings.over),
+        tuple(units),
         found[0].units[settings.of], settings.of,
         tuple(_shown(found[0], source) for source in settings.over.values()),
         _shown(found[0], settings.of),
         is_set=not any(name in found[0].values for name in settings.over.values()),
+        u_x=_scatter_of_x(found, settings),
     )  # fmt: skip
     measured = asked[np.array(counts, int) > 0]
     if not (np.isfinite(x).all() and np.isfinite(y).all() and np.isfinite(measured).all()):
@@ -276,7 +301,20 @@ def _statistic(part: Part, name: str, statistic: str) -> float:
     return STATISTICS[statistic].value(_series(part, name))
 
 
-def _scatter(found: Sequence[Part], settings: CurveSettings) -> Array | None:
-    scatter = [STATISTICS[settings.statistic].scatter(_series(part, settings.of)) for part in found]
-    known = [each[0] for each in scatter if each is not None]
-    return np.array(known) if len(known) == len(found) else None
+def _scatter_of_x(found: Sequence[Part], settings: CurveSettings) -> Array | None:
+    names = list(settings.over.values())
+    if len(names) > 1 or names[0] not in found[0].values:
+        return None
+    return _scatter(found, names[0], settings)[0]
+
+
+def _scatter(
+    found: Sequence[Part], of: str, settings: CurveSettings
+) -> tuple[Array | None, Array | None]:
+    """Return u of each value from the scatter in its recording, and its dof; None without."""
+    scatter = [STATISTICS[settings.statistic].scatter(_series(part, of)) for part in found]
+    known = [each for each in scatter if each is not None]
+    if len(known) < len(found):
+        return None, None
+    u, dof = np.array(known).T
+    return u, dof

@@ -9,7 +9,7 @@ them.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import hypot, isfinite, isnan, nan
+from math import hypot, inf, isfinite, isnan, nan
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -44,18 +44,21 @@ class SharedLine:
         of = self.line
         if isnan(of.input_u):  # it differs from point to point: the input is one of it at each
             of = replace(of, value=nan, unit="1", input_u=1.0)
-        return replace(of, name=name, u=abs(effect), sensitivity=effect / of.input_u)
+        # What was one error at a place is a sum of those of all points.
+        return replace(
+            of, name=name, u=abs(effect), sensitivity=effect / of.input_u, at_place=False
+        )
 
 
 def shared_lines(
     points: Sequence[Sequence[Sequence[Component]]],
-) -> tuple[tuple[SharedLine, ...], Array]:
-    """Return the lines that points may share, and each y's own standard uncertainty, shape (n,).
+) -> tuple[tuple[SharedLine, ...], Array, Array, Array]:
+    """Return the lines that points may share, u of each y's own scatter, its dof, and u of x, (n,).
 
     `points` has for each point the budget of y and of each x; u of each line is in SI.
     """
-    found: dict[tuple[str, str, float | None], SharedLine] = {}
-    own = np.zeros(len(points))
+    found: dict[tuple[str, str, str, float | None], SharedLine] = {}
+    own, spread, own_x = np.zeros((3, len(points)))
     for i, point in enumerate(points):
         for row, budget in enumerate(point):
             for line in budget:
@@ -64,7 +67,7 @@ def shared_lines(
                 if line.common:
                     value = line.value if isfinite(line.value) else None
                     several = found.setdefault(
-                        (line.name, line.distribution, value),
+                        (line.name, line.unit, line.distribution, value),
                         SharedLine(_alike(line), np.zeros((len(point), len(points)))),
                     )
                     several.by[row, i] += -line.u if line.sensitivity < 0 else line.u
@@ -75,9 +78,14 @@ def shared_lines(
                         input_u=line.input_u if same else nan,
                         dof=min(several.line.dof, line.dof),
                     )
-                elif row == 0:  # the own scatter of an x takes the point off the curve
+                elif row:  # it takes the point off the curve, as residuals show
+                    own_x[i] = hypot(own_x[i], line.u)
+                else:
                     own[i] = hypot(own[i], line.u)
-    return tuple(found.values()), own
+                    spread[i] += line.u**4 / line.dof  # Welch and Satterthwaite (GUM G.4.1)
+    dof = np.full(len(points), inf)
+    np.divide(own**4, spread, out=dof, where=spread > 0)
+    return tuple(found.values()), own, dof, own_x
 
 
 def _alike(line: Component) -> Component:

@@ -25,7 +25,7 @@ from rigrunner_plugins.analyses.equation.evaluated import (
     names_of,
     tried,
 )
-from rigrunner_plugins.analyses.equation.model import CorrelationError, inputs_of
+from rigrunner_plugins.analyses.equation.model import SEVERAL, CorrelationError, inputs_of
 from rigrunner_plugins.analyses.equation.results import (
     groups_of_results,
     missing_results,
@@ -174,10 +174,7 @@ class EquationAnalysis:
         except ValueError as error:
             raise DataError(f"{definition.name}: {error}") from error
         components = tuple(
-            replace(
-                _in_unit(model, each, definition.unit), shared=each.name not in inputs.own_lines
-            )
-            for each in found.components
+            inputs.marked(_in_unit(model, each, definition.unit)) for each in found.components
         )
         estimate = replace(found.estimate, unit=definition.unit)
         added = 0.0
@@ -293,6 +290,14 @@ def _notes(settings: EquationSettings, found: Sequence[Evaluated]) -> Iterator[s
             f"{name}: the curvature of the model counts: u is {u:.2g} {most.result.of.unit} with"
             f" the terms of second order (GUM 5.1.2, note), and {most.first_order_u:.2g} without."
         )
+    for name in names_of(found):
+        lines = (line.name for one in found if one.result.name == name
+                 for line in one.result.components)  # fmt: skip
+        for line in dict.fromkeys(each for each in lines if SEVERAL in each):
+            yield (
+                f"{name}: how much the inputs of '{line}' have in common is not known: the line is"
+                " the greatest possible."
+            )
     if not found:
         return
     first = found[0].result.name

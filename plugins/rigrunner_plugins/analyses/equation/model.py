@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field, replace
-from math import inf, isfinite, isnan, nan, sqrt
+from itertools import combinations
+from math import inf, isclose, isfinite, isnan, nan, sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,6 +20,7 @@ from rigrunner.api.uncertainty import Line
 from rigrunner.api.units import si_symbol
 from rigrunner.signal.expression.evaluation import evaluated
 from rigrunner.signal.expression.syntax import Expression, Name, Operation
+from rigrunner.signal.propagation import sensitivities
 from rigrunner_plugins.analyses.equation.kinds import written
 from rigrunner_plugins.analyses.settings import unit_of_errors
 from rigrunner_plugins.analyses.statistics import correlation_of_means, mean_scatter
@@ -27,6 +29,7 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping, Sequence
 
     from rigrunner.api import Array, RunData
+    from rigrunner.api.coordinates import CoordinateValue
     from rigrunner.api.findings import ResultPlace
     from rigrunner.signal.expression.syntax import Node
     from rigrunner_plugins.analyses.equation.settings import EquationSettings
@@ -37,6 +40,8 @@ if TYPE_CHECKING:
 _Total = dict[str, "Array"]
 TOGETHER = "readings"
 """The name of the ensemble of means that were read together."""
+SEVERAL = ", of several results"
+"""Ends the name of a line of inputs whose correlation is not known."""
 
 
 class CorrelationError(Exception):
@@ -150,6 +155,12 @@ class Inputs:
     """The correlation of two inputs, by their names."""
     own_lines: set[str] = field(default_factory=set)
     """Errors that may differ between readings, so other results do not share them."""
+    at_place: set[str] = field(default_factory=set)
+    """Errors of results that differ between places; other results share them at the same place."""
+    unsure: dict[str, tuple[str, bool]] = field(default_factory=dict)
+    """By its name, of what an input is, and whether it is a scatter: how much inputs of one thing
+    have in common is not known. Errors of readings are equal or independent, a scatter of one curve
+    has any correlation."""
     lines: dict[str, str] = field(default_factory=dict)
     """The budget line of each correlated input."""
     joint: dict[str, str] = field(default_factory=dict)
@@ -163,14 +174,62 @@ class Inputs:
 
     def model(self, tree: Tree) -> MeasurementModel:
         """Return the measurement model of one result."""
-        names = [each.name for each in self.inputs]
-        correlation = np.eye(len(names)) if self.r else None
+        inputs, r = self._at_worst(tree)
+        names = [each.name for each in inputs]
+        correlation = np.eye(len(names)) if r else None
         if correlation is not None:
-            for (one, other), r in self.r.items():
+            for (one, other), each in r.items():
                 i, j = names.index(one), names.index(other)
-                correlation[i, j] = correlation[j, i] = r
-        lines = {name: Line(float("nan")) for name in self.lines.values()}
-        return MeasurementModel(tuple(self.inputs), tree, correlation, lines)
+                correlation[i, j] = correlation[j, i] = each
+        lines = {each.line: Line(nan) for each in inputs if each.line}
+        return MeasurementModel(tuple(inputs), tree, correlation, lines)
+
+    def _at_worst(self, tree: Tree) -> tuple[list[Input], dict[tuple[str, str], float]]:
+        """Return inputs and correlations; what is not known of these is as bad as it can be."""
+        inputs, r = list(self.inputs), dict(self.r)
+        model = MeasurementModel(tuple(inputs), tree)
+        if len(self.unsure) < 2 or not isfinite(model.value):  # noqa: PLR2004  (of one, nothing)
+            return inputs, r
+        groups: dict[tuple[str, bool], dict[int, float]] = {}
+        for row, (each, slope) in enumerate(zip(inputs, sensitivities(model), strict=True)):
+            if each.name in self.unsure and each.name not in self.lines and slope:
+                of, is_scatter = self.unsure[each.name]
+                groups.setdefault((of, is_scatter or slope > 0), {})[row] = slope
+        for (of, _), found in groups.items():
+            if len(found) == 1:
+                continue
+            members = [inputs[row] for row in found]
+            line = f"{of}{SEVERAL}{'' if max(found.values()) > 0 else ', lowering'}"
+            dof = min(each.dof for each in members)
+            for row, each in zip(found, members, strict=True):
+                ensemble = line if dof < inf else ""
+                inputs[row] = replace(each, dof=dof, line=line, ensemble=ensemble)
+            for i, j in combinations(found, 2):
+                r[inputs[i].name, inputs[j].name] = float(np.sign(found[i] * found[j]))
+        return inputs, r
+
+    def doubt(self, line: Component, name: str) -> None:
+        """Note what is not known of the input of a line of a result."""
+        if line.of_points:
+            self.unsure[name] = line.of_points, True
+        elif not line.shared:
+            self.unsure[name] = line.name.partition(", of ")[0], False
+        elif line.common and line.value == 0 and name != line.name:
+            # An error that is stated as a share of the reading, and so of another size here.
+            self.unsure |= dict.fromkeys((name, line.name), (line.name, False))
+
+    def marked(self, line: Component) -> Component:
+        """Return a line of a result's budget with what it may share with that of another."""
+        several_of, is_several, _ = line.name.partition(SEVERAL)
+        of, is_scatter = self.unsure.get(line.name, ("", False))
+        if is_several:
+            of, is_scatter = several_of, (several_of, True) in self.unsure.values()
+        return replace(
+            line,
+            shared=line.name not in self.own_lines and (is_scatter or not is_several),
+            at_place=line.name in self.at_place,
+            of_points=of if is_scatter else "",
+        )
 
 
 def inputs_of(
@@ -208,7 +267,7 @@ def inputs_of(
     taken |= {each.name for each in settings.parsed.equations}
     for name, result in results.items():
         if isinstance(result, MeasurementResult):
-            _enter_result(found, name, result, taken)
+            _enter_result(found, name, result, taken, group.place)
         else:
             found.fixed[name] = nan
     for each in settings.correlations:
@@ -291,47 +350,67 @@ def _enter_instruments(
             effects.append(Effect(called, is_gain=error.acts == "gain"))
             if error.acts == "each":
                 found.own_lines.add(called)
+                found.unsure[called] = called, False
         found.effects[name] = tuple(effects)
     found.inputs += known.values()
     return by_input
 
 
 def _enter_result(
-    found: Inputs, name: str, result: MeasurementResult, taken: Collection[str]
+    found: Inputs,
+    name: str,
+    result: MeasurementResult,
+    taken: Collection[str],
+    place: Mapping[str, CoordinateValue],
 ) -> None:
     """Add a result by its budget lines; a line that another input also has becomes one input.
 
-    `taken` are the names used in the model itself.
+    `taken` are the names used in the model itself. A result that holds at all places of the model,
+    such as a zero reading, has the same error at all of them, also by its scatter.
     """
     stated, estimate = unit(result.of.unit), result.estimate
     found.fixed[name] = estimate.value * stated.factor + stated.offset
+    of = result.coordinates
+    differs = bool(place) and place.keys() <= of.keys()
     effects: list[Effect] = []
     for line in result.components or _whole(result):
         if line.u == 0:
             continue
-        error = _error_of(line)
+        error = _error_of(line, is_here=of.keys() == place.keys())
         error = None if error is None else _shared(found, error, taken)
-        slope = line.sensitivity * stated.factor
+        slope, is_at_place = line.sensitivity * stated.factor, line.at_place
+        # So `Inputs.model` marks the line of several correlated inputs: it has no value of its own.
+        joint = line.common and line.shared and isnan(line.value) and line.sensitivity == 1
+        may_differ = not line.shared or joint
         if error is None:
-            slope, error = 1.0, _part_of(line, result, stated.factor)
-            found.inputs.append(error)
-            # So `Inputs.model` marks the line of several correlated inputs: it has no value of
-            # its own.
-            if line.common and line.shared and isnan(line.value) and line.sensitivity == 1:
-                first = found.joint.setdefault(line.name, result.name)
-                if first != result.name:
-                    raise CorrelationError(_joint(line.name, first, result.name))
+            part = _part_of(line, result, stated.factor, place, differs=differs)
+            # It may be there by another result that is made of this one, or by another symbol.
+            error = _shared(found, part, taken) or replace(part, name=f"{part.name}, as {name}")
+            if error not in found.inputs:
+                found.inputs.append(error)
+            slope, is_at_place, may_differ = 1.0, differs, may_differ and differs
+        if joint and found.joint.setdefault(line.name, result.name) != result.name:
+            raise CorrelationError(_joint(line.name, found.joint[line.name], result.name))
+        found.doubt(line, error.name)
+        if is_at_place:
+            found.at_place.add(error.name)
+        if may_differ:
+            found.own_lines.add(error.name)
         effects.append(Effect(error.name, slope=slope, at=error.value))
     found.effects[name] = tuple(effects)
 
 
-def _error_of(line: Component) -> Input | None:
-    """Return the error of a line that another result may share; otherwise None."""
+def _error_of(line: Component, *, is_here: bool) -> Input | None:
+    """Return the error of a line that another result may share; otherwise None.
+
+    `is_here`: the result is one of the very place, so an error of this place is one of it.
+    """
     stated = isfinite(line.value) and isfinite(line.input_u) and isfinite(line.sensitivity)
-    if not (line.common and line.shared and stated):
+    is_shared = (line.common and line.shared) or (line.at_place and is_here)
+    if not (is_shared and stated):
         return None
     return Input(line.name, line.value, line.input_u, line.dof, _shape(line), line.unit,
-                 common=True)  # fmt: skip
+                 common=line.common)  # fmt: skip
 
 
 def _shared(found: Inputs, error: Input, taken: Collection[str]) -> Input | None:
@@ -340,8 +419,10 @@ def _shared(found: Inputs, error: Input, taken: Collection[str]) -> Input | None
         known = next((one for one in found.inputs if one.name == each.name), None)
         if known is None and each.name not in taken:
             found.inputs.append(each)
-        if known == each or (known is None and each.name not in taken):
             return each
+        # The degrees of freedom of a line that was propagated are rounded.
+        if known and known == replace(each, dof=known.dof) and isclose(known.dof, each.dof):
+            return known
     return None
 
 
@@ -353,11 +434,24 @@ def _joint(line: str, one: str, other: str) -> str:
     )
 
 
-def _part_of(line: Component, result: MeasurementResult, factor: float) -> Input:
+def _part_of(
+    line: Component,
+    result: MeasurementResult,
+    factor: float,
+    place: Mapping[str, CoordinateValue],
+    *,
+    differs: bool,
+) -> Input:
     """Return a line as an error of this result only, in its SI unit."""
+    apart = [
+        f"{key} = {each}"
+        for key, each in result.coordinates.items()
+        if not (differs and key in place)
+    ]
+    at = f" at {', '.join(apart)}" if apart else ""
     symbol = si_symbol(unit(result.of.unit).dimension)
-    name, u = f"{line.name}, of {result.name}", line.u * factor
-    return Input(name, 0.0, u, line.dof, _shape(line), symbol, common=line.common)
+    name, u = f"{line.name}, of {result.name}{at}", line.u * factor
+    return Input(name, 0.0, u, line.dof, _shape(line), symbol, common=line.common or not differs)
 
 
 def _shape(line: Component) -> Distribution:

@@ -35,6 +35,12 @@ class Component:
     shared: bool = True
     """Whether a line of this name in another result is the same error. False of an error that may
     be another one at each reading: how much of it two results share is not stated."""
+    at_place: bool = False
+    """Whether a line of this name in another result at the same place is the same error: that of a
+    result of which both are made."""
+    of_points: str = ""
+    """The points whose scatter it is, if results of the same points share it to an unknown extent.
+    """
 
 
 class Consequence(StrEnum):

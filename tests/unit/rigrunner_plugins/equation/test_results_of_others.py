@@ -11,6 +11,7 @@ import pytest
 
 from rigrunner.analysis.named import findings_of
 from rigrunner.analysis.scrutiny import Scrutiny
+from rigrunner.analysis.verdict.chosen import mean_of
 from rigrunner.api.errors import DataError
 from rigrunner.procedure import AnalysisRef
 from rigrunner.registry import load_registry
@@ -207,3 +208,99 @@ def test_results_with_the_same_correlated_constants_are_not_combined():
 def test_results_that_are_made_of_each_other_are_refused():
     with pytest.raises(DataError, match="of each other"):
         found(equation("one", "V", "b", {"b": "two"}), equation("two", "V", "a", {"a": "one"}))
+
+
+def test_the_scatter_of_a_result_in_two_equations_is_one_error():
+    """a = 2 z and b = 3 z, of one zero z of four readings: a + b = 5 z, and b - 1.5 a is exact."""
+    zero, *_, total, none = found(
+        readings("zero", 1),
+        equation("a", "V", "2 * z", {"z": "zero"}), equation("b", "V", "3 * z", {"z": "zero"}),
+        equation("total", "V", "a + b", {"a": "a", "b": "b"}),
+        equation("none", "V", "b - 1.5 * a", {"a": "a", "b": "b"}),
+    )  # fmt: skip
+    assert total.estimate.u == pytest.approx(5 * zero.estimate.u, rel=1e-9)
+    assert total.estimate.dof == pytest.approx(zero.estimate.dof, rel=1e-6)
+    assert none.estimate.u == pytest.approx(0, abs=1e-12)
+
+
+def test_at_each_place_two_equations_share_the_error_of_the_result_there():
+    at = {"per": ["load.current"]}
+    meters = (instrument("meter.voltage", "voltage", "2 mV"),)
+    *_, total, _ = found(
+        readings("v", None),
+        equation("two", "V", "2 * v", {"v": "v"}, **at),
+        equation("three", "V", "3 * v", {"v": "v"}, **at),
+        equation("total", "V", "a + b", {"a": "two", "b": "three"}, **at), meters=meters,
+    )  # fmt: skip
+    each = GTC.ureal(0, 0.002 / sqrt(3))
+    assert total.place == "load.current = 2 A"
+    expected = 5 * read(VOLT[:4], 0, each)
+    assert total.estimate.u == pytest.approx(expected.u, rel=1e-9)
+    assert total.estimate.dof == pytest.approx(expected.df, rel=1e-4)
+
+
+def test_errors_in_one_figure_of_results_that_add_up_count_as_equal():
+    """V + 2 V of one reading is 3 V: as independent errors its u was sqrt(5), not 3, times 2 mV."""
+    meters = (instrument("meter.voltage", "voltage", "2 mV"),)
+    volt = {"V": "meter.voltage"}
+    at = {"where": {"load.current": "1 A"}}
+    one, two, both, less = found(
+        equation("one", "V", "V", volt, **at), equation("two", "V", "2 * V", volt, **at),
+        equation("both", "V", "a + b", {"a": "one", "b": "two"}),
+        equation("less", "V", "b - a", {"a": "one", "b": "two"}), meters=meters,
+    )  # fmt: skip
+    u = 0.002 / sqrt(3)
+    lines = {each.name: each for each in both.components}
+    (line,) = (each for name, each in lines.items() if name.startswith("reading of"))
+    assert line.u == pytest.approx(3 * u, rel=1e-9)
+    assert not line.shared
+    of_difference = [each.u for each in less.components if each.name.startswith("reading of")]
+    assert np.linalg.norm(of_difference) == pytest.approx(sqrt(5) * u, rel=1e-9)
+    assert one.estimate.value + two.estimate.value == pytest.approx(both.estimate.value)
+
+
+def test_a_mean_over_places_keeps_the_scatter_of_what_all_of_them_use():
+    """y = V - zero at two places, zero of four readings: the mean has all of its scatter."""
+    zero, *net = found(
+        readings("zero", 1),
+        equation("net", "V", "V - z", {"V": "meter.voltage", "z": "zero"}, per=["load.current"]),
+    )  # fmt: skip
+    gain = 0.001 / sqrt(3)
+    scatter = [each.std(ddof=1) / 2 for each in (VOLT[:4], VOLT[4:])]
+    mean_net = sum(each.estimate.value for each in net) / 2
+    expected = sqrt(
+        (scatter[0] ** 2 + scatter[1] ** 2) / 4 + scatter[1] ** 2 + (gain * mean_net) ** 2
+    )
+    assert mean_of(net).u == pytest.approx(expected, rel=1e-6)
+    assert zero.estimate.u > 0
+
+
+@pytest.mark.parametrize("inputs", [("a", "zero"), ("zero", "a"), ("zero", "zero")])
+@pytest.mark.parametrize("per", [{}, {"per": ["load.current"]}])
+def test_a_result_beside_one_that_is_made_of_it_is_one_error(inputs, per):
+    """With a = 2 z, a + z is 3 z and z + z is 2 z: they were independent, or a traceback."""
+    meters = (instrument("meter.voltage", "voltage", "2 mV"),)
+    zero, *_, total = found(
+        readings("zero", None if per else 1),
+        equation("a", "V", "2 * z", {"z": "zero"}, **per),
+        equation("total", "V", "x + y", dict(zip("xy", inputs, strict=True)), **per), meters=meters,
+    )  # fmt: skip
+    times = sum(2 if each == "a" else 1 for each in inputs)
+    expected = times * read(VOLT[4:], 0, GTC.ureal(0, 0.002 / sqrt(3)))
+    assert total.estimate.u == pytest.approx(expected.u, rel=1e-9)
+    assert total.estimate.dof == pytest.approx(expected.df, rel=1e-6)
+    assert zero.estimate.u > 0
+
+
+def test_an_offset_stated_as_a_share_of_the_reading_adds_up_in_a_sum():
+    """0.1 % of 5 V and of 2.5 V, of one meter: as independent errors 3.2 mV for 4.3 mV."""
+    meters = (instrument("meter.voltage", "voltage", {"offset": "0.1 % reading"}),)
+    *_, total, off = found(
+        readings("high", 2), readings("low", 1),
+        equation("total", "V", "a + b", {"a": "high", "b": "low"}),
+        equation("off", "V", "a - b", {"a": "high", "b": "low"}), meters=meters,
+    )  # fmt: skip
+    limits = 0.001 * np.array([VOLT[:4].max(), VOLT[4:].max()]) / sqrt(3)
+    for result, expected in ((total, limits.sum()), (off, np.linalg.norm(limits))):
+        lines = [each.u for each in result.components if each.name.startswith("offset")]
+        assert np.linalg.norm(lines) == pytest.approx(expected, rel=1e-6)
