@@ -171,7 +171,12 @@ def test_what_a_run_recorded_is_said_in_german_where_it_is_known(recorded, germa
 def test_the_panel_and_certificates_say_a_sentence_alike():
     table = Path(rigrunner_panel.__file__).parent / "static/texts/said.de.json"
     rooms = json.loads(table.read_bytes()).values()
-    of_the_panel = {english: german for room in rooms for english, german in room.items()}
+    # The panel has little room: its words may say where they can be broken.
+    of_the_panel = {
+        english: german.replace("\N{SOFT HYPHEN}", "")
+        for room in rooms
+        for english, german in room.items()
+    }
     texts = files("rigrunner_reports") / "certificate/texts/de.yaml"
     ours = yaml.safe_load(texts.read_text(encoding="utf-8"))["said"]
     both = set(ours) & set(of_the_panel)
