@@ -25,7 +25,8 @@ def mqtt(settings: MqttSettings) -> Notifier:
     password = settings.password.read() if settings.password else None
 
     def deliver(message: Message) -> None:
-        client = paho.Client(paho.CallbackAPIVersion.VERSION2)
+        # An attempt is one connection: the next one is the notifier's, which counts and waits.
+        client = paho.Client(paho.CallbackAPIVersion.VERSION2, reconnect_on_failure=False)
         client.connect_timeout = settings.timeout
         if settings.user:
             client.username_pw_set(settings.user, password)

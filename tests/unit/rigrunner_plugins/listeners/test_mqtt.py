@@ -163,7 +163,7 @@ def test_a_broker_that_accepts_and_closes_is_tried_again(caplog):
 
         thread = threading.Thread(target=work)
         thread.start()
-        sink = to(listening.getsockname()[1], timeout="1 s", attempts=2)
+        sink = to(listening.getsockname()[1], timeout="3 s", attempts=2)
         sink(alarm())
         until(lambda: sink.lost)
         sink.close()
