@@ -188,7 +188,8 @@ class Following:
         began_s = monotonic()
         # Of each live view its findings, or the function that makes them.
         begun = [
-            (name, fold, self._tried(name, fold, self._first(fold))) for name, fold in self._folds
+            (name, fold, self._tried(name, fold, self._findings_or_snapshot(fold)))
+            for name, fold in self._folds
         ]
 
         def end() -> None:
@@ -206,7 +207,9 @@ class Following:
         else:
             end()
 
-    def _first(self, fold: LiveAnalysis) -> Callable[[], Findings | Callable[[], Findings]]:
+    def _findings_or_snapshot(
+        self, fold: LiveAnalysis
+    ) -> Callable[[], Findings | Callable[[], Findings]]:
         if self._draw is not None and isinstance(fold, SnapshotAnalysis):
             return fold.snapshot
         return fold.findings

@@ -188,7 +188,7 @@ class Inputs:
         """Return inputs and correlations; what is not known of these is as bad as it can be."""
         inputs, r = list(self.inputs), dict(self.r)
         model = MeasurementModel(tuple(inputs), tree)
-        if len(self.unsure) < 2 or not isfinite(model.value):  # noqa: PLR2004  (of one, nothing)
+        if len(self.unsure) <= 1 or not isfinite(model.value):  # one has nothing in common
             return inputs, r
         groups: dict[tuple[str, bool], dict[int, float]] = {}
         for row, (each, slope) in enumerate(zip(inputs, sensitivities(model), strict=True)):
