@@ -24,6 +24,8 @@ KURTOSIS = {"rectangular": -1.2, "triangular": -0.6, "arcsine": -1.5}
 """Excess kurtosis of bounded distributions by their names; of others it counts as 0."""
 NEARLY_NORMAL = -1e-3
 """Excess kurtosis beyond which the sum counts as normal: k differs by less than 1e-4."""
+_SCORES = 1e-6, 8.0
+"""Of a normal variable: beyond, its probability is 0.5 or 0 to a part in 10¹⁵."""
 
 
 def excess_kurtosis(parts: Iterable[tuple[float, str]], u: float) -> float:
@@ -51,7 +53,7 @@ def expanded(estimate: Estimate, p: float = P) -> float:
 def cumulative(estimate: Estimate, limit: float) -> float:
     """Return the probability that the true value is at most the limit (JCGM 106, 7).
 
-    By the same distribution as `factor`: at value + k u it is (1 + p) / 2, exactly for p = 95 %.
+    By the same distribution as `factor`: at value + k u for any p it is (1 + p) / 2.
     """
     if isinf(limit):
         return 1.0 if limit > 0 else 0.0
@@ -61,9 +63,30 @@ def cumulative(estimate: Estimate, limit: float) -> float:
             return float(scipy.special.ndtr(z))
         return float(scipy.special.stdtr(estimate.dof, z))
     shape = _beta_shape(estimate.kurtosis)
-    reach = sqrt(2 * shape + 1) * _tails(estimate.dof, P)
-    # A bounded distribution has an end, and probability 0 or 1 beyond it.
-    return float(scipy.special.betainc(shape, shape, min(max((1 + z / reach) / 2, 0.0), 1.0)))
+    if isinf(estimate.dof):
+        reach = sqrt(2 * shape + 1)
+        # A bounded distribution has an end, and probability 0 or 1 beyond it.
+        inside = min(max((1 + z / reach) / 2, 0.0), 1.0)
+        return float(scipy.special.betainc(shape, shape, inside))
+    # Few degrees of freedom give a bounded sum tails: by the score of which k is |z|.
+    score = _score(estimate, abs(z))
+    return float(scipy.special.ndtr(score if z > 0 else -score))
+
+
+def _score(estimate: Estimate, k: float) -> float:
+    """Return the value s of a normal variable with `factor` k for p = 2 ndtr(s) - 1."""
+    shape = _beta_shape(estimate.kurtosis)
+
+    def excess(score: float) -> float:
+        below = float(scipy.special.ndtr(-score))  # not its complement, which rounds off the tail
+        tails = -scipy.special.stdtrit(estimate.dof, below) / score
+        place = scipy.special.betaincinv(shape, shape, below)
+        return float(tails * (1 - 2 * place) * sqrt(2 * shape + 1)) - k
+
+    least, most = _SCORES
+    if excess(least) >= 0:
+        return 0.0
+    return most if excess(most) <= 0 else float(scipy.optimize.brentq(excess, least, most))
 
 
 def probability_within(limits: Limits, estimate: Estimate) -> float:
