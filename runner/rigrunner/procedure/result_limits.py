@@ -15,7 +15,7 @@ from rigrunner.api.names import Name, Text
 from rigrunner.api.places import CoordinateKey, Places, is_in, places_text
 from rigrunner.api.quantity import Quantity
 from rigrunner.api.settings import Settings, YesNo
-from rigrunner.api.units import unit
+from rigrunner.api.units import unit, with_article
 from rigrunner.api.verdict import Limits
 from rigrunner.procedure.following import End, Line, Table
 from rigrunner.procedure.kinds import ASKED, STORED, measurand_models, read_with_key
@@ -232,6 +232,15 @@ class Limit(Settings):
         hint = "a limit applies only to results of the same measurand"
         return self.measurand.objection(found.measurand), hint
 
+    def unlike(self, found: ResultDefinition) -> Iterator[tuple[tuple[str | int, ...], str, str]]:
+        """Yield each value that cannot be one of that result: its place, a message and a hint."""
+        for place, given in self.of_result():
+            if why := unlike(given, found):
+                yield place, *why
+        if self.plus_minus is not None and unit(found.unit).offset:
+            message = f"'{found.name}' is a temperature in {found.unit}, and no difference"
+            yield ("plus_minus",), message, "write min and max"
+
     def limits_at(self, coordinates: Mapping[str, CoordinateValue], symbol: str) -> Limits:
         """Return the limits at a place as numbers in a unit of the same kind.
 
@@ -276,6 +285,26 @@ class Limit(Settings):
             f"{self.of}{f' at {where}' if where else ''}"
             f"{f' except at {without}' if without else ''} ({how})"
         )
+
+
+def unlike(given: Quantity, found: ResultDefinition) -> tuple[str, str] | None:
+    """Return why a value cannot be one of a result, and a hint; None if it can.
+
+    A result in K may be a difference, of which 0.7 °C would be 273.85 K.
+    """
+    known = unit(found.unit)
+    if given.dimension != known.dimension:
+        kinds = with_article(given.dimension), with_article(known.dimension)
+        message = f"'{given}' is {kinds[0]}; {found.name} is {kinds[1]}, in {found.unit}"
+        return message, f"write it in {found.unit}"
+    if given.unit.offset and not known.offset:
+        message = (
+            f"'{given}' is a temperature, and {found.name}, in {found.unit}, may be a difference"
+        )
+        both = (given.number * given.unit.factor / known.factor, given.si / known.factor)
+        of_difference, of_value = (f"'{each:.6g} {found.unit}'" for each in both)
+        return message, f"write {of_difference} for a difference, else {of_value}"
+    return None
 
 
 def _require_json(measurand: LimitedMeasurand) -> None:
