@@ -8,8 +8,8 @@ contains it twice.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from math import isnan
+from dataclasses import dataclass, replace
+from math import isnan, nan
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
@@ -143,10 +143,38 @@ class Readings:
         if self.settings.relative_to is not None:
             own, theirs, compared = 1 / base, -value / base**2, value / base
         lines = tuple(self._components(run, group, own / shown.factor, shown.symbol))
-        of_partner = self._components(
-            partner.run, other, theirs / shown.factor, shown.symbol, partner.apart(run, other)
+        scale, apart = theirs / shown.factor, partner.apart(run, other)
+        of_partner = [
+            line
+            if line.common or not scale
+            else self._of_partner(line, partner, other, base, scale)
+            for line in self._components(partner.run, other, scale, shown.symbol, apart)
+        ]
+        return compared, tuple(joined(lines, of_partner, partner.words))
+
+    def _of_partner(
+        self, scatter: Component, partner: Partner, group: Group, base: float, scale: float
+    ) -> Component:
+        """Return the scatter of a value of the partner run: one error of all results that use it.
+
+        These are all results, those with the coordinates that it is chosen by, or one at each
+        place.
+        """
+        at = ", ".join(f"{name} = {each}" for name, each in group.place.items())
+        is_of_several = not partner.per or set(partner.per) != set(self.settings.per)
+        series = group.series(self._combined(group))
+        return replace(
+            scatter,
+            name=f"{scatter.name} of {self.settings.of}"
+            f"{f' at {at}' if at and is_of_several else ''}",
+            common=is_of_several,
+            at_place=not is_of_several,
+            value=base,
+            unit=self._si_unit(group),
+            # as it was computed: other results know it by this number
+            input_u=(self._statistic.scatter(series) or (nan,))[0],
+            sensitivity=scale,
         )
-        return compared, tuple(joined(lines, tuple(of_partner), partner.words))
 
     def _undefined(self, group: Group, partner: Partner | None) -> str:
         """Return why the statistic has no value at a place; '' where it has one."""
