@@ -24,6 +24,9 @@ KURTOSIS = {"rectangular": -1.2, "triangular": -0.6, "arcsine": -1.5}
 """Excess kurtosis of bounded distributions by their names; of others it counts as 0."""
 NEARLY_NORMAL = -1e-3
 """Excess kurtosis beyond which the sum counts as normal: k differs by less than 1e-4."""
+FEW = 500.0
+"""Degrees of freedom of a bounded sum, below which its tails count: from here on they change no
+probability by more than 0.2 %, and those of stored runs stay."""
 _SCORES = 1e-6, 8.0
 """Of a normal variable: beyond, its probability is 0.5 or 0 to a part in 10¹⁵."""
 
@@ -53,7 +56,7 @@ def expanded(estimate: Estimate, p: float = P) -> float:
 def cumulative(estimate: Estimate, limit: float) -> float:
     """Return the probability that the true value is at most the limit (JCGM 106, 7).
 
-    By the same distribution as `factor`: at value + k u for any p it is (1 + p) / 2.
+    By the same distribution as `factor`: at value + k u it is (1 + p) / 2, exactly for p = 95 %.
     """
     if isinf(limit):
         return 1.0 if limit > 0 else 0.0
@@ -63,8 +66,8 @@ def cumulative(estimate: Estimate, limit: float) -> float:
             return float(scipy.special.ndtr(z))
         return float(scipy.special.stdtr(estimate.dof, z))
     shape = _beta_shape(estimate.kurtosis)
-    if isinf(estimate.dof):
-        reach = sqrt(2 * shape + 1)
+    if estimate.dof >= FEW:
+        reach = sqrt(2 * shape + 1) * _tails(estimate.dof, P)
         # A bounded distribution has an end, and probability 0 or 1 beyond it.
         inside = min(max((1 + z / reach) / 2, 0.0), 1.0)
         return float(scipy.special.betainc(shape, shape, inside))
