@@ -35,6 +35,8 @@ if TYPE_CHECKING:
     from rigrunner_plugins.analyses.sources import Group
     from rigrunner_plugins.analyses.statistics import Statistic
 
+SPECIMEN = "specimen"
+"""The input that names what is tested."""
 SMALL = 1e-6
 """Share of an error used to find its effect; at this size every statistic is linear."""
 
@@ -65,10 +67,10 @@ class Readings:
                 tuple(compared.per),
                 partner_words(compared.name),
             )
+        notes = list(self._of_another_specimen(run))
         single = [group for group in found if len(group.times_s) == 1]
         statistic = self.settings.of.removeprefix(channel_of(self.settings.of))[1:]
         extremes = self.settings.statistic in {"minimum", "maximum", "range"}
-        notes = []
         if single and statistic:
             notes.append(
                 f"{self.settings.result.name}: {'each' if len(single) == len(found) else 'a'} value"
@@ -99,6 +101,19 @@ class Readings:
             missing=tuple(each for each in at_places if isinstance(each, MissingResult)),
             notes=tuple(notes),
         )
+
+    def _of_another_specimen(self, run: RunData) -> Iterator[str]:
+        """Yield a note if what is subtracted was measured of another specimen, as in a queue."""
+        if self.settings.tare is None:
+            return
+        tare = run.partners[self.settings.tare.name]
+        ours, theirs = (each.inputs.get(SPECIMEN) for each in (run, tare))
+        if ours and theirs and ours != theirs:
+            words = partner_words(self.settings.tare.name)
+            yield (
+                f"{self.settings.result.name}: the {words}, {tare.run_id}, is of specimen"
+                f" {theirs}, and this run of {ours}."
+            )
 
     def _at(
         self, run: RunData, group: Group, partner: Partner | None

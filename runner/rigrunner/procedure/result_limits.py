@@ -149,7 +149,7 @@ class Limit(Settings):
         written = self._written["plus_minus"]
         if written.unit.offset:
             raise ValueError(f"got '{written}', a temperature; write a difference in K")
-        if written.si <= 0:
+        if written.si < 0 or (written.si == 0 and not self.follows):
             raise ValueError(f"got '{written}', expected more than 0")
 
     @property
@@ -248,6 +248,9 @@ class Limit(Settings):
         """
         if self.plus_minus is not None:
             half = _number(self.plus_minus, coordinates, symbol, is_difference=True)
+            if half <= 0:  # a share of a coordinate that is 0 there, or a line that has fallen
+                at = ", ".join(f"{name} = {coordinates[name]}" for name in sorted(self.follows))
+                raise DataError(f"the limit at {at} is {half:g} {symbol}, which is not above 0")
             return Limits.between(-half, half, symbol)
         low, high = (
             None if end is None else _number(end, coordinates, symbol)

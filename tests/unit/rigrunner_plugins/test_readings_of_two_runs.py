@@ -168,6 +168,18 @@ def test_the_scatter_of_a_reference_acts_by_each_quotient():
     assert mean_of(found).u == pytest.approx(abs(sum(by)) / 4, abs=1e-12)  # it cancels: of mean 0
 
 
+def test_a_tare_of_another_specimen_is_told():
+    run, dark = (
+        replace(voltages(value), inputs={"specimen": name}, run_id=name)
+        for value, name in ((5.0, "SN-1"), (1.0, "SN-2"))
+    )
+    told = {"tare": {"procedure": "DARK"}}
+    note = "found: the tare run, SN-2, is of specimen SN-2, and this run of SN-1."
+    assert note in compared(run, dark, **told).notes
+    same = replace(dark, inputs=run.inputs)
+    assert not [each for each in compared(run, same, **told).notes if "specimen" in each]
+
+
 def test_it_says_from_its_settings_alone_which_run_it_needs():
     told = {
         "of": "meter.voltage",
