@@ -8,8 +8,8 @@ they enter too. What is indicated without anything applied is taken off, as a ze
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
-from math import inf, isfinite, sqrt
+from dataclasses import dataclass, replace
+from math import copysign, inf, isfinite, sqrt
 from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
@@ -154,7 +154,7 @@ def _points(result: Result, deviations: Sequence[MeasurementResult]) -> Iterator
         off = each.estimate.value
         if zero is not None:
             off -= zero.estimate.value
-            parts += [part for part in zero.components if not part.common]
+            parts = list(_less(parts, zero.components))
         width = _reproducibility(result, each)
         if width:
             # the effect of a mounting position is a sine of its angle
@@ -174,6 +174,20 @@ def _points(result: Result, deviations: Sequence[MeasurementResult]) -> Iterator
             "U": f"{k * u:.3g} {difference}",
             "k": float(f"{k:.4g}"),
         }
+
+
+def _less(parts: Sequence[Component], zero: Sequence[Component]) -> Iterator[Component]:
+    """Yield the lines of a difference: an error that both have, such as an offset, counts once."""
+    shared = {each.name: each for each in zero if each.common and each.shared}
+    for each in parts:
+        other = shared.get(each.name) if each.common and each.shared else None
+        u = each.u if other is None else abs(_signed(each) - _signed(other))
+        yield replace(each, u=u)
+    yield from (each for each in zero if each.name not in shared)
+
+
+def _signed(line: Component) -> float:
+    return copysign(line.u, line.sensitivity)
 
 
 def _reproducibility(result: Result, deviation: MeasurementResult) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
@@ -78,6 +79,29 @@ def test_what_is_indicated_has_the_digits_that_its_uncertainty_bears():
     assert entry["applied"] == "10 V"
     assert entry["indicated"] == "10.0000012346 V"
     assert entry["U"] == "0.49 µV"
+
+
+def test_the_zero_brings_its_own_errors_and_takes_the_shared_ones_with_it():
+    """Indicated less the zero: an offset cancels, a resolution acts twice, a gain by the rest."""
+
+    def lines(gain, offset):
+        return (
+            Component("scatter of the readings", 0.003, 5.0, "t", common=False),
+            Component("gain of cell", gain, math.inf, "rectangular", common=True, sensitivity=10.0),
+            Component("offset of cell", offset, math.inf, "rectangular", common=True,
+                      sensitivity=1.0),
+            Component("resolution of cell", 0.004, math.inf, "rectangular", common=True,
+                      sensitivity=1.0, shared=False),
+        )  # fmt: skip
+
+    made = [
+        replace(result("deviation", value, CoordinateValue(at, "N·m")), components=lines(gain, 0.5))
+        for value, at, gain in ((0.01, 0.0, 0.001), (0.03, 10.0, 0.007))
+    ]
+    (entry,) = _points(SimpleNamespace(results=made, missing=()), made)
+    expected = math.sqrt(2 * 0.003**2 + (0.007 - 0.001) ** 2 + 2 * 0.004**2)
+    assert u_of(entry) == pytest.approx(expected, rel=6e-3)
+    assert entry["indicated"].startswith("10.02")
 
 
 @pytest.mark.parametrize("serial", ["null", "True", "no", "SN 1", "a: b", "- x", "Größe"])
