@@ -188,7 +188,10 @@ def _reading(name: str, row: Measurement, run: RunData) -> float:
     follows = name.removeprefix(channel) in {"", ".mean", ".minimum", ".maximum"}
     if not follows:
         return value
-    return float(run.readings(channel, np.array([value]), run.zero(row.recording, channel))[0])
+    zero = run.zero(row.recording, channel)
+    if not row.recording:
+        zero = row.zeros.get(channel, zero)
+    return float(run.readings(channel, np.array([value]), zero)[0])
 
 
 def _of_recording(recording: Recording, run: RunData, names: Sequence[str]) -> Part:

@@ -572,3 +572,12 @@ def test_u_of_a_stored_statistic_holds_what_the_table_of_the_certificate_does_no
     assert abs(found.estimate.value - truth) > 0.4
     assert abs(found.estimate.value - truth) < expanded(found.estimate)
     assert "deviation of meter.voltage, not corrected" in {each.name for each in found.components}
+
+
+def test_a_row_loses_the_zero_that_was_in_force_when_it_was_read() -> None:
+    rows = [
+        replace(row(at, 1.0, meter__voltage=value), zeros={"meter.voltage": zero})
+        for at, (value, zero) in enumerate([(5.1, 0.1), (5.4, 0.4)])
+    ]
+    run = run_of(*rows, instruments=[meter()], zeros={"meter.voltage": 0.4})
+    assert only(run).estimate.value == pytest.approx(5.0)
