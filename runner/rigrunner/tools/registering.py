@@ -21,6 +21,7 @@ from rigrunner.api.instruments import DEFAULT_QUANTITY, ZEROED, Instrument
 from rigrunner.api.units import unit
 from rigrunner.documents.verifying.run import check_run
 from rigrunner.documents.verifying.verification import Verification
+from rigrunner.procedure import parse_procedure
 from rigrunner.run.stored import analyse_stored
 from rigrunner.runfile import sealed_file_of
 from rigrunner.signal.coverage import excess_kurtosis, factor
@@ -29,13 +30,14 @@ from rigrunner.signal.uncertainty import combine
 from rigrunner.yamlfile.composer import read_plain
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
     from datetime import date
     from pathlib import Path
 
     from rigrunner.api.findings import MeasurementResult
     from rigrunner.api.results import Result
     from rigrunner.registry import Registry
+    from rigrunner.runfile import RunHeader
 
 DEVIATION, REPRODUCIBILITY = "deviation", "reproducibility"
 WIDTHS = ("repeatability", "hysteresis")
@@ -85,6 +87,8 @@ def entry_from(path: Path, wanted: Wanted, registry: Registry) -> Entry:
     run = result.run
     if run.outcome != "completed":
         raise DataError(f"{run.run_id} was not completed: {run.outcome}")
+    serial = wanted.serial or run.inputs.get("specimen", "")
+    _refuse_corrected(checked.stored.header, run.instruments, serial)
     deviations = _deviations(result)
     kind = unit(deviations[0].of.unit).dimension
     applied_unit = _applied(deviations[0])[1]
@@ -93,7 +97,7 @@ def entry_from(path: Path, wanted: Wanted, registry: Registry) -> Entry:
     if kind != DEFAULT_QUANTITY:
         entry["measures"] = kind
     entry |= {
-        "serial": wanted.serial or run.inputs.get("specimen", ""),
+        "serial": serial,
         "certificate": run.run_id,
         "laboratory": wanted.laboratory or f"this laboratory, station {run.station_id}",
         "calibrated": run.started_utc[:10],
@@ -117,6 +121,29 @@ def entry_from(path: Path, wanted: Wanted, registry: Registry) -> Entry:
         where = ".".join(str(each) for each in first["loc"])
         raise DataError(f"{run.run_id} gives no entry: {where}: {first['msg']}") from error
     return Entry(entry)
+
+
+def _refuse_corrected(
+    header: RunHeader, instruments: Mapping[str, Instrument], serial: str
+) -> None:
+    """Raise DataError if readings of the calibrated instrument were corrected by earlier points.
+
+    Their deviation is what the correction left, and the new points would take its place.
+    """
+    procedure = parse_procedure(header.procedure_text, header.procedure_id, stored=True).model
+    channels = {
+        analysis.settings.get("of")
+        for _, analysis in procedure.analyses_at
+        if isinstance(named := analysis.settings.get("result"), dict)
+        and named.get("name") == DEVIATION
+    }
+    for each in instruments.values():
+        if each.interpolation and (each.channel in channels or each.serial == serial):
+            message = f"{each.channel} was read with the correction of its earlier calibration"
+            raise DataError(
+                f"{message}, {each.certificate or 'the points of the station'}",
+                hint="remove its 'interpolation' from the station, and calibrate again",
+            )
 
 
 def _deviations(result: Result) -> list[MeasurementResult]:

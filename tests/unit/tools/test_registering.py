@@ -8,6 +8,8 @@ from types import SimpleNamespace
 
 import pytest
 
+from helpers_any_quantity import written
+from helpers_cli import call
 from rigrunner.api import Component, Estimate, MeasurementResult, ResultDefinition
 from rigrunner.api.coordinates import CoordinateValue
 from rigrunner.api.errors import DataError
@@ -109,3 +111,67 @@ def test_a_serial_number_is_read_again_as_the_text_that_it_is(serial):
     lines = Entry({"channel": "a.b", "serial": serial, "points": [{"applied": "1 N"}]}).lines
     (entry,) = parse(f"instruments:\n{lines}\n", "station.yaml").data["instruments"]
     assert entry == {"channel": "a.b", "serial": serial, "points": [{"applied": "1 N"}]}
+
+
+STATION = """\
+rigrunner: station/1
+id: bench
+title: A voltmeter beside a calibrator
+devices:
+  bench:
+    type: bench
+    plugin: tabulated
+    settings:
+      title: a voltmeter that shows 2 % too much
+      set_points: [level]
+      rows:
+        - {level: 1 V, indicated: 1.02 V, applied: 1 V}
+        - {level: 10 V, indicated: 10.2 V, applied: 10 V}
+instruments:
+  - {channel: bench.applied, measures: voltage, serial: C-1, calibration: recorded,
+     interpolation: linear, points: [{applied: 0 V, indicated: 0 V, U: 1 mV},
+                                     {applied: 20 V, indicated: 20 V, U: 1 mV}]}
+  - {channel: bench.indicated, measures: voltage, serial: V-1, calibration: recorded,
+     CORRECTED points: [{applied: 0 V, indicated: 0 V, U: 1 mV},
+                        {applied: 20 V, indicated: 20.2 V, U: 1 mV}]}
+"""
+PROCEDURE = """\
+rigrunner: procedure/2
+id: CAL
+revision: "A"
+title: Calibration of a voltmeter
+inputs: {specimen: {ask: Serial number, unattended: V-1}}
+uses: {bench: bench}
+main:
+  - sweep:
+      set: bench.level
+      over: [1 V, 10 V]
+      steps: [{measure: {channels: [bench.indicated, bench.applied]}}]
+analysis:
+  - readings: {of: bench.indicated, minus: bench.applied, per: bench.level,
+               result: {name: deviation, unit: mV}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("corrected", "options"),
+    [("", ()), ("interpolation: linear,", ()), ("interpolation: linear,", ("--serial", "V-2"))],
+)
+def test_the_deviation_of_corrected_readings_is_none_of_the_instrument(
+    tmp_path, corrected, options
+):
+    """By its last calibration 1 % too high, a meter that shows 10.2 V at 10 V stood as 10.1 V."""
+    station = STATION.replace("CORRECTED", corrected)
+    procedure, bench = written(tmp_path, procedure=PROCEDURE, station=station)
+    runs = tmp_path / "runs"
+    ran = call("run", procedure, "--station", bench, "--unattended", "--runs", runs)
+    assert ran.code == 0, ran.err
+    (folder,) = runs.iterdir()
+    told = ("--channel", "bench.indicated", "--due", "2099-01-01", *options)
+    found = call("register", "from", folder, *told)
+    if corrected:
+        assert found.code != 0
+        message = "bench.indicated was read with the correction of its earlier calibration"
+        assert message in found.err
+    else:
+        assert 'indicated: "10.2' in found.out, found.err
