@@ -2,7 +2,8 @@
 
 The run has a result `deviation`, indicated less applied, at each applied value. Where it has also
 `reproducibility` (the range over mounting positions) at these, `repeatability` and `hysteresis`,
-they enter too. What is indicated without anything applied is taken off, as a zero step does.
+they enter too. Of a torque or a force what is indicated without anything applied is taken off, as
+a zero step does.
 """
 
 from __future__ import annotations
@@ -90,8 +91,8 @@ def entry_from(path: Path, wanted: Wanted, registry: Registry) -> Entry:
     serial = wanted.serial or run.inputs.get("specimen", "")
     _refuse_corrected(checked.stored.header, run.instruments, serial)
     deviations = _deviations(result)
-    kind = unit(deviations[0].of.unit).dimension
     applied_unit = _applied(deviations[0])[1]
+    kind = unit(applied_unit).dimension
     points = list(_points(result, deviations))
     entry: dict[str, Any] = {"channel": wanted.channel}
     if kind != DEFAULT_QUANTITY:
@@ -171,8 +172,14 @@ def _applied(deviation: MeasurementResult) -> tuple[float, str]:
 
 
 def _points(result: Result, deviations: Sequence[MeasurementResult]) -> Iterator[dict[str, Any]]:
-    """Yield the table's lines, each with U by the deviation, the zero and the reproducibility."""
-    zero = next((each for each in deviations if _applied(each)[0] == 0), None)
+    """Yield the table's lines, each with U by the deviation, the zero and the reproducibility.
+
+    A quantity that is zeroed is stated less its zero. Of others, such as a temperature, what is
+    indicated at 0 is a point as any other.
+    """
+    is_zeroed = unit(_applied(deviations[0])[1]).dimension in ZEROED
+    zeros = (each for each in deviations if is_zeroed and _applied(each)[0] == 0)
+    zero = next(zeros, None)
     for each in deviations:
         applied, symbol = _applied(each)
         if each is zero:

@@ -6,6 +6,7 @@ import math
 from dataclasses import replace
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from helpers_any_quantity import written
@@ -14,6 +15,9 @@ from rigrunner.api import Component, Estimate, MeasurementResult, ResultDefiniti
 from rigrunner.api.coordinates import CoordinateValue
 from rigrunner.api.errors import DataError
 from rigrunner.api.findings import MissingResult
+from rigrunner.api.instruments import Instrument
+from rigrunner.api.quantity import Quantity
+from rigrunner.api.units import unit
 from rigrunner.tools.registering import Entry, _points
 from rigrunner.yamlfile import parse
 
@@ -104,6 +108,34 @@ def test_the_zero_brings_its_own_errors_and_takes_the_shared_ones_with_it():
     expected = math.sqrt(2 * 0.003**2 + (0.007 - 0.001) ** 2 + 2 * 0.004**2)
     assert u_of(entry) == pytest.approx(expected, rel=6e-3)
     assert entry["indicated"].startswith("10.02")
+
+
+@pytest.mark.parametrize(
+    ("quantity", "symbol", "difference", "less_zero"),
+    [
+        ("temperature", "°C", "K", False),
+        ("temperature", "°F", "K", False),
+        ("voltage", "V", "mV", False),
+        ("power level", "dBm", "dB", False),
+        ("force", "N", "N", True),
+    ],
+)
+def test_the_points_correct_what_the_instrument_shows(quantity, symbol, difference, less_zero):
+    """0.3 too high at 0, 0.7 at 100: only of a force, which is zeroed, it is 0.4 at 100."""
+    per_unit = unit(symbol).factor / unit(difference).factor
+    off = {0.0: 0.3, 50.0: 0.5, 100.0: 0.7}
+    made = [
+        result("deviation", each * per_unit, CoordinateValue(at, symbol), difference)
+        for at, each in off.items()
+    ]
+    points = list(_points(SimpleNamespace(results=made, missing=()), made))
+    entry = {"channel": "a.b", "measures": quantity, "serial": "1", "interpolation": "linear"}
+    known = Instrument.model_validate(entry | {"points": points})
+    zero = off[0.0] if less_zero else 0.0
+    shown = [Quantity(at + each, unit(symbol)) for at, each in off.items()]
+    corrected = known.corrected(np.array([each.si for each in shown]), zero)
+    expected = [Quantity(at, unit(symbol)).si for at in off]
+    assert corrected == pytest.approx(expected, abs=1e-3 * unit(symbol).factor)
 
 
 @pytest.mark.parametrize("serial", ["null", "True", "no", "SN 1", "a: b", "- x", "Größe"])
