@@ -89,7 +89,7 @@ def entry_from(path: Path, wanted: Wanted, registry: Registry) -> Entry:
     if run.outcome != "completed":
         raise DataError(f"{run.run_id} was not completed: {run.outcome}")
     serial = wanted.serial or run.inputs.get("specimen", "")
-    _refuse_corrected(checked.stored.header, run.instruments, serial)
+    _refuse_others(checked.stored.header, run.instruments, serial)
     deviations = _deviations(result)
     applied_unit = _applied(deviations[0])[1]
     kind = unit(applied_unit).dimension
@@ -104,7 +104,11 @@ def entry_from(path: Path, wanted: Wanted, registry: Registry) -> Entry:
         "calibrated": run.started_utc[:10],
         "due": wanted.due.isoformat(),
     }
-    if any(each.calibration is not None for each in run.instruments.values()):
+    standards = [each for each in run.instruments.values() if each.serial != serial]
+    if not standards or any(
+        each.calibration is not None or (each.due and str(each.due) < run.ended_utc[:10])
+        for each in standards
+    ):
         entry["calibration"] = "trial"  # of standards that are none
     if kind == DEFAULT_QUANTITY or wanted.full_scale:  # which must be stated there
         highest = max(abs(_applied(each)[0]) for each in deviations)
@@ -124,25 +128,33 @@ def entry_from(path: Path, wanted: Wanted, registry: Registry) -> Entry:
     return Entry(entry)
 
 
-def _refuse_corrected(
-    header: RunHeader, instruments: Mapping[str, Instrument], serial: str
-) -> None:
-    """Raise DataError if readings of the calibrated instrument were corrected by earlier points.
+def _refuse_others(header: RunHeader, instruments: Mapping[str, Instrument], serial: str) -> None:
+    """Raise DataError if a deviation is not that of what the calibrated instrument itself shows.
 
-    Their deviation is what the correction left, and the new points would take its place.
+    Of readings that earlier points correct it is what the correction left, and the new points would
+    take its place. Of the standard less the instrument it has the wrong sign.
     """
     procedure = parse_procedure(header.procedure_text, header.procedure_id, stored=True).model
-    channels = {
-        analysis.settings.get("of")
+    told = [
+        analysis.settings
         for _, analysis in procedure.analyses_at
         if isinstance(named := analysis.settings.get("result"), dict)
         and named.get("name") == DEVIATION
-    }
-    for each in instruments.values():
-        if each.interpolation and (each.channel in channels or each.serial == serial):
-            message = f"{each.channel} was read with the correction of its earlier calibration"
+    ]
+    read = {each.get("of") for each in told}
+    of_serial = {each.channel for each in instruments.values() if each.serial == serial}
+    for each in told:
+        if each.get("minus") in of_serial and each.get("of") not in of_serial:
             raise DataError(
-                f"{message}, {each.certificate or 'the points of the station'}",
+                f"{DEVIATION} is {each['of']} less {each['minus']}, which is the instrument"
+                f" {serial}: expected what is indicated less what is applied",
+                hint=f"write 'of: {each['minus']}' and 'minus: {each['of']}', and analyse again",
+            )
+    for instrument in instruments.values():
+        if instrument.interpolation and instrument.channel in read | of_serial:
+            raise DataError(
+                f"{instrument.channel} was read with the correction of its earlier calibration,"
+                f" {instrument.certificate or 'the points of the station'}",
                 hint="remove its 'interpolation' from the station, and calibrate again",
             )
 

@@ -207,3 +207,46 @@ def test_the_deviation_of_corrected_readings_is_none_of_the_instrument(
         assert message in found.err
     else:
         assert 'indicated: "10.2' in found.out, found.err
+
+
+def test_a_deviation_with_the_wrong_sign_is_none(tmp_path):
+    turned = (
+        "of: bench.indicated, minus: bench.applied",
+        "of: bench.applied, minus: bench.indicated",
+    )
+    station = STATION.replace("CORRECTED", "")
+    procedure, bench = written(tmp_path, turned, procedure=PROCEDURE, station=station)
+    runs = tmp_path / "runs"
+    ran = call("run", procedure, "--station", bench, "--unattended", "--runs", runs)
+    assert ran.code == 0, ran.err
+    (folder,) = runs.iterdir()
+    told = ("--channel", "bench.indicated", "--due", "2099-01-01")
+    found = call("register", "from", folder, *told)
+    assert found.code != 0
+    message = "deviation is bench.applied less bench.indicated, which is the instrument V-1"
+    assert message in found.err
+
+
+@pytest.mark.parametrize(
+    ("standard", "is_trial"),
+    [
+        ("certificate: K-1, due: 2099-01-01", False),
+        ("certificate: K-1, due: 2020-01-01", True),
+        ("calibration: recorded", True),
+    ],
+)
+def test_an_entry_is_a_trial_if_its_standard_was_not_calibrated(tmp_path, standard, is_trial):
+    """Not if the instrument itself was not: that is what the run was for."""
+    station = STATION.replace("CORRECTED", "").replace(
+        "serial: C-1, calibration: recorded", f"serial: C-1, {standard}"
+    )
+    procedure, bench = written(tmp_path, procedure=PROCEDURE, station=station)
+    runs = tmp_path / "runs"
+    who = ("--override", "overdue", "--by", "A", "--reason", "none") if "2020" in standard else ()
+    ran = call("run", procedure, "--station", bench, "--unattended", "--runs", runs, *who)
+    assert ran.code == 0, ran.err
+    (folder,) = runs.iterdir()
+    told = ("--channel", "bench.indicated", "--due", "2099-01-01")
+    found = call("register", "from", folder, *told)
+    assert found.code == 0, found.err
+    assert ("calibration: trial" in found.out) is is_trial
