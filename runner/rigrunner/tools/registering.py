@@ -2,8 +2,8 @@
 
 The run has a result `deviation`, indicated less applied, at each applied value. Where it has also
 `reproducibility` (the range over mounting positions) at these, `repeatability` and `hysteresis`,
-they enter too. Of a torque or a force what is indicated without anything applied is taken off, as
-a zero step does.
+they enter too. Of a quantity that is zeroed, such as a force, what is indicated without anything
+applied is taken off, as a zero step does.
 """
 
 from __future__ import annotations
