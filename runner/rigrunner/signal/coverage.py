@@ -8,6 +8,7 @@ Metrologia 42, 2005, 329).
 
 from __future__ import annotations
 
+from functools import lru_cache
 from math import isinf, sqrt
 from typing import TYPE_CHECKING
 
@@ -72,17 +73,18 @@ def cumulative(estimate: Estimate, limit: float) -> float:
         inside = min(max((1 + z / reach) / 2, 0.0), 1.0)
         return float(scipy.special.betainc(shape, shape, inside))
     # Few degrees of freedom give a bounded sum tails: by the score of which k is |z|.
-    score = _score(estimate, abs(z))
+    score = _score(estimate.kurtosis, estimate.dof, float(f"{abs(z):.13g}"))
     return float(scipy.special.ndtr(score if z > 0 else -score))
 
 
-def _score(estimate: Estimate, k: float) -> float:
+@lru_cache(maxsize=256)  # a rule asks several times for one distance from its limits
+def _score(kurtosis: float, dof: float, k: float) -> float:
     """Return the value s of a normal variable with `factor` k for p = 2 ndtr(s) - 1."""
-    shape = _beta_shape(estimate.kurtosis)
+    shape = _beta_shape(kurtosis)
 
     def excess(score: float) -> float:
         below = float(scipy.special.ndtr(-score))  # not its complement, which rounds off the tail
-        tails = -scipy.special.stdtrit(estimate.dof, below) / score
+        tails = -scipy.special.stdtrit(dof, below) / score
         place = scipy.special.betaincinv(shape, shape, below)
         return float(tails * (1 - 2 * place) * sqrt(2 * shape + 1)) - k
 
