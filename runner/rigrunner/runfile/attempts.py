@@ -13,6 +13,7 @@ from rigrunner.api.steps import NONE
 from rigrunner.api.units import unit
 from rigrunner.runfile.codec import packed
 from rigrunner.runfile.elapsed import cycles_of, main_began, seconds_since
+from rigrunner.runfile.parts import Zeros
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -59,6 +60,7 @@ def measured(events: Sequence[Event]) -> Measured:
     attempts: list[_Attempt] = []
     counting: dict[_Step, _Attempt] = {}
     for event in events:
+        make.zeros.take(event)
         match event:
             case StepStarted():
                 make.started = event
@@ -109,6 +111,7 @@ class _Rows:
     began: datetime | None
     started: StepStarted = _UNKNOWN
     """The start of the present step. It has the limits, and for a scan the units."""
+    zeros: Zeros = field(default_factory=Zeros)
     _held: dict[bytes, Any] = field(default_factory=dict)
 
     def of_point(self, event: Scanned) -> Measurement:
@@ -173,6 +176,7 @@ class _Rows:
             readings=readings or NONE,
             expected=started.expected if readings else (),
             written_in=self._once(shown),
+            zeros=self.zeros.in_force,
         )
 
     def _once(self, part: _T) -> _T:
