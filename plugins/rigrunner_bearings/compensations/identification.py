@@ -25,7 +25,7 @@ from rigrunner.api import DataError
 from rigrunner_bearings.compensations.drive_line import DriveLine
 from rigrunner_bearings.compensations.harmonics import (
     SENSOR,
-    mean_torques,
+    mean_torque,
     observe,
     spectrum_of,
     waveform_of,
@@ -297,7 +297,7 @@ def twisted(points: tuple[SwingPoint, ...], rig: Identified) -> tuple[Observed, 
 
 
 def _waveforms(points: tuple[SwingPoint, ...], swing: Swing) -> tuple[Waveform, ...]:
-    return tuple(Waveform(interpolated(mean, swing.size)) for mean in mean_torques(points))
+    return tuple(Waveform(interpolated(mean_torque(point), swing.size)) for point in points)
 
 
 def _twists(
