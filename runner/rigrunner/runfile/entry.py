@@ -78,7 +78,7 @@ SALVAGED = "salvaged"
 PARTNER = "NXsubentry"
 """The class of a partner run, which is embedded whole but for its own partners."""
 KINDS = ("recordings", "incomplete", SUPERSEDED)
-"""The groups of recordings."""
+"""The groups of recordings; runs of earlier versions lack some."""
 _PIECE = 1000
 """Events that are decoded at once."""
 _END_TEXTS = ("ended_utc", "outcome", "reason")
@@ -223,17 +223,17 @@ def _read_info(entry: h5py.Group, path: Path, rows: Sequence[Measurement]) -> Ru
     )
 
 
-def read_entry(entry: h5py.Group, path: Path) -> StoredRun:
-    """Read a run whole, with the partner runs that are embedded in it."""
+def read_entry(entry: h5py.Group, path: Path, *, samples: bool = True) -> StoredRun:
+    """Read a run whole, or without its recordings, and the partner runs that are embedded in it."""
     events = read_events(entry)
-    size = sum(stored_bytes(_groups(entry, kind)) for kind in KINDS)
-    scratch = None if size <= IN_MEMORY else Scratch()
+    groups = {kind: _in_order(entry[kind]) if samples and kind in entry else [] for kind in KINDS}
+    scratch = None if sum(map(stored_bytes, groups.values())) <= IN_MEMORY else Scratch()
     rows = measured(events)
     return StoredRun(
         info=_read_info(entry, path, rows.rows),
-        recordings=with_elapsed(_read_all(entry, "recordings", scratch), events),
-        incomplete=with_elapsed(_read_all(entry, "incomplete", scratch), events),
-        superseded=with_elapsed(_read_all(entry, SUPERSEDED, scratch), events),
+        recordings=with_elapsed(_read_all(groups["recordings"], scratch), events),
+        incomplete=with_elapsed(_read_all(groups["incomplete"], scratch), events),
+        superseded=with_elapsed(_read_all(groups[SUPERSEDED], scratch), events),
         zeros=read_values(entry["zeros"])[0],
         recording_zeros=zeros_in_force(events.outline),
         measurements=rows.rows,
@@ -243,7 +243,7 @@ def read_entry(entry: h5py.Group, path: Path) -> StoredRun:
             json.loads(read_text(entry["analysis"], "result")) if "analysis" in entry else None
         ),
         partners={
-            partner_name(entry, place): read_entry(entry[place], path)
+            partner_name(entry, place): read_entry(entry[place], path, samples=samples)
             for place in partner_places(entry)
         },
     )
@@ -265,13 +265,8 @@ def read_entry_truth(entry: h5py.Group) -> dict[str, dict[str, float]]:
     return {read_text(group, "name"): read_values(group)[0] for group in groups}
 
 
-def _read_all(entry: h5py.Group, kind: str, scratch: Scratch | None) -> tuple[Recording, ...]:
-    return tuple(read_recording(each, scratch) for each in _groups(entry, kind))
-
-
-def _groups(entry: h5py.Group, kind: str) -> list[h5py.Group]:
-    """Return the recordings of a kind in order; runs of earlier versions lack some kinds."""
-    return _in_order(entry[kind]) if kind in entry else []
+def _read_all(groups: list[h5py.Group], scratch: Scratch | None) -> tuple[Recording, ...]:
+    return tuple(read_recording(each, scratch)[1] for each in groups)
 
 
 def _write_events(entry: h5py.Group, events: StoredEvents) -> None:
