@@ -287,11 +287,12 @@ def test_a_place_at_which_there_is_no_curve_leaves_those_of_the_others():
         ("at_8", "load = 1 A"), ("slope", "load = 1 A"), ("slope", "load = 3 A"),
     ]  # fmt: skip
     alone = findings(run_of(rows(X, Y), EXACT), told)
+    # As text: since Python 3.13 equal records with a value that is no number are not equal.
     assert [
-        [replace(line, of_points="") for line in each.components]
+        [repr(replace(line, of_points="")) for line in each.components]
         for each in got.results
         if each.place == "load = 1 A"
-    ] == [[replace(line, of_points="") for line in each.components] for each in alone.results]
+    ] == [[repr(replace(line, of_points="")) for line in each.components] for each in alone.results]
     assert [(each.name, each.place) for each in got.missing] == [
         ("at_8", "load = 2 A"), ("at_8", "load = 3 A"), ("slope", "load = 2 A"),
     ]  # fmt: skip

@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 _EMPTIED = (
-    "SELECT pg_terminate_backend(pid) FROM pg_stat_activity"
-    " WHERE datname = 'postgres' AND pid <> pg_backend_pid()",
+    """SELECT pg_terminate_backend(pid) FROM pg_stat_activity
+    WHERE datname = 'postgres' AND pid <> pg_backend_pid()""",
     "DROP SCHEMA public CASCADE",
     "CREATE SCHEMA public",
 )
