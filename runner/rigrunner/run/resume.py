@@ -160,7 +160,7 @@ def _finish(run: ResumableRun, progress: Progress) -> FinishedRun:
     errors: list[BaseException] = []
     if outcome is Outcome.ERROR:
         errors.append(DataError(f"the run had ended by an error: {info.reason}"))
-    end = outcome, info.reason, tuple(passed_over(run.stored.events))
+    end = outcome, info.reason, tuple(passed_over(run.stored.outline))
     with RunWriter(run.folder) as writer:
         return finish(run.planned, writer, end, run.partners, errors, progress=progress)
 

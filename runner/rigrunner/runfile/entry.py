@@ -11,12 +11,11 @@ import numpy as np
 
 from rigrunner.api.errors import DataError
 from rigrunner.runfile.added_units import define_units_of
-from rigrunner.runfile.attempts import measured, superseded
+from rigrunner.runfile.attempts import superseded
 from rigrunner.runfile.codec import event_text
 from rigrunner.runfile.digest import run_digest
 from rigrunner.runfile.elapsed import (
     cycles_by_recording,
-    main_began,
     seconds_since,
     with_elapsed,
 )
@@ -57,7 +56,6 @@ if TYPE_CHECKING:
 
     from rigrunner.api.data import Measurement, Recording
     from rigrunner.api.details import RunPlot
-    from rigrunner.runfile.attempts import Measured
     from rigrunner.runfile.loose import Journal
 
 HEADER_TEXTS = (
@@ -90,9 +88,9 @@ def format_of(entry: h5py.Group) -> int:
     return int(entry.file.attrs[FORMAT_ATTRIBUTE] if own is None else own)
 
 
-def write_entry(entry: h5py.Group, journal: Journal, rows: Measured) -> None:
-    """Write all but recordings and analysis into an empty entry; `rows` are of its events."""
-    header = journal.header
+def write_entry(entry: h5py.Group, journal: Journal) -> None:
+    """Write all but recordings and analysis into an empty entry."""
+    header, rows = journal.header, journal.events.measured
     write_text(entry, "title", header.procedure_title)
     for name in HEADER_TEXTS:
         write_text(entry, name, getattr(header, name))
@@ -123,18 +121,13 @@ def write_entry(entry: h5py.Group, journal: Journal, rows: Measured) -> None:
         write_text(truth[name], "name", recording)
 
 
-def add_recordings(
-    entry: h5py.Group,
-    parts: Iterable[Path],
-    events: StoredEvents,
-    rows: Sequence[Measurement],
-) -> None:
+def add_recordings(entry: h5py.Group, parts: Iterable[Path], events: StoredEvents) -> None:
     """Copy the recordings out of files of their own into an entry, in order, byte by byte.
 
     Those whose point was repeated go into a group of their own. Each says in which part of the run
     it was made, and after how long and how many cycles since the beginning of `main`.
     """
-    outline, began = events.outline, main_began(events)
+    outline, rows = events.outline, events.measured
     replaced, part_of = superseded(outline), parts_of(outline)
     cycles = cycles_by_recording(outline)
     finished = new_group(entry, "recordings", "NXcollection")
@@ -149,13 +142,13 @@ def add_recordings(
             place = free_name(group, name)
             file.copy(part, group, place)
             group[place].attrs["part"] = part_of.get(name, 1)
-            elapsed_s = seconds_since(began, str(part.attrs["started_utc"]))
+            elapsed_s = seconds_since(rows.began, str(part.attrs["started_utc"]))
             if elapsed_s is not None:
                 group[place].attrs["elapsed_s"] = elapsed_s
             if name in cycles:
                 group[place].attrs["cycles"] = cycles[name]
     recordings = _in_order(finished)
-    entry.attrs["sha256"] = _digest(recordings, rows, format_of(entry))
+    entry.attrs["sha256"] = _digest(recordings, rows.rows, format_of(entry))
     # What a NeXus viewer opens by itself.
     for first in recordings[:1]:
         finished.attrs["default"] = str(first.name).rpartition("/")[2]
@@ -184,7 +177,7 @@ def write_analysis(
 
 def read_entry_info(entry: h5py.Group, path: Path) -> RunInfo:
     """Read what is known without the samples."""
-    return _read_info(entry, path, measured(read_events(entry)).rows)
+    return _read_info(entry, path, read_events(entry).measured.rows)
 
 
 def _read_info(entry: h5py.Group, path: Path, rows: Sequence[Measurement]) -> RunInfo:
@@ -228,17 +221,23 @@ def read_entry(entry: h5py.Group, path: Path) -> StoredRun:
     events = read_events(entry)
     size = sum(stored_bytes(_groups(entry, kind)) for kind in KINDS)
     scratch = None if size <= IN_MEMORY else Scratch()
-    rows = measured(events)
+    measured = events.measured
+
+    def timed(kind: str) -> tuple[Recording, ...]:
+        every = (read_recording(each, scratch) for each in _groups(entry, kind))
+        return with_elapsed(every, events.outline, measured.began)
+
     return StoredRun(
-        info=_read_info(entry, path, rows.rows),
-        recordings=with_elapsed(_read_all(entry, "recordings", scratch), events),
-        incomplete=with_elapsed(_read_all(entry, "incomplete", scratch), events),
-        superseded=with_elapsed(_read_all(entry, SUPERSEDED, scratch), events),
+        info=_read_info(entry, path, measured.rows),
+        recordings=timed("recordings"),
+        incomplete=timed("incomplete"),
+        superseded=timed(SUPERSEDED),
         zeros=read_values(entry["zeros"])[0],
         recording_zeros=zeros_in_force(events.outline),
-        measurements=rows.rows,
-        superseded_measurements=rows.superseded,
+        measurements=measured.rows,
+        superseded_measurements=measured.superseded,
         events=events,
+        outline=events.outline,
         result_document=(
             json.loads(read_text(entry["analysis"], "result")) if "analysis" in entry else None
         ),
@@ -263,10 +262,6 @@ def read_entry_truth(entry: h5py.Group) -> dict[str, dict[str, float]]:
     """Read what a simulator knew, by recording."""
     groups = entry["verification"].values()
     return {read_text(group, "name"): read_values(group)[0] for group in groups}
-
-
-def _read_all(entry: h5py.Group, kind: str, scratch: Scratch | None) -> tuple[Recording, ...]:
-    return tuple(read_recording(each, scratch) for each in _groups(entry, kind))
 
 
 def _groups(entry: h5py.Group, kind: str) -> list[h5py.Group]:

@@ -109,6 +109,8 @@ class StoredRun:
     superseded_measurements: tuple[Measurement, ...] = ()
     """Rows of steps that were repeated: stored, but neither analysed nor judged."""
     events: Sequence[Event]
+    outline: Sequence[Event]
+    """The events but for points of scans, and steps that neither record nor take a zero."""
     result_document: Mapping[str, Any] | None
     """The first analysis, as in `result.json`."""
     partners: Mapping[str, StoredRun] = field(default_factory=dict)

@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import h5py
 
 from rigrunner.api.errors import DataError
-from rigrunner.runfile.attempts import measured
 from rigrunner.runfile.codec import check_format
 from rigrunner.runfile.entry import (
     FORMAT_ATTRIBUTE,
@@ -118,15 +117,14 @@ def write_salvaged(
         journal = Journal(header, StoredEvents(events), damaged.truth, (), 0, format=version)
         file.attrs.update({"NX_class": "NXroot", "default": ENTRY, FORMAT_ATTRIBUTE: version})
         entry = new_group(file, ENTRY, "NXentry")
-        rows = measured(journal.events)
-        write_entry(entry, journal, rows)
+        write_entry(entry, journal)
         for kind in KINDS:
             new_group(entry, kind, "NXcollection")
         for place in damaged.sound:
             source.copy(source[ENTRY][place], entry[place.partition("/")[0]])
         for place in damaged.partners:
             source.copy(source[ENTRY][place], entry)
-        entry.attrs["sha256"] = digest_of(entry, rows.rows)
+        entry.attrs["sha256"] = digest_of(entry, journal.events.measured.rows)
         write_manifest(entry)
 
 
