@@ -9,10 +9,9 @@ from __future__ import annotations
 import os
 import struct
 from contextlib import suppress
-from dataclasses import dataclass
 from enum import IntEnum
 from time import monotonic
-from typing import TYPE_CHECKING, BinaryIO
+from typing import TYPE_CHECKING, BinaryIO, NamedTuple
 from zlib import crc32
 
 from rigrunner.api.errors import DataError
@@ -44,8 +43,7 @@ class Kind(IntEnum):
     """An event as MessagePack."""
 
 
-@dataclass(frozen=True)
-class Record:
+class Record(NamedTuple):
     """One intact record; `end` is where the next one begins in the file."""
 
     kind: int

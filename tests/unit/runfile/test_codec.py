@@ -25,10 +25,12 @@ from rigrunner.runfile.codec import (
     event_record,
     event_text,
     event_unpacked,
+    header_bytes,
     header_from,
 )
 from rigrunner.runfile.journal import Kind
 from rigrunner.runfile.model import FORMAT
+from unit.runfile.helpers_runfile import header_of
 
 STAMP = {"seq": 3, "monotonic_s": 1.25, "utc": "2026-03-01T12:00:00.000Z"}
 STEP = {"step": "main[0].measure", "index": 0, "action": "measure", "ok": True}
@@ -129,6 +131,14 @@ def test_the_truth_is_in_no_event():
 def test_a_header_of_an_unknown_format_is_refused(document, told):
     with pytest.raises(DataError, match=told):
         header_from(json.dumps(document).encode(), "the journal")
+
+
+@given(any_text)
+def test_a_header_comes_back_also_in_the_form_of_earlier_versions(text):
+    header = header_of(plan_text=text, inputs={text: text})
+    before = json.dumps({"format": FORMAT, **asdict(header)}).encode()
+    for data in (header_bytes(header), before):
+        assert header_from(data, "the journal") == (header, FORMAT)
 
 
 def test_a_block_that_was_cut_off_is_refused():

@@ -176,7 +176,7 @@ def test_newer_version_is_told(folder, tmp_path):
         read(folder)
     write_run(tmp_path / "loose", TWO)
     journal = tmp_path / "loose" / "journal" / "events.journal"
-    assert b'"format": 4' in journal.read_bytes()
+    assert b'"format":4' in journal.read_bytes()
 
 
 def test_missing_part_is_told(folder):
