@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import struct
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar, Union
 
 import msgspec
@@ -13,6 +13,7 @@ import numpy as np
 from rigrunner.api import events
 from rigrunner.api.data import Block
 from rigrunner.api.errors import DataError
+from rigrunner.runfile.compressed import LongText
 from rigrunner.runfile.journal import Kind
 from rigrunner.runfile.model import FORMAT, RunHeader
 
@@ -43,7 +44,6 @@ KINDS: Mapping[str, type[events.Event]] = {
 """The stored kinds of events, by name."""
 _KEPT: Any = Union[tuple(KINDS.values())]  # noqa: UP007  (of a tuple)
 _from_json: Callable[[str | bytes], events.Event] = msgspec.json.Decoder(_KEPT).decode
-_plain_from_json: Callable[[str | bytes], Any] = msgspec.json.Decoder().decode
 _from_packed: Callable[[bytes], events.Event] = msgspec.msgpack.Decoder(_KEPT).decode
 """Fast decoders. What they refuse is decoded again: an unknown kind, or JSON with not-a-number."""
 
@@ -61,22 +61,27 @@ class _BlockHead:
 
 
 def header_bytes(header: RunHeader) -> bytes:
-    """Return a header as JSON with the version of the format."""
+    """Return a header as JSON with the version of the format, without the text of the plan."""
     document = {"format": FORMAT, **asdict(header)}
-    try:
-        return msgspec.json.encode(document)  # the plan may be long: this makes no text of it first
-    except UnicodeEncodeError:  # half of a surrogate pair
-        return _json(document)
+    del document["plan_text"]
+    return _json(document)
 
 
 def header_from(data: bytes, source: str) -> tuple[RunHeader, int]:
-    """Return the header and the version of its format; raise DataError for a newer version."""
+    """Return the header and the version of its format; raise DataError for a newer version.
+
+    Headers of earlier versions have the text of the plan in them.
+    """
     document = _object(data)
     version = document.pop("format", None)
     if not isinstance(version, int):
         raise DataError(f"{source} does not state its format")
     check_format(version, source)
-    return _checked(RunHeader, document), version
+    try:
+        plan = LongText.of(_checked(str, document.pop("plan_text", "")))
+    except UnicodeEncodeError as error:
+        raise DataError(f"a record of the run is invalid: {error}") from error
+    return replace(_checked(RunHeader, document), plan_text=plan), version
 
 
 def check_format(version: int, source: str) -> None:
@@ -194,12 +199,9 @@ def _json(document: Mapping[str, Any]) -> bytes:
 def _object(data: str | bytes) -> dict[str, Any]:
     """Return a JSON object; raise DataError. A checksum does not show who wrote it."""
     try:
-        document = _plain_from_json(data)
-    except (msgspec.DecodeError, UnicodeError, RecursionError):
-        try:
-            document = json.loads(data)
-        except (ValueError, RecursionError) as error:
-            raise DataError(f"a record of the run is not JSON: {error}") from error
+        document = json.loads(data)
+    except (ValueError, RecursionError) as error:
+        raise DataError(f"a record of the run is not JSON: {error}") from error
     return document if isinstance(document, dict) else _checked(dict[str, Any], document)
 
 

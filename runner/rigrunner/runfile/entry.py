@@ -26,9 +26,11 @@ from rigrunner.runfile.hdf5 import (
     new_group,
     open_file,
     pieces_of,
+    read_long,
     read_text,
     read_texts,
     read_values,
+    write_long,
     write_text,
     write_texts,
     write_values,
@@ -66,7 +68,7 @@ HEADER_TEXTS = (
     "procedure_title",
     "station_id",
 )
-VERBATIM = ("procedure_text", "station_text", "plan_text")
+VERBATIM, PLAN = ("procedure_text", "station_text"), "plan_text"
 CALLED = "called"
 SUPERSEDED = "superseded"
 IMPORTED = "imported"
@@ -99,6 +101,7 @@ def write_entry(entry: h5py.Group, journal: Journal) -> None:
     texts = new_group(entry, "texts", "NXcollection")
     for name in VERBATIM:
         write_verbatim(texts, name, getattr(header, name))
+    write_long(texts, PLAN, header.plan_text)
     write_texts(texts, CALLED, header.called_texts)
     write_texts(entry, "inputs", header.inputs)
     write_texts(entry, "provenance", header.provenance)
@@ -189,6 +192,7 @@ def _read_info(entry: h5py.Group, path: Path, rows: Sequence[Measurement]) -> Ru
     header = RunHeader(
         **texts,
         **verbatim,
+        plan_text=read_long(entry["texts"], PLAN),
         files={},
         called_texts=read_texts(entry["texts"][CALLED]) if CALLED in entry["texts"] else {},
         inputs=read_texts(entry["inputs"]),

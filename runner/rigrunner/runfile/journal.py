@@ -41,6 +41,9 @@ class Kind(IntEnum):
     """A point of a scan as numbers alone; read, but no longer written."""
     PACKED = 6
     """An event as MessagePack."""
+    PLAN = 7
+    """A part of the text of the plan, before the header; see `LongText`. Earlier versions wrote it
+    into the header."""
 
 
 class Record(NamedTuple):

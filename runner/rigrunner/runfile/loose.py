@@ -15,6 +15,7 @@ from rigrunner.clock import utc_text
 from rigrunner.runfile.added_units import define_units_of
 from rigrunner.runfile.attempts import superseded
 from rigrunner.runfile.codec import block_from, event_record, header_from, truth_from
+from rigrunner.runfile.compressed import LongText
 from rigrunner.runfile.digest import run_digest
 from rigrunner.runfile.elapsed import with_elapsed
 from rigrunner.runfile.hdf5 import objects, open_file
@@ -121,7 +122,7 @@ class SampleJournal:
 def read_journal(files: RunFolder) -> Journal:
     """Read the journal of events; raise DataError if even its header is damaged."""
     headers: list[tuple[RunHeader, int]] = []
-    events = StoredEvents()
+    plan, events = LongText(), StoredEvents()
     truth: dict[str, dict[str, float]] = {}
     end: int | None = None
     rows: Rows | None = None
@@ -130,6 +131,8 @@ def read_journal(files: RunFolder) -> Journal:
         if record.kind in FROM:  # first, as nearly all are events
             event = events.take(record.kind, record.payload)
             rows = Rows(event) if isinstance(event, Scanned) else rows
+        elif record.kind == Kind.PLAN:
+            plan.packed.append(record.payload)
         elif record.kind == Kind.HEADER:
             headers.append(header_from(record.payload, str(files.events)))
         elif record.kind == Kind.ROW and rows is not None:
@@ -150,7 +153,11 @@ def read_journal(files: RunFolder) -> Journal:
     header, version = headers[0]
     define_units_of(header.provenance, header.run_id)
     answers = {one.into: one.text for one in events.outline if isinstance(one, Answer) and one.into}
-    whole = replace(header, inputs={**header.inputs, **answers})
+    whole = replace(
+        header,
+        inputs={**header.inputs, **answers},
+        plan_text=plan if plan.packed else header.plan_text,
+    )
     return Journal(whole, events, truth, notes, end or 0, version)
 
 

@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
+from rigrunner.runfile.compressed import LongText
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
@@ -39,7 +41,7 @@ class RunHeader:
     station_id: str
     procedure_text: str
     station_text: str
-    plan_text: str = ""
+    plan_text: LongText = field(default_factory=LongText)
     called_texts: Mapping[str, str] = field(default_factory=dict)
     """The texts of called procedures, by file."""
     inputs: Mapping[str, str] = field(default_factory=dict)

@@ -15,11 +15,13 @@ import h5py
 
 from rigrunner.api.errors import DataError
 from rigrunner.runfile.codec import check_format
+from rigrunner.runfile.compressed import LongText
 from rigrunner.runfile.entry import (
     FORMAT_ATTRIBUTE,
     HEADER_TEXTS,
     KINDS,
     PARTNER,
+    PLAN,
     VERBATIM,
     digest_of,
     read_entry_truth,
@@ -211,6 +213,7 @@ class _Reading:
         known["approval"] = known["approval"] or dict(DRAFT)
         return RunHeader(
             **known,
+            plan_text=LongText.of(self._verbatim(f"texts/{PLAN}")),
             called_texts=self._named(CALLED_PLACE),
             mapping_text=self._verbatim("texts/mapping_text"),
         )

@@ -216,6 +216,8 @@ def _begun(files: RunFolder, header: RunHeader) -> JournalWriter:
     """Return the journal of a new run."""
     files.journal.mkdir(parents=True)
     events = JournalWriter(files.events)
+    for part in header.plan_text.packed:
+        events.append(Kind.PLAN, part)
     events.append(Kind.HEADER, header_bytes(header))
     events.sync()
     # The folder of the run is new as well: its name has to be on the disk too.
