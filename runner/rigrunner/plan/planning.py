@@ -79,7 +79,8 @@ class Planning:
     def units(self, channels: Sequence[Member], key: Key = ("channels",)) -> dict[Member, str]:
         """Return each channel's unit; none at all where there is a problem with one."""
         made = partial(self._units, channels, key)
-        return self.scene.alike(self.place, ("units", *channels), made)
+        # A copy: a kind may add to it.
+        return dict(self.scene.alike(self.place, ("units", key, *channels), made))
 
     def _units(self, channels: Sequence[Member], key: Key) -> dict[Member, str]:
         found = {each: self.channel(each, (*key, at)) for at, each in enumerate(channels)}
@@ -179,5 +180,8 @@ class Planning:
         self, bands: Mapping[Member, ValueBand], found: Sequence[Member]
     ) -> list[ValueLimit]:
         """Return the limits of the channels `found`; what does not fit them is a problem."""
-        made = partial(planned_limits, bands, self.place, found, self.scene)
-        return self.scene.alike(self.place, ("limits", *bands, *found), lambda: [*made()])
+
+        def made() -> tuple[ValueLimit, ...]:
+            return tuple(planned_limits(bands, self.place, found, self.scene))
+
+        return list(self.scene.alike(self.place, ("limits", *bands, *found), made))
