@@ -256,7 +256,7 @@ def test_it_can_be_decided_again_by_another_limit(tmp_path):
     assert "utside the limit ≤ 40 mV by 4.0 mV" in again.out
     for name, most, words in (
         ("ripple", "40 mV", "has no result 'ripple'"),
-        ("regulation", "40 mA", "the limit is a current, and regulation a voltage"),
+        ("regulation", "40 mA", "is a current; regulation is a voltage"),
     ):
         limits.write_text(text % (name, most), encoding="utf-8")
         refused = call("decide", found, "--acceptance", limits, *who)
@@ -264,6 +264,59 @@ def test_it_can_be_decided_again_by_another_limit(tmp_path):
         assert words in refused.err
     other_rule = call("decide", found, "--rule", "guard_band_u", *who)
     assert other_rule.code == 1
+
+
+CHAMBER = """\
+rigrunner: station/1
+id: chamber
+title: Two thermometers
+devices:
+  bath:
+    type: bath
+    plugin: tabulated
+    settings:
+      title: a bath, written down
+      set_points: [level]
+      rows: [{level: 1 m, indicated: 20.4 °C, applied: 20 °C}]
+instruments:
+  - {channel: bath.indicated, measures: temperature, serial: T-1, calibration: recorded,
+     accuracy: 0.05 K}
+  - {channel: bath.applied, measures: temperature, serial: T-2, calibration: recorded,
+     accuracy: 0.05 K}
+"""
+DEVIATION = """\
+rigrunner: procedure/2
+id: BATH
+revision: "A"
+title: Deviation of a thermometer
+uses: {bath: bath}
+main: [{set: {bath.level: 1 m}}, {measure: {channels: [bath.indicated, bath.applied]}}]
+analysis:
+  - readings: {of: bath.indicated, minus: bath.applied, result: {name: deviation, unit: K}}
+acceptance: {limits: [{of: deviation, max: 0.3 K, source: me}]}
+"""
+
+
+def test_a_limit_in_celsius_is_no_limit_of_a_difference(tmp_path):
+    """0.3 °C was 273.45 K, within which any deviation is."""
+    paths = written(tmp_path, procedure=DEVIATION, station=CHAMBER)
+    ran = call("run", paths[0], "--station", paths[1], "--unattended", "--runs", tmp_path / "runs")
+    assert ran.code == 1, ran.err
+    (folder,) = (tmp_path / "runs").iterdir()
+    celsius = ("max: 0.3 K", "max: 0.3 °C")
+    wrong = written(tmp_path / "wrong", celsius, procedure=DEVIATION, station=CHAMBER)
+    limits = tmp_path / "limits.yaml"
+    acceptance = DEVIATION.partition("acceptance:")[2].replace(*celsius)
+    limits.write_text(f"rigrunner: acceptance/1\nacceptance:{acceptance}", encoding="utf-8")
+    who = ("--by", "A. Nother", "--reason", "in another unit")
+    for refused in (
+        call("check", wrong[0], "--station", wrong[1]),
+        call("decide", folder, "--acceptance", limits, *who),
+    ):
+        assert refused.code != 0
+        message = "'0.3 °C' is a temperature, and deviation, in K, may be a difference"
+        assert message in refused.err
+        assert "write '0.3 K' for a difference, else '273.45 K'" in refused.err
 
 
 def test_the_limit_with_least_to_spare_decides_among_those_that_are_sure(passed):

@@ -30,6 +30,7 @@ def test_the_printed_commands_work_as_they_stand(lab_begun):
     assert 294 < measured < 296.3
 
 
+@pytest.mark.thorough
 def test_the_readme_has_the_printed_commands_and_others_that_work(printed):
     folder, commands = printed
     blocks = [block.code for block in code_blocks(folder / "bench 1" / "README.md")]

@@ -75,6 +75,7 @@ def test_by_a_second_station_file_it_is_refused_and_the_run_goes_on(lab):
     assert lab.stands() == (0.0, 0.0)
 
 
+@pytest.mark.thorough
 def test_where_the_station_lets_it_in_the_run_that_lost_its_drive_is_no_completed_one(lab):
     """As it was found: the run ended as completed, with a row 'set 20 V, measured 0 V'."""
     text = lab.procedure.read_text(encoding="utf-8")

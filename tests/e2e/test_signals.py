@@ -61,7 +61,7 @@ def interventions(run) -> list[tuple[str, str]]:
     return [(one.action, one.by) for one in run.events if isinstance(one, Intervention)]
 
 
-USUAL = ("SIGTERM", "SIGHUP", "SIGTSTP", "SIGINT")
+USUAL = ("SIGTERM", "SIGTSTP", "SIGINT")
 ENDED_BY = [
     pytest.param(number, code, marks=[pytest.mark.thorough] * (signal_name(number) not in USUAL))
     for number, code in (

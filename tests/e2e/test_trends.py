@@ -122,6 +122,20 @@ def test_results_of_several_procedures_are_not_mixed(tmp_path):
     assert "SSPB-A by template_inverse (12), SSPB-B by template_inverse (12)" in done.err
 
 
+@pytest.fixture(scope="module")
+def of_two_rigs(tmp_path_factory):
+    """Two dozen runs in turn on two rigs, with two mandrels."""
+    runs = tmp_path_factory.mktemp("of_two_rigs") / "runs"
+    for number in range(24):
+        document = result_document(0.7)
+        document["no_load_run"] = {"id": f"no-load {number}"}
+        document["run"] = {"mandrel": "M-01" if number % 4 < 2 else "M-02"}
+        store_run(runs, f"r{number}", document, started_utc=on_day(number),
+                  station_id="a" if number % 2 else "b")  # fmt: skip
+    index_all(runs)
+    return runs
+
+
 @pytest.mark.parametrize(
     ("quantity", "by", "told"),
     [
@@ -138,15 +152,8 @@ def test_results_of_several_procedures_are_not_mixed(tmp_path):
         ("zero", ["--by", "procedure"], "figures of several rigs or mandrels: a (12), b (12)"),
     ],
 )
-def test_figures_of_several_rigs_or_mandrels_are_not_mixed(tmp_path, quantity, by, told):
-    for number in range(24):
-        document = result_document(0.7)
-        document["no_load_run"] = {"id": f"no-load {number}"}
-        document["run"] = {"mandrel": "M-01" if number % 4 < 2 else "M-02"}
-        store_run(tmp_path / "runs", f"r{number}", document, started_utc=on_day(number),
-                  station_id="a" if number % 2 else "b")  # fmt: skip
-    index_all(tmp_path / "runs")
-    done = call("trend", quantity, *by, "--runs", tmp_path / "runs")
+def test_figures_of_several_rigs_or_mandrels_are_not_mixed(of_two_rigs, quantity, by, told):
+    done = call("trend", quantity, *by, "--runs", of_two_rigs)
     assert done.code == 5
     assert told in done.err
     assert "--by rig --by mandrel" in done.err

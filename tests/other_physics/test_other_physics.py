@@ -33,6 +33,7 @@ FREE = Rig(
 )
 
 
+@pytest.mark.thorough
 def test_without_friction_the_gauge_feels_the_inertia_alone():
     rig = FREE._replace(coupling_damping=3.0)
     motion = integrate(rig, 5.0, 0.4, settle_turns=10)

@@ -28,14 +28,14 @@ REMEMBERED = 40
 
 @dataclass(frozen=True, eq=False)
 class MeanSwing:
-    """The mean torque of one recording over its swing, shape (n,), without each cycle too."""
+    """The mean torque of one recording over its swing, shape (n,)."""
 
     frequency_hz: float
     torque_nm: Array
-    replicates_nm: Array
-    """Leave-one-out means, shape (cycles, n)."""
+    changes_nm: Array
+    """What it changes by without each cycle, shape (cycles, N), on the phases of the cycles."""
     of_cycles: bool = True
-    """The replicates leave out a cycle each; else what a model learned without a frequency."""
+    """The changes leave out a cycle each; else what a model learned without a frequency."""
     frequency_u_hz: float = 0.0
     """Of the measured frequency; 0 for a modelled swing, which is at the frequency asked for."""
 
@@ -71,7 +71,7 @@ def mean_swing(point: SwingPoint, size: int) -> MeanSwing:
     return MeanSwing(
         point.frequency_hz.value,
         interpolated(mean, size),
-        interpolated(replicates, size),
+        replicates - mean,
         frequency_u_hz=point.frequency_hz.u,
     )
 
@@ -150,8 +150,8 @@ def replicates(line: DriveLine, bearing_nm: Array, run: MeanSwing, sign: int) ->
     `sign` is +1 for the loaded run, -1 for the no-load run. That the twist changes too is second
     order.
     """
-    change = Waveform(run.replicates_nm - run.torque_nm)
-    return bearing_nm + sign * line.at_load(change, run.frequency_hz)
+    change = Waveform(run.changes_nm)
+    return bearing_nm + sign * line.at_load(change, run.frequency_hz, len(bearing_nm))
 
 
 def starting_torque(

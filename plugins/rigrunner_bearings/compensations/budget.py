@@ -118,7 +118,7 @@ class Budget:
         runs = (found.pair.loaded, found.pair.no_load)
         readings = [float(np.abs(run.torque_nm).max()) for run in runs]
         # Of a drift over the whole recording, the part that falls into half a swing.
-        slow = 1 / (2 * min(len(run.replicates_nm) for run in runs))
+        slow = 1 / (2 * min(len(run.changes_nm) for run in runs))
         return (
             curve_slope(self.instrument, found.torque_nm),
             Effect(stated(self.instrument, "drift", "sensor drift"), slow),
@@ -162,7 +162,7 @@ class Budget:
 
     def _frequency(self, name: str, pair: Pair, run: str) -> Effect:
         mean: MeanSwing = getattr(pair, run)
-        u, cycles = mean.frequency_u_hz, len(mean.replicates_nm)
+        u, cycles = mean.frequency_u_hz, len(mean.changes_nm)
         at = Input(name, mean.frequency_hz, u, cycles - 1.0, Distribution.T, "Hz")
         if u == 0:
             return Effect(at, 0.0)

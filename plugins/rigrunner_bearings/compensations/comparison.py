@@ -167,12 +167,12 @@ def _without(rig: Identified, run: MeanSwing, torque_nm: Array) -> MeanSwing:
     """Return a run without what the sensor shows of a torque at the load, shape (n,)."""
     harmonic_hz = run.frequency_hz * np.arange(len(torque_nm) // 2 + 1, dtype=float)
     shown = response.apply(rig.line.sensor(harmonic_hz), torque_nm)
-    return replace(run, torque_nm=run.torque_nm - shown, replicates_nm=run.replicates_nm - shown)
+    return replace(run, torque_nm=run.torque_nm - shown)
 
 
 def _rescaled(run: MeanSwing, gain: float) -> MeanSwing:
     factor = 1 + gain
-    return replace(run, torque_nm=run.torque_nm / factor, replicates_nm=run.replicates_nm / factor)
+    return replace(run, torque_nm=run.torque_nm / factor, changes_nm=run.changes_nm / factor)
 
 
 def built_up(found: Evaluated, rig: Identified) -> tuple[float, float]:

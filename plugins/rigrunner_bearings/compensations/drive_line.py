@@ -68,12 +68,15 @@ class DriveLine:
         k = self.inertia_kgm2 * (2 * pi * self.natural_hz) ** 2
         return np.asarray(k * (1 + 2j * self.damping_ratio * frequency_hz / self.natural_hz))
 
-    def at_load(self, sensor_nm: Waveform, frequency_hz: float) -> Array:
-        """Return the torque on the inertia, J alpha + F, from the sensor's, shape (..., N)."""
+    def at_load(self, sensor_nm: Waveform, frequency_hz: float, size: int = 0) -> Array:
+        """Return the torque on the inertia, J alpha + F, from the sensor's, shape (..., N).
+
+        On as many phases, or on `size`.
+        """
         share = self.harmonics / HARMONICS
         harmonic_hz = _harmonics(sensor_nm.size, HARMONICS, share) * frequency_hz
         undone = _undone(self.sensor(harmonic_hz), HARMONICS, share)
-        return sensor_nm.through(undone)
+        return sensor_nm.through(undone, size)
 
     def twist(self, sensor_nm: Waveform, frequency_hz: float) -> Array:
         """Return the drive's angle minus the load's in rad, from the sensor's torque (..., N)."""

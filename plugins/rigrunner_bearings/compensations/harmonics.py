@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 HARMONICS = 72
 """Number of harmonics of a swing; those above a quarter of the sampling rate are not used."""
 SENSOR = "is the torque sensor connected, its amplifier switched on, and the channel correct?"
+REMEMBERED = 48
+"""Points of two sweeps."""
 MODEL_ERROR = 1e-4
 """Error of each harmonic by the steps of an encoder and the non-linearity of a good transducer, as
 a share of the rms of the torque."""
@@ -63,7 +65,7 @@ def observe(points: tuple[SwingPoint, ...], swing: Swing) -> Observed:
     """
     frequency = np.array([[p.frequency_hz.value] for p in points])
     rate = np.array([[p.sample_rate_hz] for p in points])
-    means, u = zip(*_harmonics_of(points), strict=True)
+    means, u = zip(*map(_harmonics_of, points), strict=True)
     if not all(u):
         without_noise = frequency[:, 0][np.array(u) == 0]
         where = ", ".join(f"{each:.3g} Hz" for each in without_noise)
@@ -76,26 +78,23 @@ def observe(points: tuple[SwingPoint, ...], swing: Swing) -> Observed:
     return Observed(frequency, np.array(means), used / np.array(u)[:, None], acceleration)
 
 
-# Cached: the same points are observed again with each candidate swing and filter.
-@lru_cache(maxsize=4)
-def mean_torques(points: tuple[SwingPoint, ...]) -> tuple[Array, ...]:
-    """Return the robust mean over each point's kept cycles, shapes (N,)."""
-    return tuple(robust_mean(point.torque_nm, point.kept)[0] for point in points)
+# Remembered: points are observed again with each candidate swing and filter, and by halves.
+@lru_cache(maxsize=REMEMBERED)
+def mean_torque(point: SwingPoint) -> Array:
+    """Return the robust mean over a point's kept cycles, shape (N,)."""
+    return robust_mean(point.torque_nm, point.kept)[0]
 
 
-@lru_cache(maxsize=4)
-def _harmonics_of(points: tuple[SwingPoint, ...]) -> tuple[tuple[Complex, float], ...]:
-    """Return for each point the harmonics of its mean swing, and the standard uncertainty of each.
+@lru_cache(maxsize=REMEMBERED)
+def _harmonics_of(point: SwingPoint) -> tuple[Complex, float]:
+    """Return the harmonics of a point's mean swing, and the standard uncertainty of each.
 
     It is the scatter of the kept cycles combined with `MODEL_ERROR`.
     """
-    found = []
-    for point, mean in zip(points, mean_torques(points), strict=True):
-        scatter = spectrum_of(point.torque_nm[point.kept])
-        variance = scatter.var(axis=0, ddof=1) / len(scatter)
-        u = float(np.hypot(np.sqrt(variance.mean()), MODEL_ERROR * mean.std()))
-        found.append((spectrum_of(mean), u))
-    return tuple(found)
+    mean, scatter = mean_torque(point), spectrum_of(point.torque_nm[point.kept])
+    variance = scatter.var(axis=0, ddof=1) / len(scatter)
+    u = float(np.hypot(np.sqrt(variance.mean()), MODEL_ERROR * mean.std()))
+    return spectrum_of(mean), u
 
 
 def spectrum_of(waveform: Array) -> Complex:

@@ -84,9 +84,7 @@ def without_hum(
             hum = share * (spectra[place, harmonic] - known.value) / through
             run = done[place].loaded
             wave = _wave(hum, harmonic, len(run.torque_nm))
-            run = replace(
-                run, torque_nm=run.torque_nm - wave, replicates_nm=run.replicates_nm - wave
-            )
+            run = replace(run, torque_nm=run.torque_nm - wave)
             done[place] = replace(done[place], loaded=run)
             variances[place] += share * known.variance
     return done, [sqrt(2 * variance) for variance in variances]
@@ -135,7 +133,7 @@ def _locked(pairs: Sequence[Pair], mains_hz: float) -> Iterator[tuple[int, int]]
     for place, pair in enumerate(pairs):
         run = pair.loaded
         harmonic = round(mains_hz / run.frequency_hz)
-        cycles = len(run.replicates_nm)
+        cycles = len(run.changes_nm)
         if 0 < harmonic < 2 * HARMONICS and _apart(mains_hz, run.frequency_hz, cycles) < LOCKED:
             yield place, harmonic
 

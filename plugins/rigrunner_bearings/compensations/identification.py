@@ -25,7 +25,7 @@ from rigrunner.api import DataError
 from rigrunner_bearings.compensations.drive_line import DriveLine
 from rigrunner_bearings.compensations.harmonics import (
     SENSOR,
-    mean_torques,
+    mean_torque,
     observe,
     spectrum_of,
     waveform_of,
@@ -158,12 +158,12 @@ def _start(observed: Observed, low_pass: Filter) -> DriveLine:
     inertial = observed.acceleration[0] * observed.frequency_hz[top, 0] ** 2
     inertia = max(abs(observed.harmonics[top, 0].imag / inertial.imag), BOUNDS[0][2])
     line = DriveLine(1.0, 0.0, inertia, 0.0, 0.0, low_pass)
-    filtered = line.channel(observed.harmonic_hz)
+    filtered, known = line.channel(observed.harmonic_hz), inertial_torque(observed, line)
     damping = np.array(START_DAMPING)[:, None, None]
     misfit = []
     for natural_hz in START_HZ:  # with all dampings at once: calls would take longer than numbers
         resonance = torsional_resonance(observed.harmonic_hz, natural_hz, damping)
-        misfit.append(_misfit(observed, filtered * resonance, inertial_torque(observed, line)))
+        misfit.append(_misfit(observed, filtered * resonance, known))
     best, which = np.unravel_index(np.argmin(misfit), (len(START_HZ), len(START_DAMPING)))
     return replace(line, natural_hz=float(START_HZ[best]), damping_ratio=START_DAMPING[which])
 
@@ -297,7 +297,7 @@ def twisted(points: tuple[SwingPoint, ...], rig: Identified) -> tuple[Observed, 
 
 
 def _waveforms(points: tuple[SwingPoint, ...], swing: Swing) -> tuple[Waveform, ...]:
-    return tuple(Waveform(interpolated(mean, swing.size)) for mean in mean_torques(points))
+    return tuple(Waveform(interpolated(mean_torque(point), swing.size)) for point in points)
 
 
 def _twists(

@@ -26,6 +26,7 @@ from rigrunner_bearings.compensations.budget import LEARNED_UNITS, Budget
 from rigrunner_bearings.compensations.comparison import built_up, compared
 from rigrunner_bearings.compensations.effects import by_halves, by_speed, mismatch
 from rigrunner_bearings.compensations.evaluation import evaluate
+from rigrunner_bearings.compensations.harmonics import mean_torque
 from rigrunner_bearings.compensations.identification import identify, identify_again, vector
 from rigrunner_bearings.compensations.limits import (
     known,
@@ -37,6 +38,7 @@ from rigrunner_bearings.compensations.matching import pairs
 from rigrunner_bearings.compensations.model_template import no_load_model
 from rigrunner_bearings.compensations.rig_errors import RigErrors
 from rigrunner_bearings.compensations.swing import (
+    interpolated,
     make_swing,
     measured_ratio,
     spring_torque,
@@ -165,7 +167,7 @@ class Inverse(ABC):
         loaded_line: LineUnderLoad | None,
     ) -> tuple[CompensatedPoint, _Diagnosis]:
         swing = budget.rig.friction.swing
-        raw_nm = mean_swing(loaded, swing.size).torque_nm
+        raw_nm = interpolated(mean_torque(loaded), swing.size)
         forward, backward = found.where.both(found.bearing_nm)
         step = len(found.bearing_nm) // len(loaded.angle_rad)
         point = compensated_point(

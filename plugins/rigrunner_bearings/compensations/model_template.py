@@ -14,7 +14,7 @@ import numpy as np
 from rigrunner.api import DataError
 from rigrunner_bearings.compensations import response
 from rigrunner_bearings.compensations.bearing import MeanSwing, mean_swing
-from rigrunner_bearings.compensations.harmonics import HARMONICS
+from rigrunner_bearings.compensations.harmonics import HARMONICS, spectrum_of
 from rigrunner_bearings.compensations.identification import frictions_without_each
 
 if TYPE_CHECKING:
@@ -70,7 +70,7 @@ class NoLoadModel:
             _sensor_torque(line, each, frequency_hz, twist) + rest
             for each in (friction, *self.without_each)
         )
-        return MeanSwing(frequency_hz, torque, np.array(replicates), of_cycles=False)
+        return MeanSwing(frequency_hz, torque, np.array(replicates) - torque, of_cycles=False)
 
 
 def no_load_model(points: Sequence[SwingPoint], rig: Identified) -> NoLoadModel:
@@ -98,10 +98,10 @@ def _unexplained(point: SwingPoint, rig: Identified) -> Array:
     spectrum = np.fft.rfft(rest)
     spectrum[0], spectrum[HARMONICS + 1 :] = 0.0, 0.0
     rest = np.fft.irfft(spectrum, len(rest))
-    changes = np.fft.rfft(mean.replicates_nm - mean.torque_nm, axis=-1)[:, 1 : HARMONICS + 1]
+    changes = spectrum_of(mean.changes_nm)
     count = len(changes)
     # The jackknife's variance of the mean, as a mean square over the phases (Parseval).
-    noise = 2 * (count - 1) / count * np.sum(np.abs(changes) ** 2) / len(rest) ** 2
+    noise = 2 * (count - 1) / count * np.sum(np.abs(changes) ** 2)
     return np.asarray(rest * max(0.0, 1 - noise / np.mean(rest**2)))
 
 

@@ -147,14 +147,13 @@ class _Seen:
     def solved(self, inertia_u: float) -> RecordingGains:
         """Return the estimates, if that is the standard deviation which the inertia may have."""
         scatters = USUAL * np.array(list(product(STEPS, repeat=len(USUAL))))
-        found = [self._estimates(each, inertia_u) for each in scatters]
-        likely = np.array([-deviance / 2 for _, _, deviance in found])
+        each, covariances, deviance = self._estimates(scatters, inertia_u)
+        likely = -deviance / 2
         likely -= np.sum((np.log(scatters / USUAL) / np.log(TIMES)) ** 2, axis=1) / 2
         weight = np.exp(likely - likely.max())
         weight /= weight.sum()
-        each = np.array([estimates for estimates, _, _ in found])
         mean = weight @ each
-        within = np.tensordot(weight, np.array([covariance for _, covariance, _ in found]), 1)
+        within = np.tensordot(weight, covariances, 1)
         covariance = within + (weight * (each - mean).T) @ (each - mean)
         gains = len(self._random[0])
         # The gains are the last unknowns; the first one is D.
@@ -168,34 +167,35 @@ class _Seen:
             sqrt(weight @ scatters[:, 0] ** 2),
         )
 
-    def _estimates(self, scatter: Array, inertia_u: float) -> tuple[Array, Array, float]:
+    def _estimates(self, scatters: Array, inertia_u: float) -> tuple[Array, Array, Array]:
         """Return the estimates of (b, u), their covariance, and the deviance.
+
+        By each of the standard deviations (s, 3): shapes (s, n), (s, n, n) and (s,).
 
         By QR of observations and priors together: normal equations would square the condition, and
         what is left of observations that are nearly 1 would be a difference of two large sums. Both
         differed from processor to processor, and with them the weights of `solved`.
         """
-        error = scatter[self._kind] * self._unit
-        gains = len(self._random[0])
-        design = np.hstack([self._fixed, self._random]) / error[:, None]
-        prior = np.zeros(design.shape[1])
-        prior[:-gains] = 1 / UNLIMITED
-        prior[0], prior[1] = 1 / inertia_u, 1.0
-        prior[-gains:] = 1 / scatter[0]
-        rows = np.vstack([design, np.diag(prior)])
-        seen = np.concatenate([self._observed / error, np.zeros(len(prior))])
-        scale = 1 / np.linalg.norm(rows, axis=0)
-        rows *= scale
+        error = scatters[:, self._kind] * self._unit
+        gains, scatter = len(self._random[0]), scatters[:, :1]
+        design = np.hstack([self._fixed, self._random]) / error[..., None]
+        prior = np.zeros((len(scatters), design.shape[-1]))
+        prior[:, :-gains] = 1 / UNLIMITED
+        prior[:, 0], prior[:, 1] = 1 / inertia_u, 1.0
+        prior[:, -gains:] = 1 / scatter
+        rows = np.concatenate([design, prior[..., None] * np.eye(prior.shape[1])], axis=1)
+        seen = np.hstack([self._observed / error, np.zeros_like(prior)])[..., None]
+        scale = 1 / np.linalg.norm(rows, axis=1)
+        rows *= scale[:, None]
         q, r = np.linalg.qr(rows)
         inverse = np.linalg.inv(r)
-        estimates = inverse @ (q.T @ seen)
+        estimates = inverse @ (q.swapaxes(1, 2) @ seen)
         unexplained = seen - rows @ estimates
-        deviance = (
-            2 * np.log(error).sum()
-            + 2 * gains * np.log(scatter[0])
-            + 2 * np.log(np.abs(np.diag(r))).sum()
-            - 2 * np.log(scale).sum()
-            + unexplained @ unexplained
-        )
-        covariance = scale[:, None] * (inverse @ inverse.T) * scale
-        return scale * estimates, covariance, float(deviance)
+        deviance = 2 * (
+            np.log(error).sum(axis=1)
+            + gains * np.log(scatter[:, 0])
+            + np.log(np.abs(np.diagonal(r, axis1=1, axis2=2))).sum(axis=1)
+            - np.log(scale).sum(axis=1)
+        ) + (unexplained**2).sum(axis=(1, 2))
+        covariance = scale[:, :, None] * (inverse @ inverse.swapaxes(1, 2)) * scale[:, None]
+        return scale * estimates[..., 0], covariance, deviance

@@ -39,10 +39,11 @@ class Waveform:
         """The harmonics 0 ... n // 2, as np.fft.rfft scales them, shape (..., n // 2 + 1)."""
         return np.fft.rfft(self.values, axis=-1)
 
-    def through(self, response: Response) -> Array:
-        """Return them filtered, as `apply` does."""
+    def through(self, response: Response, size: int = 0) -> Array:
+        """Return them filtered, as `apply` does, on their own phases or on `size`."""
+        size = size or self.size
         spectrum = self.spectrum[..., : len(response)]
-        return np.fft.irfft(spectrum * response, self.size, axis=-1)
+        return np.fft.irfft(spectrum * (response * (size / self.size)), size, axis=-1)
 
 
 def butterworth(frequency_hz: Array, corner_hz: float, order: int) -> Response:

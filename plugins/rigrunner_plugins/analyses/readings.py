@@ -8,8 +8,8 @@ contains it twice.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from math import isnan
+from dataclasses import dataclass, replace
+from math import isnan, nan
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
@@ -35,6 +35,8 @@ if TYPE_CHECKING:
     from rigrunner_plugins.analyses.sources import Group
     from rigrunner_plugins.analyses.statistics import Statistic
 
+SPECIMEN = "specimen"
+"""The input that names what is tested."""
 SMALL = 1e-6
 """Share of an error used to find its effect; at this size every statistic is linear."""
 
@@ -65,10 +67,10 @@ class Readings:
                 tuple(compared.per),
                 partner_words(compared.name),
             )
+        notes = list(self._of_another_specimen(run))
         single = [group for group in found if len(group.times_s) == 1]
         statistic = self.settings.of.removeprefix(channel_of(self.settings.of))[1:]
         extremes = self.settings.statistic in {"minimum", "maximum", "range"}
-        notes = []
         if single and statistic:
             notes.append(
                 f"{self.settings.result.name}: {'each' if len(single) == len(found) else 'a'} value"
@@ -99,6 +101,19 @@ class Readings:
             missing=tuple(each for each in at_places if isinstance(each, MissingResult)),
             notes=tuple(notes),
         )
+
+    def _of_another_specimen(self, run: RunData) -> Iterator[str]:
+        """Yield a note if what is subtracted was measured of another specimen, as in a queue."""
+        if self.settings.tare is None:
+            return
+        tare = run.partners[self.settings.tare.name]
+        ours, theirs = (each.inputs.get(SPECIMEN) for each in (run, tare))
+        if ours and theirs and ours != theirs:
+            words = partner_words(self.settings.tare.name)
+            yield (
+                f"{self.settings.result.name}: the {words}, {tare.run_id}, is of specimen"
+                f" {theirs}, and this run of {ours}."
+            )
 
     def _at(
         self, run: RunData, group: Group, partner: Partner | None
@@ -143,10 +158,38 @@ class Readings:
         if self.settings.relative_to is not None:
             own, theirs, compared = 1 / base, -value / base**2, value / base
         lines = tuple(self._components(run, group, own / shown.factor, shown.symbol))
-        of_partner = self._components(
-            partner.run, other, theirs / shown.factor, shown.symbol, partner.apart(run, other)
+        scale, apart = theirs / shown.factor, partner.apart(run, other)
+        of_partner = [
+            line
+            if line.common or not scale
+            else self._of_partner(line, partner, other, base, scale)
+            for line in self._components(partner.run, other, scale, shown.symbol, apart)
+        ]
+        return compared, tuple(joined(lines, of_partner, partner.words))
+
+    def _of_partner(
+        self, scatter: Component, partner: Partner, group: Group, base: float, scale: float
+    ) -> Component:
+        """Return the scatter of a value of the partner run: one error of all results that use it.
+
+        These are all results, those with the coordinates that it is chosen by, or one at each
+        place.
+        """
+        at = ", ".join(f"{name} = {each}" for name, each in group.place.items())
+        is_of_several = not partner.per or set(partner.per) != set(self.settings.per)
+        series = group.series(self._combined(group))
+        return replace(
+            scatter,
+            name=f"{scatter.name} of {self.settings.of}"
+            f"{f' at {at}' if at and is_of_several else ''}",
+            common=is_of_several,
+            at_place=not is_of_several,
+            value=base,
+            unit=self._si_unit(group),
+            # as it was computed: other results know it by this number
+            input_u=(self._statistic.scatter(series) or (nan,))[0],
+            sensitivity=scale,
         )
-        return compared, tuple(joined(lines, tuple(of_partner), partner.words))
 
     def _undefined(self, group: Group, partner: Partner | None) -> str:
         """Return why the statistic has no value at a place; '' where it has one."""

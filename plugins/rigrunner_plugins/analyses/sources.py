@@ -35,10 +35,12 @@ class Group:
     """The names of values that were set, not read."""
     starts: tuple[int, ...] = ()
     """The index at which each recording but the first begins."""
+    labels: tuple[tuple[int, ...], ...] = ()
+    """Of rows: for each label or counter with several values, which one each row has."""
 
     def series(self, values: Array) -> Series:
         """Return the values of the group as a series."""
-        return Series(values, self.times_s, self.in_a_row, self.step_s, self.starts)
+        return Series(values, self.times_s, self.in_a_row, self.step_s, self.starts, self.labels)
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +57,8 @@ class Part:
     """Time between two samples in s; 0 for a table row."""
     written_in: Mapping[str, str] = field(default_factory=dict)
     """Units for display other than SI, by channel."""
+    labels: Mapping[str, object] = field(default_factory=dict)
+    """Of a row: its labels and counters."""
 
 
 def groups(
@@ -160,7 +164,19 @@ def _group(
         step_s=max(part.step_s for part in parts),
         set_points=set_points,
         starts=tuple(np.cumsum([count[id(part)] for part in parts])[:-1].tolist()),
+        labels=tuple(_labels(parts)),
     )
+
+
+def _labels(parts: Sequence[Part]) -> Iterator[tuple[int, ...]]:
+    """Yield, for each label of single rows with several values, the number of the value of each."""
+    if any(part.step_s for part in parts):
+        return
+    for name in parts[0].labels:
+        values = [part.labels.get(name) for part in parts]
+        order = list(dict.fromkeys(values))
+        if 1 < len(order) < len(parts):
+            yield tuple(map(order.index, values))
 
 
 def parts(run: RunData, names: Sequence[str], table: str | None = None) -> Iterator[Part]:
@@ -179,7 +195,8 @@ def parts(run: RunData, names: Sequence[str], table: str | None = None) -> Itera
         if all(name in row.values for name in names):
             values = {name: np.array([_reading(name, row, run)]) for name in names}
             began = datetime.fromisoformat(row.utc)
-            yield Part(place_of(row), values, row.units, began, 0.0, row.written_in)
+            place, shown = place_of(row), row.written_in
+            yield Part(place, values, row.units, began, 0.0, shown, row.coordinates)
 
 
 def _reading(name: str, row: Measurement, run: RunData) -> float:
@@ -188,7 +205,10 @@ def _reading(name: str, row: Measurement, run: RunData) -> float:
     follows = name.removeprefix(channel) in {"", ".mean", ".minimum", ".maximum"}
     if not follows:
         return value
-    return float(run.readings(channel, np.array([value]), run.zero(row.recording, channel))[0])
+    zero = run.zero(row.recording, channel)
+    if not row.recording:
+        zero = row.zeros.get(channel, zero)
+    return float(run.readings(channel, np.array([value]), zero)[0])
 
 
 def _of_recording(recording: Recording, run: RunData, names: Sequence[str]) -> Part:

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 LEAST_FOR_SLOPE = 3
 """A line goes through two values: what they scatter about it is not known."""
+LEAST_LEVELS = 3
+"""Of a label, by which readings scatter."""
 _BY_CHANCE = 0.05
 """That recordings of one value are taken to differ."""
 _TAIL = 0.025
@@ -39,6 +41,8 @@ class Series:
     """Time between two samples of a recording in s."""
     starts: tuple[int, ...] = ()
     """The index at which each recording but the first begins."""
+    labels: tuple[tuple[int, ...], ...] = ()
+    """Of single readings: for each label or counter with several values, which one each has."""
 
     @property
     def from_first(self) -> Array:
@@ -65,14 +69,26 @@ class Statistic:
 def mean_scatter(series: Series) -> Scatter | None:
     """Return s/sqrt(n) with n - 1 (GUM 4.2.3); for samples, with the effective number.
 
-    For recordings that differ by more than their samples explain: that of their means.
+    For recordings that differ by more than their samples explain: that of their means. So it is for
+    readings by a label with three values or more, such as specimens: the greatest of all labels
+    that show levels. Two values, such as rising and falling, may differ on purpose.
     """
     n = len(series.values)
     if n < 2:  # noqa: PLR2004  (of one value there is no scatter)
         return None
     if series.in_a_row:
         return _between_recordings(series) or mean_error(series.from_first)
-    return float(series.from_first.std(ddof=1)) / sqrt(n), n - 1.0
+    levels = [
+        _between([series.from_first[np.equal(each, one)] for one in set(each)], _error_of_rows)
+        for each in series.labels
+        if len(set(each)) >= LEAST_LEVELS
+    ]
+    return max([_error_of_rows(series.from_first), *filter(None, levels)])
+
+
+def _error_of_rows(values: Array) -> Scatter:
+    n = len(values)
+    return float(values.std(ddof=1)) / sqrt(n), n - 1.0
 
 
 def correlation_of_means(several: Sequence[Series]) -> Array:
@@ -99,17 +115,22 @@ def correlation_of_means(several: Sequence[Series]) -> Array:
 
 
 def _between_recordings(series: Series) -> Scatter | None:
-    """Return the scatter of the mean from those of the recordings; None where these agree.
+    """Return the scatter of the mean from those of the recordings; None where these agree."""
+    return _between(np.split(series.from_first, series.starts), mean_error)
+
+
+def _between(parts: Sequence[Array], error: Callable[[Array], Scatter]) -> Scatter | None:
+    """Return the scatter of the mean of all parts from that of their means; None where these agree.
 
     They agree if their scatter about the common mean is no more than that within each of them
-    explains, by the F-test of the analysis of variance at 5 % (GUM H.5.2.2).
+    explains, by the F-test of the analysis of variance at 5 % (GUM H.5.2.2). `error` gives the
+    scatter of the mean of one part.
     """
-    parts = np.split(series.from_first, series.starts)
     if len(parts) < 2 or min(map(len, parts)) < 2:  # noqa: PLR2004  (of one there is no scatter)
         return None
-    shares = np.array([len(each) for each in parts]) / len(series.values)
+    shares = np.array([len(each) for each in parts]) / sum(map(len, parts))
     means = np.array([each.mean() for each in parts])
-    u_within, dof_within = np.array([mean_error(each) for each in parts]).T
+    u_within, dof_within = np.array([error(each) for each in parts]).T
     count = len(parts)
     between = float(np.sum((shares * (means - shares @ means)) ** 2)) * count / (count - 1)
     variances = (shares * u_within) ** 2

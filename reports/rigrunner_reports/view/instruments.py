@@ -72,7 +72,7 @@ def _calibration(run: RunData, each: Instrument) -> Iterator[tuple[str, str]]:
     yield "Certificate", certificate or "not stated"
     yield "Calibrated", each.calibrated.isoformat() if each.calibrated else "not stated"
     due = each.due.isoformat() if each.due else "not stated"
-    overdue = each.due is not None and due < run.started_utc[:10]
+    overdue = each.due is not None and due < max(run.started_utc, run.ended_utc)[:10]
     yield "Calibration due", f"{due}{', OVERDUE at this run' if overdue else ''}"
 
 

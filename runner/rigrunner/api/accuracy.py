@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
 from pydantic import BeforeValidator, Field
 
 from rigrunner.api.calibration import difference
-from rigrunner.api.quantity import parse_quantity
+from rigrunner.api.quantity import NUMBER, parse_quantity
 from rigrunner.api.settings import Difference, PlainText, Settings
 from rigrunner.api.units import QuantityError, of_difference, si_symbol, with_article
 
@@ -34,7 +34,8 @@ OVER_U: Mapping[str, float] = {
     "normal": 2.0,
 }
 """Half-width divided by standard uncertainty; for `normal` the limit is U with k = 2."""
-_SHARE = re.compile(r"\s*([0-9]+(?:\.[0-9]*)?|\.[0-9]+)\s*%\s*(FS|reading)\s*")
+_SHARE = re.compile(rf"\s*({NUMBER})\s*(%|ppm|ppb)\s*(FS|reading)\s*")
+_PARTS = {"%": 100, "ppm": 1e6, "ppb": 1e9}
 _EXAMPLES = "such as '0.5 % FS', the share of full scale, '1 % reading' or '0.2 K'"
 _EXPECTED = f"expected a limit of error with its unit, {_EXAMPLES}; or a mapping"
 """Message of editors, which would list types for an anonymous alternative."""
@@ -67,7 +68,8 @@ class ReadingError:
 def _read_limit(value: object) -> object:
     if not isinstance(value, str):
         raise QuantityError("a limit of error is a text", hint=_EXAMPLES)
-    if not _SHARE.fullmatch(value) and difference(parse_quantity(value)) < 0:
+    share = _SHARE.fullmatch(value)
+    if difference(parse_quantity(f"{share[1]} {share[2]}" if share else value)) < 0:
         raise QuantityError(f"got '{value.strip()}', expected 0 or more")
     return value.strip()
 
@@ -103,8 +105,8 @@ class ErrorLimit(Settings):
         share = _SHARE.fullmatch(self.limit)
         if share is None:
             return HalfWidth(0.0, difference(parse_quantity(self.limit)))
-        part = float(share[1]) / 100
-        return HalfWidth(part, 0.0) if share[2] == "reading" else HalfWidth(0.0, part * full_scale)
+        part = float(share[1]) / _PARTS[share[2]]
+        return HalfWidth(part, 0.0) if share[3] == "reading" else HalfWidth(0.0, part * full_scale)
 
     def half_width(self, value: float, full_scale: float) -> float:
         """Return the limit at a value, all in the SI unit."""

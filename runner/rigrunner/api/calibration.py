@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import sqrt
 from typing import TYPE_CHECKING, Annotated, Self
 
 from pydantic import Field, model_validator
@@ -62,6 +63,11 @@ class CalibrationPoint(Settings):
     def standard_uncertainty(self) -> float:
         """U / k, in the SI unit (GUM 4.3.3)."""
         return difference(self.U) / self.k
+
+    @property
+    def half_width(self) -> float:
+        """Of a rectangle with that uncertainty or more: U, or √3 U / k if that is greater."""
+        return max(self.k, sqrt(3)) * self.standard_uncertainty
 
 
 class TemperatureRange(Settings):

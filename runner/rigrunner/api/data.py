@@ -158,6 +158,9 @@ class Measurement:
     """Units other than SI: by drive and coordinate the unit in the procedure, by channel the unit
     for display."""
 
+    zeros: Mapping[str, float] = field(default_factory=dict)
+    """The zero reading in force, by channel; the first one of a channel that was zeroed later."""
+
     @property
     def decisions(self) -> tuple[LimitDecision, ...]:
         """The decision on each limited value and reading, in the order of the limits."""
@@ -239,5 +242,8 @@ class RunData:
         return values - zero if known is None else known.corrected(values, zero)
 
     def zero(self, recording: str, channel: str) -> float:
-        """Return the zero reading of a channel for a recording; 0 without one."""
+        """Return the zero reading of a channel for a recording; 0 without one.
+
+        Of a row that was read without a recording it is in its `zeros`.
+        """
         return self.recording_zeros.get(recording, {}).get(channel, self.zeros.get(channel, 0.0))

@@ -24,6 +24,7 @@ from rigrunner.api.filters import AnyFilter
 from rigrunner.api.member import Member
 from rigrunner.api.quantity import Quantity
 from rigrunner.api.settings import AnyQuantity, IsoDate, ListOf, PlainText, Settings
+from rigrunner.api.unit_tables import LEVELS
 from rigrunner.api.units import QuantityError, kinds, si_symbol, with_article
 from rigrunner.moved import moved
 
@@ -190,8 +191,10 @@ class Instrument(Settings):
         if "overall" in limits:
             for point in self.points:
                 stated = self.half_width("overall", point.indicated.si)
-                if stated < point.k * point.standard_uncertainty:
-                    yield f"accuracy '{limits['overall'].limit}' is less than U at {point.applied}"
+                if stated < point.half_width:
+                    least = "U" if point.k >= math.sqrt(3) else "√3 U/k"
+                    limit = limits["overall"].limit
+                    yield f"accuracy '{limit}' is less than {least} at {point.applied}"
                     return
 
     def _objections_to_points(self) -> Iterator[str]:
@@ -239,8 +242,8 @@ class Instrument(Settings):
     def calibrated_range(self) -> tuple[float, float] | None:
         """Lowest and highest value, in SI, of the calibration; None if not stated.
 
-        As stated, or else the span of the calibration points with zero, or else full scale. For a
-        torque transducer a `range` without `min` is symmetrical.
+        As stated, or else the span of the calibration points, with zero where this is nothing, or
+        else full scale. For a torque transducer a `range` without `min` is symmetrical.
         """
         found = self._entered_range
         if found is None and not math.isnan(self.full_scale):
@@ -262,6 +265,8 @@ class Instrument(Settings):
         is_above = highest - bounds[1] >= bounds[0] - lowest
         worst, bound = (highest, bounds[1]) if is_above else (lowest, bounds[0])
         share = f" ({100 * worst / bound:.0f} %)" if bound else ""
+        if abs(worst) < abs(bound):  # below a range that does not begin at zero
+            return f"{worst:.4g} {unit} was recorded, the calibration holds from {bound:.4g} {unit}"
         holds = f"the calibration holds up to {bound:.4g} {unit}"
         return f"{worst:.4g} {unit} was recorded, {holds}{share}"
 
@@ -273,7 +278,10 @@ class Instrument(Settings):
         if not self.points:
             return None
         applied = [point.applied.si for point in self.points]
-        return min(0.0, *applied), max(0.0, *applied)
+        # 0 K, 0 dBm or pH 0 is not nothing: a calibration from 10 °C does not include it.
+        if self.quantity != "temperature" and self.quantity not in LEVELS:
+            applied.append(0.0)
+        return min(applied), max(applied)
 
     @property
     def accuracy(self) -> Accuracy | None:
@@ -281,22 +289,16 @@ class Instrument(Settings):
 
         The points take the place of the overall limit if neither this nor gain, offset or
         nonlinearity is stated; with `interpolation` only an overall limit may be stated beside
-        them, no less than U. Without correction it is the greatest
-
-        deviation
-
-        + U of the points, for the whole range (after GUM F.2.4.5). With correction it is the
-        greatest U, and the greatest distance of a point from the line between its neighbours, or
-        from the cubic.
+        them, no less than U. Without correction it is the greatest deviation + U of the points,
+        for the whole range (after GUM F.2.4.5). With correction it is the greatest U, and the
+        greatest distance of a point from the line between its neighbours, or from the cubic. For
+        a U with k below √3 it is √3 U/k: the limit counts as a rectangle.
         """
         stated = self.accuracy_
         if not self.points or (stated is not None and stated.has_calibration):
             return stated
         corrected = self.interpolation is not None
-        limits = (
-            (0 if corrected else abs(p.deviation)) + p.k * p.standard_uncertainty
-            for p in self.points
-        )
+        limits = ((0 if corrected else abs(p.deviation)) + p.half_width for p in self.points)
         limit = max(limits) + (self._off_the_curve if corrected else 0.0)
         overall = ErrorLimit(
             limit=f"{limit!r} {si_symbol(self.quantity)}", source=self.certificate[:MOST_OF_SOURCE]

@@ -33,8 +33,8 @@ _LARGEST = {"time": LONGEST_S, "frequency": 1e12}
 _LARGEST_OF_ANY = 1e18
 """In SI units. Larger numbers are typing mistakes."""
 
-_NUMBER = r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
-_QUANTITY = re.compile(rf"({_NUMBER})\s*(.*)", re.DOTALL)
+NUMBER = r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
+_QUANTITY = re.compile(rf"({NUMBER})\s*(.*)", re.DOTALL)
 _MORE_DIGITS = re.compile(r"[.,:'_]?[0-9]")
 _LITERAL = str.maketrans({each: rf"\{each}" for each in "$^.*+?()[]{}|/\\"})
 _INVERSE = re.compile(r"1(?:/|$)")
@@ -50,7 +50,7 @@ def quantity_pattern(dimension: str | None = None) -> str:
     """
     spellings = "\n".join(spellings_of(dimension)).translate(_LITERAL).replace("\n", "|")
     # After a number, a digit can only begin the unit 1 or 1/..., and only after a space.
-    number = _NUMBER.replace("[+-]", f"[+{_MINUS}-]")
+    number = NUMBER.replace("[+-]", f"[+{_MINUS}-]")
     return rf"^\s*{number}(?:(?![0-9.])\s*|\s+(?=1))(?:{spellings}|{COMPOSED})\s*$"
 
 

@@ -67,13 +67,14 @@ def instruments_of(*runs: RunData | None) -> Iterator[InstrumentEntry]:
         if run is None:
             continue
         for each in run.instruments.values():
-            entry = _entry(each, run.started_utc[:10])
+            entry = _entry(each, max(run.started_utc, run.ended_utc)[:10])
             if entry not in seen:
                 seen.append(entry)
                 yield entry
 
 
 def _entry(each: Instrument, day: str) -> InstrumentEntry:
+    """Return an entry of the register, for a run that ended on that day."""
     due = "" if each.due is None else each.due.isoformat()
     limits = each.accuracy_.limits if each.accuracy_ is not None else {}
     uncertainty = dict(_limit(each, name, stated) for name, stated in limits.items())

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from rigrunner.api.conditions import each_until
 from rigrunner.api.errors import PluginError, did_you_mean
 from rigrunner.api.quantity import Quantity
-from rigrunner.api.units import unit, with_article
+from rigrunner.procedure.result_limits import unlike
 from rigrunner.procedure.walk import steps_of
 from rigrunner.yamlfile.problems import Problems
 
@@ -102,11 +102,8 @@ def _objections_to(
         yield "result", message, _near(until.result, known)
         return
     name, bound = until.bound
-    kind = unit(found.unit).dimension
-    if bound.dimension != kind:
-        message = f"'{bound}' is {with_article(bound.dimension)}; {found.name} is "
-        message += f"{with_article(kind)}, in {found.unit}"
-        yield name, message, f"write it in {found.unit}"
+    if why := unlike(bound, found):
+        yield name, *why
 
 
 def _near(name: str, known: Mapping[str, ResultDefinition]) -> str:
@@ -151,15 +148,8 @@ def _check(
 def _check_values(
     problems: Problems, document: Document, path: Path, limit: Limit, found: ResultDefinition
 ) -> None:
-    kind = unit(found.unit).dimension
-    for place, given in limit.of_result():
-        if given.dimension != kind:
-            message = f"'{given}' is {with_article(given.dimension)}; {found.name} is "
-            message += f"{with_article(kind)}, in {found.unit}"
-            problems.add(document, (*path, *place), message, f"write it in {found.unit}")
-    if limit.plus_minus is not None and unit(found.unit).offset:
-        message = f"'{found.name}' is a temperature in {found.unit}, and no difference"
-        problems.add(document, (*path, "plus_minus"), message, "write min and max")
+    for place, message, hint in limit.unlike(found):
+        problems.add(document, (*path, *place), message, hint)
     for name, end in limit.ends.items():
         if not isinstance(end, Quantity) and end.over not in found.per:
             problems.add(document, (*path, name, "over"), *_no_coordinate(found, end.over))

@@ -15,7 +15,7 @@ from rigrunner.api.names import Name, Text
 from rigrunner.api.places import CoordinateKey, Places, is_in, places_text
 from rigrunner.api.quantity import Quantity
 from rigrunner.api.settings import Settings, YesNo
-from rigrunner.api.units import unit
+from rigrunner.api.units import unit, with_article
 from rigrunner.api.verdict import Limits
 from rigrunner.procedure.following import End, Line, Table
 from rigrunner.procedure.kinds import ASKED, STORED, measurand_models, read_with_key
@@ -149,7 +149,7 @@ class Limit(Settings):
         written = self._written["plus_minus"]
         if written.unit.offset:
             raise ValueError(f"got '{written}', a temperature; write a difference in K")
-        if written.si <= 0:
+        if written.si < 0 or (written.si == 0 and not self.follows):
             raise ValueError(f"got '{written}', expected more than 0")
 
     @property
@@ -232,6 +232,15 @@ class Limit(Settings):
         hint = "a limit applies only to results of the same measurand"
         return self.measurand.objection(found.measurand), hint
 
+    def unlike(self, found: ResultDefinition) -> Iterator[tuple[tuple[str | int, ...], str, str]]:
+        """Yield each value that cannot be one of that result: its place, a message and a hint."""
+        for place, given in self.of_result():
+            if why := unlike(given, found):
+                yield place, *why
+        if self.plus_minus is not None and unit(found.unit).offset:
+            message = f"'{found.name}' is a temperature in {found.unit}, and no difference"
+            yield ("plus_minus",), message, "write min and max"
+
     def limits_at(self, coordinates: Mapping[str, CoordinateValue], symbol: str) -> Limits:
         """Return the limits at a place as numbers in a unit of the same kind.
 
@@ -239,6 +248,9 @@ class Limit(Settings):
         """
         if self.plus_minus is not None:
             half = _number(self.plus_minus, coordinates, symbol, is_difference=True)
+            if half <= 0:  # a share of a coordinate that is 0 there, or a line that has fallen
+                at = ", ".join(f"{name} = {coordinates[name]}" for name in sorted(self.follows))
+                raise DataError(f"the limit at {at} is {half:g} {symbol}, which is not above 0")
             return Limits.between(-half, half, symbol)
         low, high = (
             None if end is None else _number(end, coordinates, symbol)
@@ -276,6 +288,26 @@ class Limit(Settings):
             f"{self.of}{f' at {where}' if where else ''}"
             f"{f' except at {without}' if without else ''} ({how})"
         )
+
+
+def unlike(given: Quantity, found: ResultDefinition) -> tuple[str, str] | None:
+    """Return why a value cannot be one of a result, and a hint; None if it can.
+
+    A result in K may be a difference, of which 0.7 °C would be 273.85 K.
+    """
+    known = unit(found.unit)
+    if given.dimension != known.dimension:
+        kinds = with_article(given.dimension), with_article(known.dimension)
+        message = f"'{given}' is {kinds[0]}; {found.name} is {kinds[1]}, in {found.unit}"
+        return message, f"write it in {found.unit}"
+    if given.unit.offset and not known.offset:
+        message = (
+            f"'{given}' is a temperature, and {found.name}, in {found.unit}, may be a difference"
+        )
+        both = (given.number * given.unit.factor / known.factor, given.si / known.factor)
+        of_difference, of_value = (f"'{each:.6g} {found.unit}'" for each in both)
+        return message, f"write {of_difference} for a difference, else {of_value}"
+    return None
 
 
 def _require_json(measurand: LimitedMeasurand) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from datetime import timedelta
 from enum import StrEnum
 from math import isinf
 from typing import TYPE_CHECKING, Any
@@ -72,7 +73,9 @@ class _Register:
     """What channels will probably show."""
 
     def findings(self) -> Iterator[Finding]:
-        today = self.planned.clock.utc().date()
+        now = self.planned.clock.utc()
+        today = now.date()
+        last = (now + timedelta(seconds=self.planned.plan.estimated_s)).date()
         known = self.planned.station.register
         for channel in entering_channels(self.planned):
             if channel not in known:
@@ -84,15 +87,19 @@ class _Register:
             each = known[channel]
             yield from self._missing(each)
             if each.calibrated is not None and each.calibrated > today:
-                message = (
-                    f"{_named(each)} was calibrated on {each.calibrated}, which is in the future"
-                )
-                yield self._entered(Lack.MISSING, each, "calibrated", message, "correct the date")
+                message = f"{_named(each)} was calibrated on {each.calibrated}, after this run"
+                hint = "correct the date, or enter the calibration before"
+                yield self._entered(Lack.MISSING, each, "calibrated", message, hint)
             if each.due is not None and each.due < today:
                 days = (today - each.due).days
                 ago = f"{days} day{'s' if days > 1 else ''} before this run"
                 message = f"the calibration of {_named(each)} was due on {each.due}, {ago}"
                 hint = "have it calibrated and enter the new certificate"
+                yield self._entered(Lack.OVERDUE, each, "due", message, hint)
+            elif each.due is not None and each.due < last:
+                message = f"the calibration of {_named(each)} is due on {each.due}"
+                message += f", and this run may last until {last}"
+                hint = "have it calibrated before, and enter the new certificate"
                 yield self._entered(Lack.OVERDUE, each, "due", message, hint)
             yield from self._out_of_range(each)
 

@@ -16,7 +16,6 @@ from rigrunner import __version__
 from rigrunner.analysis.verdict.document import decision as decision_document
 from rigrunner.api.errors import DataError, UsageError
 from rigrunner.api.events import Outcome
-from rigrunner.api.units import unit, with_article
 from rigrunner.api.verdict import LaterDecision, Verdict
 from rigrunner.clock import utc_text
 from rigrunner.procedure import Acceptance, kinds_of, parse_procedure
@@ -198,13 +197,8 @@ def _refuse_other_results(result: Result, acceptance: Acceptance, analyses: Sequ
                 f"{result.run.run_id} has no result '{limit.of}'", hint=f"results: {names}"
             )
         found = definitions[limit.of]
-        kind = unit(found.unit).dimension
-        if limit.dimension != kind:
-            raise DataError(
-                f"{limit.source}: the limit is {with_article(limit.dimension)}, and"
-                f" {limit.of} {with_article(kind)}",
-                hint=f"write it in {found.unit}",
-            )
+        for _, message, hint in limit.unlike(found):
+            raise DataError(f"{limit.source}: {message}", hint=hint)
         message, hint = limit.objection_to(found, analyses)
         if message:
             raise DataError(f"{limit.source}: {message}", hint=hint)

@@ -13,6 +13,7 @@ from rigrunner.api.steps import NONE
 from rigrunner.api.units import unit
 from rigrunner.runfile.codec import packed
 from rigrunner.runfile.elapsed import cycles_of, moment, seconds_since
+from rigrunner.runfile.parts import Zeros
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -65,6 +66,7 @@ class Attempts:
 
     def take(self, event: Event) -> None:
         """Take the next event."""
+        self._make.zeros.take(event)
         match event:
             case StepStarted():
                 self._make.start(event)
@@ -123,6 +125,7 @@ class _Rows:
 
     started: StepStarted = _UNKNOWN
     """The start of the present step. It has the limits, and for a scan the units."""
+    zeros: Zeros = field(default_factory=Zeros)
     began: datetime | None = None
     _common: dict[bytes, Any] = field(default_factory=dict)
     """Units, limits and shown units of rows by all that these follow from."""
@@ -208,6 +211,7 @@ class _Rows:
             readings=readings or NONE,
             expected=started.expected if readings else (),
             written_in=shown,
+            zeros=self.zeros.in_force,
         )
 
     def _once(self, part: _T) -> _T:

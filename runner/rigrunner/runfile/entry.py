@@ -78,7 +78,7 @@ SALVAGED = "salvaged"
 PARTNER = "NXsubentry"
 """The class of a partner run, which is embedded whole but for its own partners."""
 KINDS = ("recordings", "incomplete", SUPERSEDED)
-"""The groups of recordings."""
+"""The groups of recordings; runs of earlier versions lack some."""
 _PIECE = 1000
 """Events that are decoded at once."""
 _END_TEXTS = ("ended_utc", "outcome", "reason")
@@ -220,15 +220,15 @@ def _read_info(entry: h5py.Group, path: Path, rows: Sequence[Measurement]) -> Ru
     )
 
 
-def read_entry(entry: h5py.Group, path: Path) -> StoredRun:
-    """Read a run whole, with the partner runs that are embedded in it."""
+def read_entry(entry: h5py.Group, path: Path, *, samples: bool = True) -> StoredRun:
+    """Read a run whole, or without its recordings, and the partner runs that are embedded in it."""
     events = read_events(entry)
-    size = sum(stored_bytes(_groups(entry, kind)) for kind in KINDS)
-    scratch = None if size <= IN_MEMORY else Scratch()
+    groups = {kind: _in_order(entry[kind]) if samples and kind in entry else [] for kind in KINDS}
+    scratch = None if sum(map(stored_bytes, groups.values())) <= IN_MEMORY else Scratch()
     measured = events.measured
 
     def timed(kind: str) -> tuple[Recording, ...]:
-        every = (read_recording(each, scratch) for each in _groups(entry, kind))
+        every = (read_recording(each, scratch)[1] for each in groups[kind])
         return with_elapsed(every, events.outline, measured.began)
 
     return StoredRun(
@@ -246,7 +246,7 @@ def read_entry(entry: h5py.Group, path: Path) -> StoredRun:
             json.loads(read_text(entry["analysis"], "result")) if "analysis" in entry else None
         ),
         partners={
-            partner_name(entry, place): read_entry(entry[place], path)
+            partner_name(entry, place): read_entry(entry[place], path, samples=samples)
             for place in partner_places(entry)
         },
     )
@@ -266,11 +266,6 @@ def read_entry_truth(entry: h5py.Group) -> dict[str, dict[str, float]]:
     """Read what a simulator knew, by recording."""
     groups = entry["verification"].values()
     return {read_text(group, "name"): read_values(group)[0] for group in groups}
-
-
-def _groups(entry: h5py.Group, kind: str) -> list[h5py.Group]:
-    """Return the recordings of a kind in order; runs of earlier versions lack some kinds."""
-    return _in_order(entry[kind]) if kind in entry else []
 
 
 def _write_events(entry: h5py.Group, events: StoredEvents) -> None:

@@ -141,7 +141,7 @@ def members(group: h5py.Group) -> list[str]:
     """
     names = sorted(group)
     for name in names:
-        if not isinstance(group.get(name, getlink=True), h5py.HardLink):
+        if group.id.links.get_info(name.encode()).type != h5py.h5l.TYPE_HARD:
             raise DataError(f"{group.file.filename}: {group.name}/{name} is a link, not data")
     return names
 

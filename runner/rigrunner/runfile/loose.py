@@ -303,8 +303,7 @@ def _samples_fit(files: RunFolder) -> bool:
 
 def _read_part(path: Path, scratch: Scratch | None) -> tuple[RecordingFacts, Recording, str]:
     with _opened(path) as group:
-        recording = read_recording(group, scratch)
-        return read_facts(group), recording, str(group.attrs["sha256"])
+        return *read_recording(group, scratch), str(group.attrs["sha256"])
 
 
 def _number(path: Path) -> int:

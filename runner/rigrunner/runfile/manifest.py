@@ -97,8 +97,9 @@ def kind_of(path: str) -> str:
 
 def object_digest(item: h5py.Group | h5py.Dataset, path: str = "") -> str:
     """Return the SHA-256 of one object, without the content of its members; raise DataError."""
+    attributes = item.attrs
     known: dict[str, Any] = {
-        "attributes": {name: _attribute(item.attrs[name]) for name in item.attrs}
+        "attributes": {name: _attribute(attributes[name]) for name in attributes}
     }
     if isinstance(item, h5py.Dataset):
         known |= {
@@ -119,30 +120,39 @@ def differences(entry: h5py.Group, *, samples: bool = True) -> Iterator[Differen
     Without `samples` the columns of recordings, which have a digest of their own, are skipped.
     Raises DataError if the structure of the file is too damaged to walk through.
     """
+    # First: the walk refuses what could lead us astray, also in the manifest.
+    found = {
+        path: item_of(path, item) if samples or not _is_column(path, item) else None
+        for path, item in _items(entry)
+    }
     try:
         wanted = stored_items(entry)
     except (DataError, *UNREADABLE) as error:
         yield Difference(MANIFEST, "manifest", f"cannot be read: {error}")
         return
-    for path, item in _items(entry):
+    for path, item in found.items():
         said = wanted.pop(path, None)
-        if samples or not _is_column(path, item):
-            what = compared(path, item, said)
-            if what:
-                yield Difference(path, kind_of(path), what)
+        if item is not None and (what := compared(item, said)):
+            yield Difference(path, kind_of(path), what)
     for path in wanted:
         yield Difference(path, kind_of(path), "missing: the manifest names it")
 
 
-def compared(path: str, item: h5py.Group | h5py.Dataset, said: object) -> str:
-    """Return how an object differs from the manifest; '' if it does not."""
-    if said is None:
-        return "added: the manifest does not name it"
+def item_of(path: str, item: h5py.Group | h5py.Dataset) -> dict[str, str] | str:
+    """Return what the manifest is to say of an object, or why it cannot be read."""
     try:
-        found = {"kind": kind_of(path), "sha256": object_digest(item, path)}
+        return {"kind": kind_of(path), "sha256": object_digest(item, path)}
     except (DataError, *UNREADABLE) as error:
         return f"cannot be read, it is damaged: {error}"
-    return "" if found == said else "not what was sealed: its SHA-256 differs from the manifest"
+
+
+def compared(item: dict[str, str] | str, said: object) -> str:
+    """Return how an object differs from what the manifest says of it; '' if it does not."""
+    if said is None:
+        return "added: the manifest does not name it"
+    if isinstance(item, str):
+        return item
+    return "" if item == said else "not what was sealed: its SHA-256 differs from the manifest"
 
 
 def _items(entry: h5py.Group) -> Iterator[tuple[str, h5py.Group | h5py.Dataset]]:

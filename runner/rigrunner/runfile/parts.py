@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from rigrunner.api.events import (
@@ -19,21 +20,39 @@ if TYPE_CHECKING:
     from rigrunner.api.events import Event
 
 
+@dataclass(eq=False)
+class Zeros:
+    """The zero readings in force, as the events of a run come: in SI units, by channel."""
+
+    in_force: dict[str, float] = field(default_factory=dict)
+    """Kept by what was measured meanwhile; a channel that is zeroed only later is added to it."""
+    _earlier: list[dict[str, float]] = field(default_factory=list)
+
+    def take(self, event: Event) -> None:
+        """Take an event; after a zero another mapping is in force."""
+        if not (isinstance(event, StepEnded) and event.ok and event.action == "zero"):
+            return
+        before = self.in_force
+        self._earlier.append(before)
+        self.in_force = {**before, **event.values}
+        new = {name: value for name, value in event.values.items() if name not in before}
+        # What was measured before any zero of a channel has the first one.
+        for earlier in self._earlier if new else ():
+            earlier.update(new)
+
+
 def zeros_in_force(events: Iterable[Event]) -> dict[str, dict[str, float]]:
     """Return the zero readings in force during each finished recording.
 
     In SI units, by recording and channel. A resumed run is zeroed again; earlier recordings keep
     the earlier zero.
     """
-    latest: dict[str, float] = {}
+    zeros = Zeros()
     found: dict[str, dict[str, float]] = {}
     for event in events:
-        if not isinstance(event, StepEnded) or not event.ok:
-            continue
-        if event.action == "zero":
-            latest |= event.values
-        elif event.recording:
-            found[event.recording] = dict(latest)
+        zeros.take(event)
+        if isinstance(event, StepEnded) and event.ok and event.recording and event.action != "zero":
+            found[event.recording] = zeros.in_force
     return found
 
 

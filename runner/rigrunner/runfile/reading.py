@@ -14,7 +14,7 @@ from rigrunner.runfile.entry import (
     read_entry_truth,
 )
 from rigrunner.runfile.folder import RunFolder
-from rigrunner.runfile.hdf5 import must_not_be_read, objects, open_file
+from rigrunner.runfile.hdf5 import members, must_not_be_read, objects, open_file
 from rigrunner.runfile.loose import read_journal, read_loose, read_loose_info
 from rigrunner.runfile.manifest import differences
 from rigrunner.runfile.probe import refuse_unprotected_crashing
@@ -44,17 +44,20 @@ def read(path: Path) -> StoredRun:
     sealed = sealed_file_of(path)
     if sealed is None:
         return read_loose(RunFolder(path))
-    with _entry_of(sealed) as entry:
+    with _entry_of(sealed, walk=False) as entry:
         return _read(entry, sealed)
 
 
-def read_with_truth(path: Path) -> tuple[StoredRun, Truth]:
-    """Read a run with the truth of its simulator, like `read` and `read_truth`, in one pass."""
+def read_with_truth(path: Path, *, samples: bool = True) -> tuple[StoredRun, Truth]:
+    """Read a run with the truth of its simulator, like `read` and `read_truth`, in one pass.
+
+    Without `samples` a sealed run has no recordings.
+    """
     sealed = sealed_file_of(path)
     if sealed is None:
         return read_loose(RunFolder(path)), read_truth(path)
-    with _entry_of(sealed) as entry:
-        return _read(entry, sealed), read_entry_truth(entry)
+    with _entry_of(sealed, walk=False) as entry:
+        return _read(entry, sealed, samples=samples), read_entry_truth(entry)
 
 
 def read_without_samples(folder: Path) -> StoredRun:
@@ -85,8 +88,8 @@ def file_differences(path: Path) -> list[Difference] | None:
 
     Raises DataError if the file cannot be opened or walked through.
     """
-    with _entry_of(path) as entry:
-        return list(differences(entry)) if _has_manifest(entry) else None
+    with _entry_of(path, walk=False) as entry:
+        return _differences(entry, samples=True)
 
 
 def sealed_file_of(path: Path) -> Path | None:
@@ -115,29 +118,36 @@ def _sealed_file_of(path: Path) -> Path | None:
 
 
 @contextmanager
-def _entry_of(path: Path) -> Iterator[h5py.Group]:
+def _entry_of(path: Path, *, walk: bool = True) -> Iterator[h5py.Group]:
     refuse_unprotected_crashing(path)
     with open_file(path) as file:
         if FORMAT_ATTRIBUTE not in file.attrs:
             raise DataError(f"{path} is an HDF5 file, but not a run of Rigrunner")
         check_format(int(file.attrs[FORMAT_ATTRIBUTE]), str(path))
-        for _ in objects(file):  # what a stranger's file could lead us into is refused here
-            pass
+        members(file)  # refuses links: the entry could be in another file
+        for _ in objects(file) if walk else ():
+            pass  # what a stranger's file could lead us into is refused here
         yield file[ENTRY]
 
 
-def _read(entry: h5py.Group, path: Path) -> StoredRun:
+def _read(entry: h5py.Group, path: Path, *, samples: bool = True) -> StoredRun:
     """Read a run, and refuse one of which anything differs from its manifest."""
-    run = read_entry(entry, path)
-    found = next(differences(entry, samples=False), None) if _has_manifest(entry) else None
-    if found is not None:
+    # First: it walks through the file, and so refuses what could lead us astray.
+    found = _differences(entry, samples=False)
+    run = read_entry(entry, path, samples=samples)
+    if found:
         raise DataError(
-            f"{path}: {found}",
+            f"{path}: {found[0]}",
             hint=f"'rigrunner verify {path}' lists all that differs, and"
             " 'rigrunner recover --salvage' saves the intact recordings",
         )
     return run
 
 
-def _has_manifest(entry: h5py.Group) -> bool:
-    return int(entry.file.attrs[FORMAT_ATTRIBUTE]) >= FIRST_WITH_MANIFEST
+def _differences(entry: h5py.Group, *, samples: bool) -> list[Difference] | None:
+    """Walk through a file, as `_entry_of` does; return its differences, None without manifest."""
+    if int(entry.file.attrs[FORMAT_ATTRIBUTE]) >= FIRST_WITH_MANIFEST:
+        return list(differences(entry, samples=samples))
+    for _ in objects(entry.file):
+        pass
+    return None

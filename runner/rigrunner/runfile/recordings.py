@@ -181,11 +181,13 @@ def _facts(group: h5py.Group, columns: Mapping[str, h5py.Dataset]) -> RecordingF
 
 def stored_bytes(groups: Iterable[h5py.Group]) -> int:
     """Return the memory of the samples of some recordings, in bytes."""
-    return sum(column.nbytes for group in groups for column in _columns(group).values())
+    return sum(item.nbytes for group in groups for item in group.values() if "column" in item.attrs)
 
 
-def read_recording(group: h5py.Group, scratch: Scratch | None = None) -> Recording:
-    """Read a recording; raise DataError if it differs from its digest.
+def read_recording(
+    group: h5py.Group, scratch: Scratch | None = None
+) -> tuple[RecordingFacts, Recording]:
+    """Read a recording, with its facts; raise DataError if it differs from its digest.
 
     With a `scratch` its samples stay in the file, and are decompressed by slices.
     """
@@ -208,7 +210,7 @@ def read_recording(group: h5py.Group, scratch: Scratch | None = None) -> Recordi
             " its SHA-256 does not match",
             hint="'rigrunner recover --salvage' saves the other recordings",
         )
-    return facts.recording(channels)
+    return facts, facts.recording(channels)
 
 
 def _digested(column: h5py.Dataset, name: str, digest: RecordingDigest) -> Iterator[Array]:

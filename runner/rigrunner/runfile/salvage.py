@@ -44,6 +44,7 @@ from rigrunner.runfile.manifest import (
     ROOT,
     Difference,
     compared,
+    item_of,
     kind_of,
     stored_items,
     write_manifest,
@@ -144,7 +145,7 @@ class _Reading:
             try:
                 item = whole[place] if place in whole else self.entry[place]
                 h5py.h5o.get_info(item.id)  # reads all of its header, which attributes alone do not
-                what = compared(place, item, said)
+                what = compared(item_of(place, item), said)
             except (DataError, *UNREADABLE) as error:
                 what = f"cannot be read, it is damaged: {error}"
             if what:
@@ -200,7 +201,7 @@ class _Reading:
         """Read a recording and return its name; raise if it differs from its digest."""
         group = self.entry[place]
         small = stored_bytes([group]) <= IN_MEMORY
-        return read_recording(group, None if small else Scratch()).name
+        return read_recording(group, None if small else Scratch())[0].name
 
     def _header(self, path: Path) -> RunHeader:
         texts = {name: self._text(self.entry, name) for name in HEADER_TEXTS}

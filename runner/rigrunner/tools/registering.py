@@ -2,14 +2,15 @@
 
 The run has a result `deviation`, indicated less applied, at each applied value. Where it has also
 `reproducibility` (the range over mounting positions) at these, `repeatability` and `hysteresis`,
-they enter too. What is indicated without anything applied is taken off, as a zero step does.
+they enter too. Of a quantity that is zeroed, such as a force, what is indicated without anything
+applied is taken off, as a zero step does.
 """
 
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
-from math import inf, isfinite, sqrt
+from dataclasses import dataclass, replace
+from math import copysign, inf, isfinite, sqrt
 from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
@@ -21,6 +22,7 @@ from rigrunner.api.instruments import DEFAULT_QUANTITY, ZEROED, Instrument
 from rigrunner.api.units import unit
 from rigrunner.documents.verifying.run import check_run
 from rigrunner.documents.verifying.verification import Verification
+from rigrunner.procedure import parse_procedure
 from rigrunner.run.stored import analyse_stored
 from rigrunner.runfile import sealed_file_of
 from rigrunner.signal.coverage import excess_kurtosis, factor
@@ -29,13 +31,14 @@ from rigrunner.signal.uncertainty import combine
 from rigrunner.yamlfile.composer import read_plain
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
     from datetime import date
     from pathlib import Path
 
     from rigrunner.api.findings import MeasurementResult
     from rigrunner.api.results import Result
     from rigrunner.registry import Registry
+    from rigrunner.runfile import RunHeader
 
 DEVIATION, REPRODUCIBILITY = "deviation", "reproducibility"
 WIDTHS = ("repeatability", "hysteresis")
@@ -85,21 +88,27 @@ def entry_from(path: Path, wanted: Wanted, registry: Registry) -> Entry:
     run = result.run
     if run.outcome != "completed":
         raise DataError(f"{run.run_id} was not completed: {run.outcome}")
+    serial = wanted.serial or run.inputs.get("specimen", "")
+    _refuse_others(checked.stored.header, run.instruments, serial)
     deviations = _deviations(result)
-    kind = unit(deviations[0].of.unit).dimension
     applied_unit = _applied(deviations[0])[1]
+    kind = unit(applied_unit).dimension
     points = list(_points(result, deviations))
     entry: dict[str, Any] = {"channel": wanted.channel}
     if kind != DEFAULT_QUANTITY:
         entry["measures"] = kind
     entry |= {
-        "serial": wanted.serial or run.inputs.get("specimen", ""),
+        "serial": serial,
         "certificate": run.run_id,
         "laboratory": wanted.laboratory or f"this laboratory, station {run.station_id}",
         "calibrated": run.started_utc[:10],
         "due": wanted.due.isoformat(),
     }
-    if any(each.calibration is not None for each in run.instruments.values()):
+    standards = [each for each in run.instruments.values() if each.serial != serial]
+    if not standards or any(
+        each.calibration is not None or (each.due and str(each.due) < run.ended_utc[:10])
+        for each in standards
+    ):
         entry["calibration"] = "trial"  # of standards that are none
     if kind == DEFAULT_QUANTITY or wanted.full_scale:  # which must be stated there
         highest = max(abs(_applied(each)[0]) for each in deviations)
@@ -117,6 +126,37 @@ def entry_from(path: Path, wanted: Wanted, registry: Registry) -> Entry:
         where = ".".join(str(each) for each in first["loc"])
         raise DataError(f"{run.run_id} gives no entry: {where}: {first['msg']}") from error
     return Entry(entry)
+
+
+def _refuse_others(header: RunHeader, instruments: Mapping[str, Instrument], serial: str) -> None:
+    """Raise DataError if a deviation is not that of what the calibrated instrument itself shows.
+
+    Of readings that earlier points correct it is what the correction left, and the new points would
+    take its place. Of the standard less the instrument it has the wrong sign.
+    """
+    procedure = parse_procedure(header.procedure_text, header.procedure_id, stored=True).model
+    told = [
+        analysis.settings
+        for _, analysis in procedure.analyses_at
+        if isinstance(named := analysis.settings.get("result"), dict)
+        and named.get("name") == DEVIATION
+    ]
+    read = {each.get("of") for each in told}
+    of_serial = {each.channel for each in instruments.values() if each.serial == serial}
+    for each in told:
+        if each.get("minus") in of_serial and each.get("of") not in of_serial:
+            raise DataError(
+                f"{DEVIATION} is {each['of']} less {each['minus']}, which is the instrument"
+                f" {serial}: expected what is indicated less what is applied",
+                hint=f"write 'of: {each['minus']}' and 'minus: {each['of']}', and analyse again",
+            )
+    for instrument in instruments.values():
+        if instrument.interpolation and instrument.channel in read | of_serial:
+            raise DataError(
+                f"{instrument.channel} was read with the correction of its earlier calibration,"
+                f" {instrument.certificate or 'the points of the station'}",
+                hint="remove its 'interpolation' from the station, and calibrate again",
+            )
 
 
 def _deviations(result: Result) -> list[MeasurementResult]:
@@ -144,8 +184,14 @@ def _applied(deviation: MeasurementResult) -> tuple[float, str]:
 
 
 def _points(result: Result, deviations: Sequence[MeasurementResult]) -> Iterator[dict[str, Any]]:
-    """Yield the table's lines, each with U by the deviation, the zero and the reproducibility."""
-    zero = next((each for each in deviations if _applied(each)[0] == 0), None)
+    """Yield the table's lines, each with U by the deviation, the zero and the reproducibility.
+
+    A quantity that is zeroed is stated less its zero. Of others, such as a temperature, what is
+    indicated at 0 is a point as any other.
+    """
+    is_zeroed = unit(_applied(deviations[0])[1]).dimension in ZEROED
+    zeros = (each for each in deviations if is_zeroed and _applied(each)[0] == 0)
+    zero = next(zeros, None)
     for each in deviations:
         applied, symbol = _applied(each)
         if each is zero:
@@ -154,7 +200,7 @@ def _points(result: Result, deviations: Sequence[MeasurementResult]) -> Iterator
         off = each.estimate.value
         if zero is not None:
             off -= zero.estimate.value
-            parts += [part for part in zero.components if not part.common]
+            parts = list(_less(parts, zero.components))
         width = _reproducibility(result, each)
         if width:
             # the effect of a mounting position is a sine of its angle
@@ -174,6 +220,20 @@ def _points(result: Result, deviations: Sequence[MeasurementResult]) -> Iterator
             "U": f"{k * u:.3g} {difference}",
             "k": float(f"{k:.4g}"),
         }
+
+
+def _less(parts: Sequence[Component], zero: Sequence[Component]) -> Iterator[Component]:
+    """Yield the lines of a difference: an error that both have, such as an offset, counts once."""
+    shared = {each.name: each for each in zero if each.common and each.shared}
+    for each in parts:
+        other = shared.get(each.name) if each.common and each.shared else None
+        u = each.u if other is None else abs(_signed(each) - _signed(other))
+        yield replace(each, u=u)
+    yield from (each for each in zero if each.name not in shared)
+
+
+def _signed(line: Component) -> float:
+    return copysign(line.u, line.sensitivity)
 
 
 def _reproducibility(result: Result, deviation: MeasurementResult) -> float:

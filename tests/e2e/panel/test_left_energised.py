@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from playwright.sync_api import expect
 
 from e2e.helpers_supply import SupplyLab
@@ -11,6 +12,7 @@ from rigrunner.rig_state import RigMarks, read_marker
 from rigrunner.rig_state.marker import DriveMark, Owner
 
 
+@pytest.mark.thorough
 def test_a_person_says_by_name_that_the_rig_is_safe(new_screen, tmp_path):
     lab = SupplyLab(tmp_path / "supply_lab")
     owner = Owner("supply", str(lab.station), "STEPS", 1, "bench", "2026-03-01T12:00:00.000Z")

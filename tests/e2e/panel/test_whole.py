@@ -20,7 +20,6 @@ from e2e.panel.helpers_screen import (
 )
 from e2e.panel.helpers_whole import UNREADABLE, WORDS, english_of
 from helpers_cli import call
-from helpers_thorough import first
 
 SIZES = {"desk": (1280, 720), "tablet": (768, 1024)}
 WAYS = ["desk de-DE light", "tablet en-GB dark", "tablet de-DE light", "desk en-GB dark"]
@@ -353,7 +352,8 @@ def test_queue_hand_and_procedures(walk, way):
     assert at.wrong == []
 
 
-@pytest.mark.parametrize("locale", first(1, ["de-DE", "en-GB"]))
+@pytest.mark.thorough
+@pytest.mark.parametrize("locale", ["de-DE", "en-GB"])
 def test_the_bar_is_whole_in_every_width(new_screen, lab, locale):
     add_bench(lab)
     with running_panel(lab) as panel:

@@ -12,7 +12,7 @@ from rigrunner.api.coordinates import CoordinateValue
 from rigrunner.api.data import Estimate
 from rigrunner.api.errors import DataError
 from rigrunner.api.findings import MeasurementResult, ResultDefinition
-from rigrunner.api.verdict import Verdict
+from rigrunner.api.verdict import Limits, Verdict
 from rigrunner.procedure import Acceptance, Limit
 from rigrunner.registry import load_registry
 
@@ -74,6 +74,7 @@ def test_where_the_table_has_no_limit_there_is_none(coordinates, words):
         ({"plus_minus": CLASS_B, "max": "1 K"}, "replaces min and max"),
         ({"plus_minus": "0.3 °C"}, "write a difference in K"),
         ({"plus_minus": "-0.3 K"}, "expected more than 0"),
+        ({"plus_minus": "0 K"}, "expected more than 0"),
         ({"plus_minus": CLASS_B | {"rise": "1 V"}}, "base is a temperature, rise a voltage"),
         ({"plus_minus": CLASS_B | {"from": "1 V"}}, "per is a temperature, from a voltage"),
         ({"max": CLASS_B | {"rise": "1 °C"}}, "write a difference in K"),
@@ -107,6 +108,28 @@ def decide(found, *limits, rule="simple"):
     acceptance = Acceptance.model_validate({"limits": written, "rule": rule})
     evidence = Evidence(results=results, problems={})
     return deciding.decide(acceptance, AppliedRule.of(acceptance, REGISTRY), evidence)
+
+
+def test_a_share_of_the_coordinate_alone_is_a_limit_and_none_where_that_is_0():
+    """1 % of the set-point, which is 0 at 0 °C, and an amount at -50 °C."""
+    share = limit(plus_minus={**CLASS_B, "base": "0 K", "rise": "1 K", "per": "100 K"})
+    assert share.limits_at(at(-50), "K") == Limits.between(-0.5, 0.5, "K")
+    found = decide({-50: (-0.4, 0.01), 0: (0.0, 0.01)}, share)
+    reasons = {part.of: (part.verdict, part.reason) for part in found.parts}
+    assert [verdict for verdict, _ in reasons.values()] == ["pass", "inconclusive"]
+    assert "The limit at chamber.temperature = 0 °C is 0 K, which is not above 0." in [
+        reason for _, reason in reasons.values()
+    ]
+
+
+def test_a_limit_that_falls_below_0_is_none():
+    """Its two ends would change places, and every value would fail."""
+    falling = limit(plus_minus={**CLASS_B, "base": "0.2 K", "rise": "-1 K", "per": "20 K"})
+    assert falling.limits_at(at(2), "K") == Limits.between(-0.1, 0.1, "K")
+    (part,) = decide({10: (0.05, 0.01)}, falling).parts
+    assert (part.verdict, part.reason) == (
+        "inconclusive", "The limit at chamber.temperature = 10 °C is -0.3 K, which is not above 0."
+    )  # fmt: skip
 
 
 def test_each_point_is_held_against_the_limit_there():

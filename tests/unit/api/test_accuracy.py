@@ -191,3 +191,27 @@ def test_a_stored_run_may_have_a_limit_that_was_read_wrongly():
 def test_of_a_relative_humidity_a_bare_share_is_an_absolute_limit():
     entry = {"channel": "room.humidity", "measures": "ratio", "serial": "H-1"}
     assert ENTRY.model_validate(entry | {"accuracy": "2 %"}).limit_of_error(0.5) == 0.02
+
+
+@pytest.mark.parametrize(
+    ("accuracy", "limit"),
+    [
+        ({"gain": "1e-9 %"}, 1e-10),
+        ({"gain": "0.05 ppm"}, 5e-7),
+        ({"gain": "0.00001 % reading"}, 1e-6),
+        ({"nonlinearity": "0.02 ppm"}, 4e-6),
+        ("1e-5 % reading", 1e-6),
+        ("0.1 ppm FS", 2e-5),
+        ("40 ppb reading", 4e-7),
+    ],
+)
+def test_a_small_share_is_read_with_its_exponent_and_in_parts_per_million(accuracy, limit):
+    known = ENTRY.model_validate({**METER, "accuracy": accuracy})
+
+    assert known.limit_of_error(10.0) == pytest.approx(limit, rel=1e-12)
+
+
+@pytest.mark.parametrize("limit", ["-0.1 % FS", "1e400 % reading"])
+def test_a_share_that_is_negative_or_boundless_is_refused(limit):
+    with pytest.raises(ValidationError, match="accuracy"):
+        ENTRY.model_validate({**METER, "accuracy": limit})

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from datetime import date
-from math import inf
+from math import inf, sqrt
 
 import numpy as np
 import pytest
@@ -114,6 +114,49 @@ def test_a_thermometer_has_an_uncertainty_in_kelvin():
     assert found.points[0].standard_uncertainty == pytest.approx(0.1, abs=1e-12)
     with pytest.raises(ValidationError, match="not a difference"):
         ENTRY.model_validate(entry | {"points": [point | {"U": "0.2 °C"}]})
+
+
+@pytest.mark.parametrize("interpolation", [{}, {"interpolation": "linear"}])
+@pytest.mark.parametrize("k", [1, 1.65, 2, 3])
+def test_a_small_coverage_factor_gives_no_smaller_uncertainty(k, interpolation):
+    """U/k is the standard uncertainty (GUM 4.3.3); as a rectangle, U alone would be U/√3."""
+    points = [
+        {"applied": f"{at} V", "indicated": f"{at} V", "U": "0.1 V", "k": k} for at in (1, 10)
+    ]
+    entry = {"channel": "meter.voltage", "measures": "voltage", "serial": "9", "points": points}
+    (line,) = ENTRY.model_validate(entry | interpolation).reading_errors(5.0)
+
+    assert line.u >= 0.1 / k * (1 - 1e-12)
+    assert line.u <= 0.1 / min(k, sqrt(3)) * (1 + 1e-12)
+
+
+@pytest.mark.parametrize(
+    ("quantity", "low", "high", "U", "below"),
+    [
+        ("temperature", "10 °C", "40 °C", "0.1 K", 263.15),
+        ("power level", "-30 dBm", "-10 dBm", "0.1 dB", -5.0),
+    ],
+)
+def test_zero_of_a_scale_is_not_within_its_calibration_points(quantity, low, high, U, below):  # noqa: N803
+    points = [{"applied": each, "indicated": each, "U": U} for each in (low, high)]
+    entry = {"channel": "room.x", "measures": quantity, "serial": "9", "points": points}
+    known = ENTRY.model_validate(entry)
+
+    assert known.calibrated_range == tuple(each.applied.si for each in known.points)
+    assert known.beyond_range(below, below, "") != ""
+    voltage = [{"applied": "5 V", "indicated": "5 V", "U": "0.1 V"}]
+    other = ENTRY.model_validate(entry | {"measures": "voltage", "points": voltage})
+    assert other.calibrated_range == (0.0, 5.0)
+
+
+def test_a_reading_below_the_range_names_where_it_begins():
+    points = [{"applied": each, "indicated": each, "U": "0.1 K"} for each in ("10 °C", "40 °C")]
+    known = ENTRY.model_validate(
+        {"channel": "room.x", "measures": "temperature", "serial": "9", "points": points}
+    )
+
+    text = known.beyond_range(273.15, 300.0, "K")
+    assert text == "273.1 K was recorded, the calibration holds from 283.1 K"
 
 
 THERMOMETER = {

@@ -68,6 +68,7 @@ def test_the_last_live_value_is_the_final_one_to_the_last_bit(watched):
     assert (last.verdict, final.verdict) == ("", "pass")  # nothing is decided before the end
 
 
+@pytest.mark.thorough
 def test_each_recording_adds_a_result(watched):
     onlooker, _ = watched
     views = [live_view(each, final=False) for each in onlooker.after]
@@ -76,6 +77,7 @@ def test_each_recording_adds_a_result(watched):
     assert len({each.results[0].uncorrected for each in views}) == 1
 
 
+@pytest.mark.thorough
 def test_a_watched_stretch_is_analysed_in_place_of_the_recordings(watched):
     onlooker, finished = watched
     folder = finished.folder

@@ -155,6 +155,29 @@ def test_an_error_in_one_figure_acts_with_its_greatest_effect():
     assert line.u == pytest.approx(np.abs(weights).sum() * 0.003 / sqrt(3), rel=1e-6)
 
 
+@pytest.mark.parametrize("degree", [1, 2, 3])
+@pytest.mark.parametrize("at", ["first", "between", "last"])
+def test_the_slope_of_a_large_y_that_hardly_changes_has_the_error_of_its_readings(degree, at):
+    """10 kV that changes by 20 mV, by the exact weights of the readings in the slope."""
+    x = np.array([0.0, 1.1, 2.3, 3.0, 4.2, 5.5, 6.1, 8.0])
+    y = 1e4 + 0.01 * np.sin(x)
+    place = {"first": x[0], "between": 3.7, "last": x[-1]}[at]
+    told = {"slope": {"name": "slope", "at": f"{place} N·m", "unit": "V/(N·m)"}}
+    run = run_of(rows(x, y), entry("cell.signal", "voltage", "3 mV"))
+    got = found(run, told, {"polynomial": {"degree": degree}})["slope"]
+    powers = np.arange(degree + 1)
+    design = x[:, None] ** powers
+    gradient = powers * place ** np.maximum(powers - 1, 0)
+    weights = gradient @ np.linalg.pinv(design)
+    (line,) = (each for each in got.components if each.name.startswith("reading"))
+    assert line.u == pytest.approx(np.abs(weights).sum() * 0.003 / sqrt(3), rel=2e-3)
+    assert got.estimate.value == pytest.approx(weights @ (y - y[0]), rel=1e-6)
+    scatter = next(each for each in got.components if each.name.startswith("scatter"))
+    residuals = y - y[0] - design @ (np.linalg.pinv(design) @ (y - y[0]))
+    s = sqrt(float(residuals @ residuals) / (len(x) - degree - 1))
+    assert scatter.u == pytest.approx(s * float(np.linalg.norm(weights)), rel=1e-5)
+
+
 def test_an_unknown_instrument_leaves_the_uncertainty_unknown():
     got = found(run_of(rows(X, Y)), {"slope": {"name": "slope", "unit": "V/(N·m)"}})
     assert isnan(got["slope"].estimate.u)

@@ -572,3 +572,55 @@ def test_u_of_a_stored_statistic_holds_what_the_table_of_the_certificate_does_no
     assert abs(found.estimate.value - truth) > 0.4
     assert abs(found.estimate.value - truth) < expanded(found.estimate)
     assert "deviation of meter.voltage, not corrected" in {each.name for each in found.components}
+
+
+def test_a_row_loses_the_zero_that_was_in_force_when_it_was_read() -> None:
+    rows = [
+        replace(row(at, 1.0, meter__voltage=value), zeros={"meter.voltage": zero})
+        for at, (value, zero) in enumerate([(5.1, 0.1), (5.4, 0.4)])
+    ]
+    run = run_of(*rows, instruments=[meter()], zeros={"meter.voltage": 0.4})
+    assert only(run).estimate.value == pytest.approx(5.0)
+
+
+def labelled(means: Iterable[float], label: str = "specimen", times: int = 3) -> RunData:
+    """Read each specimen three times, 10 mV apart, in another order; `reading` counts them."""
+    rows = [
+        replace(
+            row(index, 1.0, meter__voltage=mean + 0.01 * ((index + reading) % times - 1)),
+            coordinates={label: f"S-{index}", "reading": reading},
+        )
+        for index, mean in enumerate(means)
+        for reading in range(times)
+    ]
+    return run_of(*rows, instruments=[meter(accuracy="0 V")])
+
+
+def test_readings_of_several_specimens_scatter_by_their_means() -> None:
+    """Nine readings of three specimens are three of what specimens differ by (GUM H.5)."""
+    means = (10.0, 12.0, 11.2)
+    found = only(labelled(means)).estimate
+    assert found.u == pytest.approx(np.std(means, ddof=1) / sqrt(3))
+    assert found.dof == pytest.approx(2)
+    alike = only(labelled((10.0, 10.0005, 9.9995))).estimate
+    assert alike.dof == pytest.approx(8)
+    apart = analysed(labelled(means), per="specimen").results
+    assert [each.estimate.u for each in apart] == pytest.approx([0.01 / sqrt(3)] * 3)
+
+
+def test_two_values_of_a_label_may_differ_on_purpose() -> None:
+    """Rising and falling: from two levels nothing is known of how such levels scatter."""
+    found = only(labelled((10.0, 12.0), "way")).estimate
+    assert found.dof == pytest.approx(5)
+
+
+@pytest.mark.parametrize(("between", "held"), [(1.0, 0.93), (0.0, 0.93)])
+def test_the_mean_of_specimens_is_held_by_its_interval(between: float, held: float) -> None:
+    rng, count, inside = np.random.default_rng(29), 400, 0
+    levels = tuple(np.repeat(np.arange(4), 3).tolist())
+    for _ in range(count):
+        values = np.repeat(between * rng.normal(size=4), 3) + 0.1 * rng.normal(size=12)
+        series = Series(values, np.arange(12.0), in_a_row=False, labels=(levels,))
+        u, dof = STATISTICS["mean"].scatter(series) or (nan, nan)
+        inside += abs(values.mean()) <= stats.t.ppf(0.975, dof) * u
+    assert inside / count >= held

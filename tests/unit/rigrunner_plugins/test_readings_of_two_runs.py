@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import sqrt
+from itertools import product
+from math import hypot, sqrt
 
+import numpy as np
 import pytest
 
+from rigrunner.analysis.named import findings_of
+from rigrunner.analysis.scrutiny import Scrutiny
+from rigrunner.analysis.verdict.chosen import mean_of
 from rigrunner.api.errors import DataError, PluginError
 from rigrunner.api.instruments import Instrument
+from rigrunner.procedure import AnalysisRef
 from rigrunner.registry import load_registry
 from unit.rigrunner_plugins.test_readings import analysed, row, run_of
 
@@ -43,7 +49,7 @@ def test_a_tare_is_taken_off_and_an_offset_of_the_same_meter_cancels():
     # the gain is off by 0.1 % of the difference, rectangular (GUM 4.3.7)
     assert lines["gain of meter.voltage"].u == pytest.approx(0.001 * 5.0 / SQRT3, rel=1e-5)
     assert lines["scatter of the readings"].u == pytest.approx(0.1, rel=1e-9)
-    assert "scatter of the readings, tare run" in lines
+    assert "scatter of the readings of meter.voltage, tare run" in lines
     assert estimate.u == pytest.approx(sqrt(0.1**2 + (0.005 / SQRT3) ** 2), rel=1e-5)
 
 
@@ -93,6 +99,85 @@ def test_values_are_compared_at_the_same_places_in_whatever_order():
     short = run_of(row(0, 2.0, meter__voltage=2.0))
     with pytest.raises(DataError, match=r"the tare run, r, has nothing at load.current = 1"):
         compared(run, short, per="load.current", tare=tare)
+
+
+ZERO = (0.2, -0.1, 0.3)
+U_ZERO = float(np.std(ZERO, ddof=1)) / SQRT3
+NET = {"of": "meter.voltage", "per": ["load.current"], "tare": {"procedure": "DARK"},
+       "result": {"name": "net", "unit": "mV"}}  # fmt: skip
+AMPERES = (1.0, 2.0, 3.0, 4.0)
+
+
+def results(*analyses, dark):
+    rows = [row(i, at, meter__voltage=at + off) for i, (at, off) in enumerate(NOISY)]
+    run = replace(run_of(*rows, instruments=[meter(offset="0 V")]), partners={"tare": dark})
+    asked = [AnalysisRef.model_validate({name: told}) for name, told in analyses]
+    found = findings_of(run, asked, Scrutiny(load_registry()))
+    return [result for each in found for result in each.results]
+
+
+NOISY = [(at, off) for at in AMPERES for off in (0.01, -0.01)]
+U_READINGS = 0.01  # of the mean of two that are 0.02 V apart
+
+
+def test_the_scatter_of_a_tare_is_one_error_of_all_results():
+    """Three readings of a zero: their scatter neither averages out nor scatters about a curve."""
+    dark = voltages(*ZERO, instrument=meter(offset="0 V"))
+    line = {"of": "net", "over": "load.current", "fit": {"polynomial": {"degree": 1}},
+            "results": {"slope": {"name": "slope", "unit": "V/A"},
+                        "parameters": {"c0": {"name": "level", "unit": "V"}}}}  # fmt: skip
+    sum_of = {"model": "a + 2 * b", "inputs": {"a": "net", "b": "level"}, "per": ["load.current"],
+              "result": {"name": "sum", "unit": "V"}}  # fmt: skip
+    found = results(("readings", NET), ("curve", line), ("equation", sum_of), dark=dark)
+    nets = [each for each in found if each.name == "net"]
+    assert nets[0].estimate.u == pytest.approx(1e3 * hypot(U_ZERO, U_READINGS))
+    mean = mean_of(nets)
+    assert mean.u == pytest.approx(1e3 * hypot(U_ZERO, U_READINGS / 2))
+    assert mean.dof == pytest.approx(2, rel=0.01)
+    (slope,) = (each for each in found if each.name == "slope")
+    (level,) = (each for each in found if each.name == "level")
+    assert slope.estimate.u == pytest.approx(0, abs=1e-6)  # all points move together
+    assert level.estimate.u == pytest.approx(U_ZERO, rel=1e-5)
+    sums = [each for each in found if each.name == "sum"]
+    assert sums[0].estimate.u == pytest.approx(hypot(3 * U_ZERO, U_READINGS), rel=1e-4)
+
+
+def test_the_scatter_of_a_tare_at_each_place_is_another_one_there():
+    rows = [row(i, at, meter__voltage=off) for i, (at, off) in enumerate(product(AMPERES, ZERO))]
+    dark = run_of(*rows, instruments=[meter(offset="0 V")])
+    told = {**NET, "tare": {"procedure": "DARK", "per": "load.current"}}
+    twice = {"model": "a + b", "inputs": {"a": "net", "b": "again"}, "per": ["load.current"],
+             "result": {"name": "sum", "unit": "V"}}  # fmt: skip
+    again = {**told, "result": {"name": "again", "unit": "V"}}
+    found = results(("readings", told), ("readings", again), ("equation", twice), dark=dark)
+    nets = [each for each in found if each.name == "net"]
+    assert mean_of(nets).u == pytest.approx(1e3 * hypot(U_ZERO, U_READINGS) / 2)
+    sums = [each for each in found if each.name == "sum"]
+    # of the readings of this run it is not known that they are the same ones
+    assert sums[0].estimate.u == pytest.approx(hypot(2 * U_ZERO, sqrt(2) * U_READINGS))
+
+
+def test_the_scatter_of_a_reference_acts_by_each_quotient():
+    reference = voltages(2.1, 1.9, 2.0, instrument=meter(offset="0 V"))
+    told = {"of": "meter.voltage", "per": "load.current", "relative_to": {"procedure": "REF"}}
+    rows = [row(i, at, meter__voltage=at - 2.5) for i, at in enumerate(AMPERES)]
+    run = run_of(*rows, instruments=[meter(offset="0 V")])
+    found = compared(run, reference, "reference", unit="1", **told).results
+    by = [(at - 2.5) / 2.0**2 * 0.1 / SQRT3 for at in AMPERES]
+    assert [each.estimate.u for each in found] == pytest.approx([abs(each) for each in by])
+    assert mean_of(found).u == pytest.approx(abs(sum(by)) / 4, abs=1e-12)  # it cancels: of mean 0
+
+
+def test_a_tare_of_another_specimen_is_told():
+    run, dark = (
+        replace(voltages(value), inputs={"specimen": name}, run_id=name)
+        for value, name in ((5.0, "SN-1"), (1.0, "SN-2"))
+    )
+    told = {"tare": {"procedure": "DARK"}}
+    note = "found: the tare run, SN-2, is of specimen SN-2, and this run of SN-1."
+    assert note in compared(run, dark, **told).notes
+    same = replace(dark, inputs=run.inputs)
+    assert not [each for each in compared(run, same, **told).notes if "specimen" in each]
 
 
 def test_it_says_from_its_settings_alone_which_run_it_needs():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from dataclasses import replace
 
 import pytest
 
@@ -115,7 +116,7 @@ CASES = {
     ),
     "calibrated tomorrow": (
         ("calibrated: 2025-06-01", "calibrated: 2026-03-02"),
-        "missing", "was calibrated on 2026-03-02, which is in the future",
+        "missing", "was calibrated on 2026-03-02, after this run",
         "instruments[0].calibrated",
     ),
     "torque beyond": (
@@ -232,6 +233,22 @@ def test_what_is_entered_for_a_simulated_device_is_held_to(tmp_path):
         ("overdue", "tester.angle"),
         ("overdue", "tester.load"),
     ]
+
+
+def test_a_calibration_has_to_last_until_the_end_of_the_run(tmp_path):
+    """The run begins on the last day of use, and is planned to go on after midnight."""
+    day = START.replace(year=2026, month=6, day=1, hour=0, minute=1)
+    plan = planned(tmp_path, bench(tmp_path))
+    for hour, problems in ((12, 0), (23, 3)):
+        clock = SimulatedClock(day.replace(hour=hour, minute=59, second=58))
+        found = calibration_findings(replace(plan, clock=clock))
+        assert len(found) == problems
+    assert {each.lack for each in found} == {"overdue"}
+    message = found[0].problem.message
+    assert message == (
+        "the calibration of TQ-7 (tester.torque) is due on 2026-06-01, and this run may last until"
+        " 2026-06-02"
+    )
 
 
 def do(plan, runs, overrides=(), partners=None):

@@ -253,3 +253,28 @@ def test_rows_hold_what_is_the_same_in_them_once_and_nothing_else():
         "1.0",
         "True",
     ]
+
+
+def test_each_row_has_the_zero_that_was_in_force():
+    """Zeroed before each specimen: rows had the last zero of the run. The first has the first."""
+
+    def ended(action, **values):
+        nonlocal seq
+        seq += 1
+        return StepEnded(
+            seq=seq, monotonic_s=float(seq), utc="2026-03-01T12:00:00.000Z", step=f"main[{seq}]",
+            index=seq, action=action, ok=True, measurement="table" if action == "measure" else "",
+            setpoints={}, values={f"cell.{name}": value for name, value in values.items()},
+            units={f"cell.{name}": "N" for name in values},
+        )  # fmt: skip
+
+    seq = 0
+    events = [
+        ended("measure", force=1.0), ended("zero", force=0.1), ended("measure", force=2.0),
+        ended("zero", force=0.2), ended("zero", other=5.0), ended("measure", force=3.0),
+    ]  # fmt: skip
+    assert [row.zeros for row in StoredEvents(events).measured.rows] == [
+        {"cell.force": 0.1, "cell.other": 5.0},
+        {"cell.force": 0.1, "cell.other": 5.0},
+        {"cell.force": 0.2, "cell.other": 5.0},
+    ]

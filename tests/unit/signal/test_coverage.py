@@ -114,6 +114,25 @@ def test_the_probability_belongs_to_the_interval(kurtosis, dof):
     assert cumulative(one, 100.0) == pytest.approx(1.0)
 
 
+@pytest.mark.parametrize("dof", [1.5, 2.0, 4.0, 30.0])
+def test_few_degrees_of_freedom_give_a_bounded_sum_their_tails(dof):
+    below, above = (estimate(kurtosis, dof) for kurtosis in (-0.9e-3, -1.1e-3))
+    for limit in (-4.0, -2.0, -0.5, 3.0, 5.0, 20.0):
+        assert cumulative(above, limit) == pytest.approx(cumulative(below, limit), rel=0.02)
+
+
+@pytest.mark.parametrize("z", [-12.0, -8.0, -6.0, -2.0])
+def test_the_tail_of_three_readings_with_a_small_bounded_error(z):
+    half = 0.2 * sqrt(3)  # of a rectangle beside t-distributed scatter of scale 1, dof 2
+    grid = np.linspace(-half, half, 2001)
+    exact = float(np.mean(t.cdf(z - grid, 2)))
+
+    u = sqrt(1 + 0.2**2)
+    one = Estimate(0.0, u, 2 * u**4, kurtosis=excess_kurtosis([(0.2, "rectangular")], u))
+
+    assert cumulative(one, z) == pytest.approx(exact, rel=0.25)
+
+
 def test_a_model_tells_the_shape_of_its_measurand():
     inputs = (
         Input("gain", 0.0, 3.0, distribution=Distribution.RECTANGULAR),

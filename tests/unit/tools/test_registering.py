@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
+from helpers_any_quantity import written
+from helpers_cli import call
 from rigrunner.api import Component, Estimate, MeasurementResult, ResultDefinition
 from rigrunner.api.coordinates import CoordinateValue
 from rigrunner.api.errors import DataError
 from rigrunner.api.findings import MissingResult
+from rigrunner.api.instruments import Instrument
+from rigrunner.api.quantity import Quantity
+from rigrunner.api.units import unit
 from rigrunner.tools.registering import Entry, _points
 from rigrunner.yamlfile import parse
 
@@ -80,8 +87,166 @@ def test_what_is_indicated_has_the_digits_that_its_uncertainty_bears():
     assert entry["U"] == "0.49 µV"
 
 
+def test_the_zero_brings_its_own_errors_and_takes_the_shared_ones_with_it():
+    """Indicated less the zero: an offset cancels, a resolution acts twice, a gain by the rest."""
+
+    def lines(gain, offset):
+        return (
+            Component("scatter of the readings", 0.003, 5.0, "t", common=False),
+            Component("gain of cell", gain, math.inf, "rectangular", common=True, sensitivity=10.0),
+            Component("offset of cell", offset, math.inf, "rectangular", common=True,
+                      sensitivity=1.0),
+            Component("resolution of cell", 0.004, math.inf, "rectangular", common=True,
+                      sensitivity=1.0, shared=False),
+        )  # fmt: skip
+
+    made = [
+        replace(result("deviation", value, CoordinateValue(at, "N·m")), components=lines(gain, 0.5))
+        for value, at, gain in ((0.01, 0.0, 0.001), (0.03, 10.0, 0.007))
+    ]
+    (entry,) = _points(SimpleNamespace(results=made, missing=()), made)
+    expected = math.sqrt(2 * 0.003**2 + (0.007 - 0.001) ** 2 + 2 * 0.004**2)
+    assert u_of(entry) == pytest.approx(expected, rel=6e-3)
+    assert entry["indicated"].startswith("10.02")
+
+
+@pytest.mark.parametrize(
+    ("quantity", "symbol", "difference", "less_zero"),
+    [
+        ("temperature", "°C", "K", False),
+        ("temperature", "°F", "K", False),
+        ("voltage", "V", "mV", False),
+        ("power level", "dBm", "dB", False),
+        ("force", "N", "N", True),
+    ],
+)
+def test_the_points_correct_what_the_instrument_shows(quantity, symbol, difference, less_zero):
+    """0.3 too high at 0, 0.7 at 100: only of a force, which is zeroed, it is 0.4 at 100."""
+    per_unit = unit(symbol).factor / unit(difference).factor
+    off = {0.0: 0.3, 50.0: 0.5, 100.0: 0.7}
+    made = [
+        result("deviation", each * per_unit, CoordinateValue(at, symbol), difference)
+        for at, each in off.items()
+    ]
+    points = list(_points(SimpleNamespace(results=made, missing=()), made))
+    entry = {"channel": "a.b", "measures": quantity, "serial": "1", "interpolation": "linear"}
+    known = Instrument.model_validate(entry | {"points": points})
+    zero = off[0.0] if less_zero else 0.0
+    shown = [Quantity(at + each, unit(symbol)) for at, each in off.items()]
+    corrected = known.corrected(np.array([each.si for each in shown]), zero)
+    expected = [Quantity(at, unit(symbol)).si for at in off]
+    assert corrected == pytest.approx(expected, abs=1e-3 * unit(symbol).factor)
+
+
 @pytest.mark.parametrize("serial", ["null", "True", "no", "SN 1", "a: b", "- x", "Größe"])
 def test_a_serial_number_is_read_again_as_the_text_that_it_is(serial):
     lines = Entry({"channel": "a.b", "serial": serial, "points": [{"applied": "1 N"}]}).lines
     (entry,) = parse(f"instruments:\n{lines}\n", "station.yaml").data["instruments"]
     assert entry == {"channel": "a.b", "serial": serial, "points": [{"applied": "1 N"}]}
+
+
+STATION = """\
+rigrunner: station/1
+id: bench
+title: A voltmeter beside a calibrator
+devices:
+  bench:
+    type: bench
+    plugin: tabulated
+    settings:
+      title: a voltmeter that shows 2 % too much
+      set_points: [level]
+      rows:
+        - {level: 1 V, indicated: 1.02 V, applied: 1 V}
+        - {level: 10 V, indicated: 10.2 V, applied: 10 V}
+instruments:
+  - {channel: bench.applied, measures: voltage, serial: C-1, calibration: recorded,
+     interpolation: linear, points: [{applied: 0 V, indicated: 0 V, U: 1 mV},
+                                     {applied: 20 V, indicated: 20 V, U: 1 mV}]}
+  - {channel: bench.indicated, measures: voltage, serial: V-1, calibration: recorded,
+     CORRECTED points: [{applied: 0 V, indicated: 0 V, U: 1 mV},
+                        {applied: 20 V, indicated: 20.2 V, U: 1 mV}]}
+"""
+PROCEDURE = """\
+rigrunner: procedure/2
+id: CAL
+revision: "A"
+title: Calibration of a voltmeter
+inputs: {specimen: {ask: Serial number, unattended: V-1}}
+uses: {bench: bench}
+main:
+  - sweep:
+      set: bench.level
+      over: [1 V, 10 V]
+      steps: [{measure: {channels: [bench.indicated, bench.applied]}}]
+analysis:
+  - readings: {of: bench.indicated, minus: bench.applied, per: bench.level,
+               result: {name: deviation, unit: mV}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("corrected", "options"),
+    [("", ()), ("interpolation: linear,", ()), ("interpolation: linear,", ("--serial", "V-2"))],
+)
+def test_the_deviation_of_corrected_readings_is_none_of_the_instrument(
+    tmp_path, corrected, options
+):
+    """By its last calibration 1 % too high, a meter that shows 10.2 V at 10 V stood as 10.1 V."""
+    station = STATION.replace("CORRECTED", corrected)
+    procedure, bench = written(tmp_path, procedure=PROCEDURE, station=station)
+    runs = tmp_path / "runs"
+    ran = call("run", procedure, "--station", bench, "--unattended", "--runs", runs)
+    assert ran.code == 0, ran.err
+    (folder,) = runs.iterdir()
+    told = ("--channel", "bench.indicated", "--due", "2099-01-01", *options)
+    found = call("register", "from", folder, *told)
+    if corrected:
+        assert found.code != 0
+        message = "bench.indicated was read with the correction of its earlier calibration"
+        assert message in found.err
+    else:
+        assert 'indicated: "10.2' in found.out, found.err
+
+
+def test_a_deviation_with_the_wrong_sign_is_none(tmp_path):
+    turned = (
+        "of: bench.indicated, minus: bench.applied",
+        "of: bench.applied, minus: bench.indicated",
+    )
+    station = STATION.replace("CORRECTED", "")
+    procedure, bench = written(tmp_path, turned, procedure=PROCEDURE, station=station)
+    runs = tmp_path / "runs"
+    ran = call("run", procedure, "--station", bench, "--unattended", "--runs", runs)
+    assert ran.code == 0, ran.err
+    (folder,) = runs.iterdir()
+    told = ("--channel", "bench.indicated", "--due", "2099-01-01")
+    found = call("register", "from", folder, *told)
+    assert found.code != 0
+    message = "deviation is bench.applied less bench.indicated, which is the instrument V-1"
+    assert message in found.err
+
+
+@pytest.mark.parametrize(
+    ("standard", "is_trial"),
+    [
+        ("certificate: K-1, due: 2099-01-01", False),
+        ("certificate: K-1, due: 2020-01-01", True),
+        ("calibration: recorded", True),
+    ],
+)
+def test_an_entry_is_a_trial_if_its_standard_was_not_calibrated(tmp_path, standard, is_trial):
+    """Not if the instrument itself was not: that is what the run was for."""
+    station = STATION.replace("CORRECTED", "").replace(
+        "serial: C-1, calibration: recorded", f"serial: C-1, {standard}"
+    )
+    procedure, bench = written(tmp_path, procedure=PROCEDURE, station=station)
+    runs = tmp_path / "runs"
+    who = ("--override", "overdue", "--by", "A", "--reason", "none") if "2020" in standard else ()
+    ran = call("run", procedure, "--station", bench, "--unattended", "--runs", runs, *who)
+    assert ran.code == 0, ran.err
+    (folder,) = runs.iterdir()
+    told = ("--channel", "bench.indicated", "--due", "2099-01-01")
+    found = call("register", "from", folder, *told)
+    assert found.code == 0, found.err
+    assert ("calibration: trial" in found.out) is is_trial

@@ -13,7 +13,7 @@ from rigrunner_bearings.devices.simulated.sensor_errors import read_angle, read_
 from rigrunner_bearings.signal.kinematics import angular_velocity, swing_angle
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Collection, Mapping
 
     from rigrunner.api import Array
     from rigrunner_bearings.devices.simulated.parameters import ConstantErrors, SensorParameters
@@ -72,7 +72,7 @@ def sample(
     rng: np.random.Generator,
 ) -> tuple[Array, Array]:
     """Return angle in rad and torque in N·m as recorded, both of shape (samples,)."""
-    channels = sample_channels(rig, state, samples, errors, rng)
+    channels = sample_channels(rig, state, samples, errors, rng, wanted=())
     return channels["angle"], channels["torque"]
 
 
@@ -82,9 +82,12 @@ def sample_channels(
     samples: int,
     errors: ConstantErrors,
     rng: np.random.Generator,
+    *,
+    wanted: Collection[str] = ("velocity", "index"),
 ) -> dict[str, Array]:
     """Return angle, torque, velocity and index as recorded, each of shape (samples,), SI units.
 
+    Velocity and index only where they are wanted: most recordings are without them.
     The recording starts at a random phase. The true frequency is the set one times
     1 + frequency_error; at 0 Hz the rig rests in mid-stroke, without torque.
     """
@@ -95,17 +98,22 @@ def sample_channels(
         phase, deviation = _turn(time_s, frequency_hz, rig.sensors.speed_jitter, rng)
         angle = swing_angle(phase, rig.eccentric_ratio)
         torque = _torque(rig, frequency_hz, state.load_n, phase, deviation)
-        turning_hz = frequency_hz * (1 + deviation)
-        velocity = turning_hz * angular_velocity(phase, 1.0, rig.eccentric_ratio)
-        index = read_index(phase, rig.sensors)
+        if "velocity" in wanted:
+            turning_hz = frequency_hz * (1 + deviation)
+            velocity = turning_hz * angular_velocity(phase, 1.0, rig.eccentric_ratio)
+        if "index" in wanted:
+            index = read_index(phase, rig.sensors)
     # A source of its own: the noise of torque and angle stays what it is without the tacho's.
     tacho = rng.spawn(1)[0]
-    return {
+    found = {
         "torque": read_torque(torque, state.elapsed_s + time_s, rig.sensors, errors, rng),
         "angle": read_angle(angle, rig.sensors, rng),
-        "velocity": velocity + rig.sensors.tacho_noise_rad_s * tacho.standard_normal(samples),
         "index": index,
     }
+    if "velocity" in wanted:
+        noise = rig.sensors.tacho_noise_rad_s * tacho.standard_normal(samples)
+        found["velocity"] = velocity + noise
+    return found
 
 
 def true_frequency_hz(rig: SimulatedRig, state: RigState) -> float:

@@ -20,7 +20,7 @@ from rigrunner_plugins.devices.drives import Drives
 from rigrunner_plugins.devices.pacing import paced_blocks
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Collection, Iterator, Mapping, Sequence
 
     from rigrunner.api import Array, Block, DeviceContext, StopToken
     from rigrunner_bearings.devices.simulated.sampling import SimulatedRig
@@ -141,7 +141,8 @@ class SimulatedTester:
         # Each set of channels has its own count: interlocks read theirs at times of their own.
         since = (*setpoints, streams, tuple(channels))
         self._readings[since] += 1
-        values = self._sample(state, 1, READINGS * (1 + streams) + self._readings[since])
+        repetition = READINGS * (1 + streams) + self._readings[since]
+        values = self._sample(state, 1, repetition, channels)
         return {name: float(values[name][0]) for name in channels}
 
     def stream(
@@ -152,7 +153,7 @@ class SimulatedTester:
         check_channels(channels, CHANNELS)
         setpoints = (state.frequency_hz, state.load_n)
         samples = round(duration_s * self.sample_rate_hz)
-        values = self._sample(state, samples, self._repetitions[setpoints])
+        values = self._sample(state, samples, self._repetitions[setpoints], channels)
         self._repetitions[setpoints] += 1
         swinging_hz = true_frequency_hz(self._rig, state)
         steady = self._worn.steady_state(state.load_n, swinging_hz) if swinging_hz else None
@@ -169,16 +170,22 @@ class SimulatedTester:
         """Return what was true of the rig in the last stream; nothing if it was at rest."""
         return dict(self._truth)
 
-    def _sample(self, state: RigState, samples: int, repetition: int) -> Mapping[str, Array]:
-        """Return the samples of all channels."""
+    def _sample(
+        self, state: RigState, samples: int, repetition: int, wanted: Collection[str]
+    ) -> Mapping[str, Array]:
+        """Return the samples of the wanted channels, and of others."""
         rng = noise_source(self._settings.seed, state, repetition)
         rise_k = 0.0 if self._specimen is None else self._specimen.rise_k
-        return {
-            **sample_channels(self._worn, state, samples, self._errors, rng),
-            "load": rng.normal(state.load_n, LOAD_NOISE_N, samples),
-            "temperature": rng.normal(TEMPERATURE_K + rise_k, TEMPERATURE_NOISE_K, samples),
-            "humidity": rng.normal(HUMIDITY, HUMIDITY_NOISE, samples),
-        }
+        found = sample_channels(self._worn, state, samples, self._errors, rng, wanted=wanted)
+        for name, mean, noise in (
+            ("load", state.load_n, LOAD_NOISE_N),
+            ("temperature", TEMPERATURE_K + rise_k, TEMPERATURE_NOISE_K),
+            ("humidity", HUMIDITY, HUMIDITY_NOISE),
+        ):
+            if found.keys() >= set(wanted):
+                break  # only now: these three share one source of random numbers
+            found[name] = rng.normal(mean, noise, samples)
+        return found
 
     @property
     def _worn(self) -> SimulatedRig:

@@ -37,7 +37,10 @@ if TYPE_CHECKING:
 GRID = 1000
 """Number of grid steps in which a curve is searched for a given y."""
 SMALL = 1e-5
-"""Step for the numerical slope at a place, as a share of the range of x."""
+"""Step for the slope of another curve at a place, as a share of the range of x."""
+NEAR = 0.01
+"""The places for the slope of a smooth curve are within this share of the range of x."""
+_FIVE = np.linspace(-1, 1, 5)
 CERTAIN = 2.0
 """Number of standard uncertainties by which the slope must differ from zero to solve for x."""
 LINEAR = 0.05
@@ -76,12 +79,23 @@ class Fitted:
     def slope(self, x: float) -> tuple[float, float]:
         """Return the slope at one x and its standard uncertainty."""
         low, high = self.ends
+        if isinstance(self.curve, Spreading):
+            # By the quartic through five places near x: over the step of a difference quotient the
+            # rounding of a large y would hide the effect of an error. Near an end they are inside.
+            half = NEAR * (high - low)
+            middle = min(max(x, min(low, x) + half), max(high, x) - half)
+            places = middle + half * _FIVE
+            powers = np.arange(len(_FIVE))
+            at = (powers * ((x - middle) / half) ** np.maximum(powers - 1, 0)) / half
+            weights = np.linalg.solve(np.vander(_FIVE, increasing=True).T, at)
+            y, spread = self.at(places)[0], self.curve.spread(np.clip(places, low, high))
+            return float(weights @ (y - y[0])), float(np.linalg.norm(weights @ spread))
         step = SMALL * (high - low)
-        # One-sided at the ends, since the curve need not exist beyond its points. Without
-        # `spread` the u of two places close together, taken as independent, would grow without
-        # limit over so small a step: the mean slope's stands for it.
-        value, u = self.between(max(x - step, min(low, x)), min(x + step, max(high, x)))
-        return value, u if isinstance(self.curve, Spreading) else self.between(low, high)[1]
+        # One-sided at the ends, since the curve need not exist beyond its points. The u of two
+        # places close together, taken as independent, would grow without limit over so small a
+        # step: the mean slope's stands for it.
+        value, _ = self.between(max(x - step, min(low, x)), min(x + step, max(high, x)))
+        return value, self.between(low, high)[1]
 
     def between(self, low: float, high: float) -> tuple[float, float]:
         """Return the mean slope between two x and its standard uncertainty."""

@@ -27,6 +27,8 @@ def command(before: str, after: str, runs: Path, *, as_json: bool) -> ExitCode:
 
     A and B are procedures, or stored runs. Ends with 1 if a relevant difference was
     found, else with 0. A difference of results is relevant beyond their combined uncertainty.
+    Gain and offset of an instrument in both runs with one calibration cancel as far as they are
+    equal; other errors count as independent, also those of one figure of accuracy.
     """
     from rigrunner.api.errors import ExitCode
     from rigrunner.cli.output import result, result_json

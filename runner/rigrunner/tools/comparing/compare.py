@@ -11,6 +11,7 @@ from rigrunner.procedure import load_procedure
 from rigrunner.run.approval import approval_state
 from rigrunner.run.locate import find_procedure, find_run
 from rigrunner.runfile import read
+from rigrunner.station import parse_station
 from rigrunner.tools.comparing.procedures import ProcedureTexts, procedure_changes
 from rigrunner.tools.comparing.results import SECTION as RESULTS
 from rigrunner.tools.comparing.results import result_changes
@@ -18,9 +19,10 @@ from rigrunner.tools.comparing.tree import Change, changes
 from rigrunner.yamlfile import parse
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping
     from pathlib import Path
 
+    from rigrunner.api.instruments import Instrument
     from rigrunner.procedure import LoadedProcedure
     from rigrunner.runfile import RunHeader, StoredRun
 
@@ -157,7 +159,15 @@ def _changes(before: StoredRun, after: StoredRun) -> Iterator[Change]:
         for each in changes(partner_words(name), had, has):
             # another partner run matters only by its effect on the results
             yield replace(each, matters=None in partners)
-    yield from result_changes(before.result_document, after.result_document)
+    registers = [_register(each) for each in (first, second)]
+    channels = [name for name, each in registers[0].items() if registers[1].get(name) == each]
+    yield from result_changes(before.result_document, after.result_document, channels)
+
+
+def _register(header: RunHeader) -> Mapping[str, Instrument]:
+    """Return the calibrated instruments of a run, by their channels."""
+    station = parse_station(header.station_text, header.station_id, stored=True)
+    return station.register
 
 
 def texts_of(header: RunHeader) -> ProcedureTexts:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from math import hypot, inf
+from math import copysign, hypot, inf, isclose, nan
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.analysis.verdict.document import verdict_in
+from rigrunner.api.analysis import Component
+from rigrunner.api.quantity import Estimate
 from rigrunner.api.units import from_si, with_symbol
 from rigrunner.api.units import unit as kind_of
 from rigrunner.run.set_points import (
@@ -15,11 +17,14 @@ from rigrunner.run.set_points import (
     other_results,
     unread,
 )
+from rigrunner.signal.coverage import excess_kurtosis
+from rigrunner.signal.coverage import expanded as coverage
 from rigrunner.signal.rounding import places, places_apart, places_of_margin
+from rigrunner.signal.uncertainty import combine
 from rigrunner.tools.comparing.tree import Change, changes
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Collection, Iterator, Mapping
 
     Json = Mapping[str, Any]
 
@@ -28,12 +33,16 @@ ROUNDING = 1e-9
 """An E_n that is above 1 by this much is 1: 0.75 - 0.7 is 0.050000000000000044."""
 
 
-def result_changes(before: Json | None, after: Json | None) -> Iterator[Change]:
+def result_changes(
+    before: Json | None, after: Json | None, channels: Collection[str] = ()
+) -> Iterator[Change]:
     """Yield how the results of two runs differ, from their result documents.
 
     Each value is compared by E_n = |difference| / sqrt(U1² + U2²), with the expanded uncertainties
-    (ISO/IEC 17043:2023, B.3.1.3; ISO 13528:2022, 9.7): above 1 they do not agree. It takes the
-    two as independent; what they have in common, such as the sensor, makes them agree better.
+    (ISO/IEC 17043:2023, B.3.1.3; ISO 13528:2022, 9.7): above 1 they do not agree. This is for
+    independent results. Gain and offset of the instruments of `channels`, which both runs have with
+    one calibration, are one error in both, and enter U of the difference by the difference of
+    their effects (GUM 5.2.2 with r = 1). What else both have in common is not known.
     """
     if before is None or after is None:
         if before is not after:
@@ -52,7 +61,7 @@ def result_changes(before: Json | None, after: Json | None) -> Iterator[Change]:
     first, second = _named(before), _named(after)
     for key, (what, estimate) in first.items():
         if key in second:
-            yield from _apart(what, estimate, second[key][1])
+            yield from _apart(what, estimate, second[key][1], channels)
         else:
             yield Change(SECTION, f"{what} is a result of the first run alone")
     for key, (what, _) in second.items():
@@ -90,13 +99,15 @@ def _named(document: Json) -> dict[object, tuple[str, Json | None]]:
     return {
         (each["name"], frozenset((n, at.usual) for n, at in coordinates_in(each).items())): (
             named_place(each),
-            each["estimate"],
+            each["estimate"] and {**each["estimate"], "budget": each.get("budget")},
         )
         for each in other_results(document)
     }
 
 
-def _apart(what: str, before: Json | None, after: Json | None) -> Iterator[Change]:
+def _apart(
+    what: str, before: Json | None, after: Json | None, channels: Collection[str] = ()
+) -> Iterator[Change]:
     if not before or not after or before["value"] is None or after["value"] is None:
         return
     unit = after["unit"]
@@ -110,11 +121,13 @@ def _apart(what: str, before: Json | None, after: Json | None) -> Iterator[Chang
     if difference == 0:
         return
     expanded = [each["expanded_uncertainty_95"] for each in (before, after)]
-    widths = [each for each in expanded if each]
+    known = all(each is not None for each in expanded)
+    combined, shared = hypot(*expanded) if known else 0.0, _shared(before, after, channels)
+    if known and shared:
+        combined = _of_difference(before, after, shared)
+    widths = [each for each in (*expanded, combined) if each]
     # as many decimals as the smaller uncertainty bears
     digits = places_of_margin(max(0, places(min(widths))) if widths else 6, unit)
-    known = all(each is not None for each in expanded)
-    combined = hypot(*expanded) if known else 0.0
     ratio = abs(difference) / combined if combined else inf
     agrees = ratio <= 1 + ROUNDING
     if known and not agrees:
@@ -132,7 +145,53 @@ def _apart(what: str, before: Json | None, after: Json | None) -> Iterator[Chang
     width = with_symbol(f"{combined:.{digits}f}", unit)
     text = f"{what}: {values}, {words} of {width}"
     found = f"{ratio:.{2 if agrees else places_apart(ratio, 1.0, 2)}f}"
+    found += f"; one error of both: {', '.join(shared)}" if shared else ""
     yield Change(SECTION, f"{text} (E_n = {found})", matters=not agrees)
+
+
+def _shared(before: Json, after: Json, channels: Collection[str]) -> list[str]:
+    """Return the lines of both budgets that are one error of one instrument."""
+    first, second = (_lines(each) for each in (before, after))
+    return [
+        name
+        for name, line in first.items()
+        if any(f"{error} of {each}" == name.partition(" (")[0]
+               for error in ("gain", "offset") for each in channels)
+        and line["standard_uncertainty"] == second.get(name, {}).get("standard_uncertainty")
+    ]  # fmt: skip
+
+
+def _lines(estimate: Json) -> Mapping[str, Json]:
+    """Return the budget of an estimate by its lines; none if they do not make up its u."""
+    found = {each["name"]: each for each in estimate.get("budget") or ()}
+    parts = [(each["contribution"] or {}).get("value", nan) for each in found.values()]
+    u = estimate.get("standard_uncertainty") or nan
+    return found if isclose(hypot(*parts), u, rel_tol=1e-6) else {}
+
+
+def _of_difference(before: Json, after: Json, shared: Collection[str]) -> float:
+    """Return U of the difference of two estimates in the unit of the second one."""
+    scale = kind_of(before["budget"][0]["contribution"]["unit"]).factor
+    scale /= kind_of(after["unit"]).factor
+    parts: list[Component] = []
+    signed = dict.fromkeys(shared, 0.0)
+    for factor, estimate in ((-scale, before), (1.0, after)):
+        for name, line in _lines(estimate).items():
+            u = line["contribution"]["value"] * factor
+            if name in signed:
+                signed[name] += copysign(u, factor * line["sensitivity"]["value"])
+            else:
+                parts.append(_component(line, abs(u)))
+    parts += [_component(_lines(after)[name], abs(u)) for name, u in signed.items()]
+    u, dof = combine(parts)
+    kurtosis = excess_kurtosis(((each.u, each.distribution) for each in parts), u)
+    return coverage(Estimate(0.0, u, dof, after["unit"], kurtosis))
+
+
+def _component(line: Json, u: float) -> Component:
+    dof = line["degrees_of_freedom"]
+    dof = dof if isinstance(dof, float | int) else inf
+    return Component(line["name"], u, dof, line["distribution"], common=True)
 
 
 def _in_unit(estimate: Json, symbol: str) -> Json:

@@ -33,8 +33,8 @@ WHERE = Reversals(np.r_[224:256, 0:33], np.arange(96, 161))
 
 def run(rng, noise_nm):
     cycles = CURVE + noise_nm * rng.standard_normal((CYCLES, SIZE))
-    without_each = (cycles.sum(axis=0) - cycles) / (CYCLES - 1)
-    return MeanSwing(HERTZ, cycles.mean(axis=0), without_each)
+    mean = cycles.mean(axis=0)
+    return MeanSwing(HERTZ, mean, (mean - cycles) / (CYCLES - 1))
 
 
 def studied(noise_nm, rounds=300):

@@ -83,6 +83,7 @@ def test_a_budget_undoes_the_drive_line_only_for_what_changes_it(monkeypatch):
     assert len(undone) <= (26 + 4 + 1 + 7) * len(found.points)
 
 
+@pytest.mark.thorough
 def test_the_drive_line_is_searched_for_twice_and_once_for_each_change(monkeypatch):
     """With a delay and without; with another swing, another filter, and half of the frequencies."""
     searched = []
@@ -178,6 +179,7 @@ def test_a_support_that_became_warmer_or_colder_is_within_u(drift):
     assert abs(errors_nm(other, honest).mean()) < expanded(wide)
 
 
+@pytest.mark.thorough
 def test_a_torque_where_the_support_s_friction_is_not_built_up_may_be_the_support_s():
     """One that builds up over half its way under load: the torque is 0.3 N·m too great."""
     other = replace(RIG, support_slip_rad=RIG.support_slip_rad / 2)

@@ -40,10 +40,10 @@ def connect(model="sim", **settings):
     return device
 
 
-def record(device, frequency=20.0, load=1000.0, seconds=0.5, channel="torque"):
+def record(device, frequency=20.0, load=1000.0, seconds=0.5, channel="torque", *, beside=()):
     device.set("load", load)
     device.set("frequency", frequency)
-    blocks = list(device.stream([channel], seconds, Never()))
+    blocks = list(device.stream([channel, *beside], seconds, Never()))
     return np.concatenate([block.channels[channel] for block in blocks])
 
 
@@ -103,6 +103,17 @@ def test_a_repeated_recording_has_noise_of_its_own():
     assert not np.array_equal(first, second)
     device.connect(1.0)
     assert np.abs(record(device) - first).max() < 0.02  # the drift alone
+
+
+CHANNELS = ["torque", "angle", "velocity", "index", "load", "temperature", "humidity"]
+
+
+@pytest.mark.parametrize("channel", CHANNELS)
+def test_a_channel_is_what_it_is_whatever_is_recorded_beside_it(channel):
+    beside = [name for name in CHANNELS if name != channel]
+    alone = record(connect(), channel=channel)
+    assert np.ptp(alone) > 0
+    np.testing.assert_array_equal(alone, record(connect(), channel=channel, beside=beside))
 
 
 def test_a_run_that_is_resumed_has_the_noise_of_one_that_was_not():

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import count
 from typing import TYPE_CHECKING
 
 import psycopg
@@ -13,7 +12,13 @@ from unit.rigrunner_fleet.archive.helpers_archive import postgresql_server
 if TYPE_CHECKING:
     from pathlib import Path
 
-_NUMBERS = count(1)
+_EMPTIED = (
+    "SELECT pg_terminate_backend(pid) FROM pg_stat_activity"
+    " WHERE datname = 'postgres' AND pid <> pg_backend_pid()",
+    "DROP SCHEMA public CASCADE",
+    "CREATE SCHEMA public",
+)
+"""A database for each test is 300 files, which take longer to remove than all tests of archives."""
 
 
 @pytest.fixture(scope="session")
@@ -27,11 +32,12 @@ def database(request, tmp_path) -> str:
     """The name of an empty database, as `--database` takes it."""
     if request.param == "sqlite":
         return str(tmp_path / "archive.sqlite")
-    place, name = request.getfixturevalue("server"), f"test{next(_NUMBERS)}"
+    place = request.getfixturevalue("server")
     host = place.removeprefix("?host=")
     with psycopg.connect(host=host, user="rigrunner", dbname="postgres", autocommit=True) as made:
-        made.execute(f"CREATE DATABASE {name}")
-    return f"postgresql://rigrunner@/{name}{place}"
+        for statement in _EMPTIED:
+            made.execute(statement)
+    return f"postgresql://rigrunner@/postgres{place}"
 
 
 @pytest.fixture

@@ -188,6 +188,7 @@ def test_as_much_is_read_as_there_is(archive, runs):
     assert checked(archive, pace=pace).read_bytes == size
 
 
+@pytest.mark.thorough
 def test_the_command(runs):
     store_run(runs, "a")
     words = ["archive", "check", "--runs", runs]

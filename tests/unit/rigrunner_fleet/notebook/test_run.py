@@ -73,6 +73,7 @@ def test_the_points_of_a_run_are_those_of_its_result(quick):
     assert [point.y for point in raw.points] == run.points.column("raw_peak_nm")
 
 
+@pytest.mark.thorough
 def test_a_run_analysed_again_gives_the_same_numbers(quick):
     again = rigrunner_fleet.analyse(quick.loaded)
     assert again.document["headline"] == rigrunner_fleet.open_run(quick.loaded).result["headline"]

@@ -23,6 +23,7 @@ def lab(quick, tmp_path_factory):
     return lab_of(tmp_path_factory.mktemp("lab"), quick, copies=2)
 
 
+@pytest.mark.thorough
 def test_what_was_found_and_where_it_is(lab, tmp_path):
     found = call("reanalyse", lab, "--out", tmp_path / "out", "--jobs", "1")
     assert found.code == 0, found.err

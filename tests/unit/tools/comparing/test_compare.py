@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import re
+from math import hypot, sqrt
+
+import numpy as np
 import pytest
 
 from helpers_workflow import START, edited, quick_procedure, run, station_file
@@ -247,6 +251,47 @@ def test_results_in_two_units_of_one_quantity_are_compared_in_one():
     assert list(result_changes(named(20.0, 0.1, "°C"), named(293.15, 0.1, "K"))) == []
     (found,) = result_changes(named(5.0, 0.01, "V"), named(5.0, 0.01, "A"))
     assert found.text == "gain is in V and in A"
+
+
+def line(name, u, contribution, unit="V"):
+    of_input = {"value": u, "unit": "1" if name.startswith("gain") else "V"}
+    sensitivity = {"value": contribution / u, "unit": "V"}
+    return {
+        "name": name, "standard_uncertainty": of_input, "sensitivity": sensitivity,
+        "degrees_of_freedom": "infinite", "distribution": "rectangular",
+        "contribution": {"value": abs(contribution), "unit": unit},
+    }  # fmt: skip
+
+
+def measured(value, unit="V"):
+    """A reading of that many volts: gain within 1 %, offset within 50 mV, the rest within 10 mV."""
+    volt, width = (1.0 if unit == "V" else 1e3), sqrt(3)
+    lines = [
+        line("gain of meter.voltage (K-1)", 0.01 / width, 0.01 * value * volt / width, unit),
+        line("offset of meter.voltage", 0.05 / width, 0.05 * volt / width, unit),
+        line("resolution of meter.voltage", 0.01 / width, 0.01 * volt / width, unit),
+    ]
+    u = hypot(*(each["contribution"]["value"] for each in lines))
+    found = named(value * volt, 1.7 * u, unit)
+    found["results"][0]["estimate"]["standard_uncertainty"] = u
+    found["results"][0]["budget"] = lines
+    return found
+
+
+def test_gain_and_offset_of_one_meter_are_no_part_of_the_difference():
+    """Two readings that are 50 mV apart, beyond what the meter's own scatter explains."""
+    rng, count = np.random.default_rng(1), 400_000
+    gain, one, other = rng.uniform(-1, 1, (3, count)) * np.array([[0.01], [0.01], [0.01]])
+    expanded = np.quantile(np.abs(10.05 * gain + other - 10 * gain - one), 0.95)
+    (found,) = result_changes(measured(10.0), measured(10.05), {"meter.voltage"})
+    assert found.matters
+    ratio = float(re.search(r"E_n = ([\d.]+); one error of both: gain of", found.text)[1])
+    assert ratio == pytest.approx(0.05 / expanded, rel=0.02)
+    (in_millivolts,) = result_changes(measured(10.0), measured(10.05, "mV"), {"meter.voltage"})
+    assert f"E_n = {ratio:.2f}" in in_millivolts.text
+    (independent,) = result_changes(measured(10.0), measured(10.05), {"other.voltage"})
+    assert not independent.matters  # of another meter, or calibrated between the two runs
+    assert "E_n = 0.32)" in independent.text  # 0.05/(1.7 sqrt 2 u)
 
 
 def test_results_at_one_place_written_in_two_units_are_compared():
