@@ -15,6 +15,7 @@ from rigrunner.clock import SimulatedClock
 from rigrunner.engine import UnattendedAnswers, run_plan
 from rigrunner.plan.actions import Phase, Plan, PlannedStep
 from rigrunner.rig import Rig
+from rigrunner.runfile.attempts import Attempts
 from rigrunner.steps.ask import Ask
 from rigrunner.steps.confirm import Confirm
 from rigrunner.steps.record import Record
@@ -23,11 +24,12 @@ from rigrunner.steps.settle import Settle
 from rigrunner.steps.zero import Zero
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from rigrunner.api.devices import StopToken
     from rigrunner.api.events import Event
     from rigrunner.engine import Pauses, ResumePoint, RunSummary
+    from rigrunner.runfile.attempts import Measured
 
 RATE_HZ = 1000.0
 BLOCK = 100
@@ -178,6 +180,14 @@ class Listener:
 
     def of(self, kind: type) -> list:
         return [event for event in self.events if isinstance(event, kind)]
+
+
+def measured(events: Iterable[Event]) -> Measured:
+    """The rows of a run whose events were heard."""
+    attempts = Attempts()
+    for event in events:
+        attempts.take(event)
+    return attempts.measured()
 
 
 def run(

@@ -135,7 +135,8 @@ def is_planned(subject: Subject) -> None:
         demand(step.text.strip(), f"{what} is planned without words")
         demand(0 <= step.estimated_s < math.inf, f"{what} is planned for {step.estimated_s} s")
     try:
-        plan_text(plan)
+        for _ in plan_text(plan):
+            pass
     except Exception as error:
         raise Nonconformity(f"its actions cannot be kept with the plan: {error}") from error
 

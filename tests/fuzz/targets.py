@@ -191,7 +191,7 @@ def _journal_seeds(folder: Path) -> list[bytes]:
     return [RunFolder(writer.folder).events.read_bytes()]
 
 
-RECORDS = (Kind.HEADER, Kind.EVENT, Kind.PACKED, Kind.TRUTH, Kind.ROW)
+RECORDS = (Kind.HEADER, Kind.EVENT, Kind.PACKED, Kind.TRUTH, Kind.ROW, Kind.PLAN)
 
 
 def _record(path: Path) -> object:

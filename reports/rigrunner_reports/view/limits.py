@@ -64,7 +64,7 @@ def limits_view(limits: MeasuredLimits, measured: Sequence[Measurement]) -> Limi
         return None
     values = limits.values
     if len(values) > MOST_ROWS:
-        values = tuple(sorted(values, key=lambda each: each.decision.passes))
+        values = tuple(sorted(values, key=lambda each: each.passes))
     return LimitsView(
         verdict=shown_verdict(limits.verdict),
         reason=limits.reason,

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from rigrunner.api.details import AnalysisDetails
 from rigrunner.api.events import CONCLUDED
+from rigrunner.api.limits import ValueLimit
 from rigrunner.api.readings import reading_text
-from rigrunner.api.verdict import worst
+from rigrunner.api.verdict import Verdict, worst
 from rigrunner.moved import moved
 
 if TYPE_CHECKING:
@@ -28,7 +29,8 @@ if TYPE_CHECKING:
         ReportSection,
         Table,
     )
-    from rigrunner.api.verdict import Decision, LaterDecision, LimitDecision, Verdict
+    from rigrunner.api.readings import ReadingLimit
+    from rigrunner.api.verdict import Decision, LaterDecision, LimitDecision
 
 _Details = TypeVar("_Details", bound=AnalysisDetails)
 REPLAYED = "replayed"
@@ -37,24 +39,38 @@ REPLAYED = "replayed"
 
 @dataclass(frozen=True)
 class JudgedValue:
-    """The decision on a measured value, and its place in the run."""
+    """A measured value or reading that has a limit, and its place in the run."""
 
-    decision: LimitDecision
+    limit: ValueLimit | ReadingLimit
     row: Measurement
     number: int
     """Number of the row in its table, from 1."""
 
     @property
+    def decision(self) -> LimitDecision:
+        """The decision on it, made each time: of many values most are only counted."""
+        if isinstance(self.limit, ValueLimit):
+            return self.limit.decision(self.row.values[self.limit.of])
+        return self.limit.decision(self.row.readings[self.limit.of])
+
+    @property
+    def passes(self) -> bool:
+        """Whether the decision is `pass`."""
+        if isinstance(self.limit, ValueLimit):
+            return self.limit.limits.allow(self.row.values[self.limit.of])
+        return self.row.readings[self.limit.of] in self.limit.allowed
+
+    @property
     def value(self) -> float:
         """The value as read, in its SI unit; nan for a reading that is not a number."""
-        return self.row.values.get(self.decision.of, nan)
+        return self.row.values.get(self.limit.of, nan)
 
     @property
     def shown(self) -> str:
         """The value in the unit of its limit, with enough digits to show its side of the limit."""
-        if self.decision.of in self.row.readings:
-            return reading_text(self.row.readings[self.decision.of])
-        return self.decision.limits.shown_apart(self.value)
+        if isinstance(self.limit, ValueLimit):
+            return self.limit.limits.shown_apart(self.value)
+        return reading_text(self.row.readings[self.limit.of])
 
 
 @dataclass(frozen=True)
@@ -73,18 +89,24 @@ class MeasuredLimits:
         values = []
         for row in rows:
             numbers[row.name] += 1
-            values += [JudgedValue(each, row, numbers[row.name]) for each in row.decisions]
+            judged: tuple[ValueLimit | ReadingLimit, ...] = (
+                *(each for each in row.limits if each.of in row.values),
+                *(each for each in row.expected if each.of in row.readings),
+            )
+            values += [JudgedValue(each, row, numbers[row.name]) for each in judged]
         return cls(tuple(values))
 
     @cached_property
     def missed(self) -> tuple[JudgedValue, ...]:
         """The values out of limits."""
-        return tuple(each for each in self.values if not each.decision.passes)
+        return tuple(each for each in self.values if not each.passes)
 
     @property
     def verdict(self) -> Verdict | None:
         """The worst verdict; None without limits."""
-        return worst(each.decision.verdict for each in self.values)
+        if not self.values:
+            return None
+        return Verdict.FAIL if self.missed else Verdict.PASS
 
     @property
     def reason(self) -> str:

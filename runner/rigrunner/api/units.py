@@ -79,9 +79,10 @@ def unit(symbol: str, dimension: str | None = None) -> Unit:
 
     `dimension`: the required kind; units of other kinds are not suggested.
     """
+    if (found := _BY_SPELLING.get(symbol)) is not None:
+        return found
     wanted = symbol.strip().translate(_SAME_LETTERS)
-    found = _known(wanted)
-    if found is not None:
+    if (found := _known(wanted)) is not None:
         return found
     near = _with_one_bar(wanted) or _near(wanted, dimension)
     if near:

@@ -11,7 +11,7 @@ from rigrunner.api.quantity import LONGEST_S, readable
 from rigrunner.plan.actions import PlannedStep, Terms
 
 if TYPE_CHECKING:
-    from collections.abc import Hashable, Mapping
+    from collections.abc import Callable, Hashable, Mapping
     from pathlib import Path as Folder
 
     from rigrunner.api.coordinates import Coordinate
@@ -46,16 +46,16 @@ class Place:
     def inside(self, *parts: str) -> Place:
         """Return the place of a part of the step."""
         label = ".".join((self.label, *parts))
-        return replace(self, path=(*self.path, *parts), label=label)
+        return self._moved((*self.path, *parts), label, self.points)
 
     def step(self, index: int) -> Place:
         """Return the place of a step in the list that stands here."""
-        return replace(self, path=(*self.path, index), label=f"{self.label}[{index}]")
+        return self._moved((*self.path, index), f"{self.label}[{index}]", self.points)
 
     def time(self, index: int) -> Place:
         """Return the place of steps repeated for the n-th time; in the file it is the same."""
         label = f"{self.label}[{index}]"
-        return replace(self, label=label, points=(*self.points, label))
+        return self._moved(self.path, label, (*self.points, label))
 
     def outside(self) -> Place:
         """Return the same place, no longer as a part of the innermost set-point or time."""
@@ -70,6 +70,19 @@ class Place:
             coordinates={**self.coordinates, name: value},
             coordinate_units=units,
             written_in={**self.written_in, **written},
+        )
+
+    def _moved(self, path: Path, label: str, points: tuple[str, ...]) -> Place:
+        # Not `replace`, which takes three times as long: each step of a loop has several places.
+        return Place(
+            self.phase,
+            path,
+            label,
+            self.calls,
+            points,
+            self.coordinates,
+            self.coordinate_units,
+            self.written_in,
         )
 
 
@@ -132,6 +145,14 @@ class Scene:
             return last
         self.draft.latest[where] = part
         return part
+
+    def alike(self, place: Place, what: Hashable, make: Callable[[], _T]) -> _T:
+        """Return what a step has each time that it is planned; it is made the first time."""
+        where = (id(self.document), place.path, what)
+        if where not in self.draft.latest:
+            self.draft.latest[where] = make()
+        found: _T = self.draft.latest[where]
+        return found
 
     def emit(
         self, place: Place, action: Action, text: str, seconds: float, terms: Terms = _TERMS

@@ -15,7 +15,7 @@ from rigrunner.plan.safety import check_order, drive_rules
 from rigrunner.yamlfile.problems import Problems
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping
 
     from rigrunner.api.devices import Device
     from rigrunner.plan.actions import Interlock
@@ -59,14 +59,13 @@ def check_station(station: LoadedStation, devices: Mapping[str, Device]) -> tupl
     return interlocks
 
 
-def plan_text(plan: Plan) -> str:
-    """Return the plan as JSON, for the run file: one object a step, SI units."""
-    text = bytearray(b"[")
+def plan_text(plan: Plan) -> Iterator[bytes]:
+    """Yield the plan as JSON, for the run file, in parts: one object a step, SI units."""
+    yield b"["
     for first in range(0, len(plan.steps), _PIECE):
         steps = [
             {"do": type(step.action).__name__, **{name: getattr(step, name) for name in _NAMES}}
             for step in plan.steps[first : first + _PIECE]
         ]
-        text += (b"," if first else b"") + to_json(steps, indent=1)[1:-2]
-    text += b"\n]" if plan.steps else b"]"
-    return text.decode()
+        yield (b"," if first else b"") + to_json(steps, indent=1)[1:-2]
+    yield b"\n]" if plan.steps else b"]"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Protocol
 
 from rigrunner.api.steps import NONE
@@ -77,6 +78,11 @@ class Planning:
 
     def units(self, channels: Sequence[Member], key: Key = ("channels",)) -> dict[Member, str]:
         """Return each channel's unit; none at all where there is a problem with one."""
+        made = partial(self._units, channels, key)
+        # A copy: a kind may add to it.
+        return dict(self.scene.alike(self.place, ("units", key, *channels), made))
+
+    def _units(self, channels: Sequence[Member], key: Key) -> dict[Member, str]:
         found = {each: self.channel(each, (*key, at)) for at, each in enumerate(channels)}
         if len(found) < len(channels):
             self.complain(key, "a channel is listed twice", "name it once")
@@ -174,4 +180,8 @@ class Planning:
         self, bands: Mapping[Member, ValueBand], found: Sequence[Member]
     ) -> list[ValueLimit]:
         """Return the limits of the channels `found`; what does not fit them is a problem."""
-        return list(planned_limits(bands, self.place, found, self.scene))
+
+        def made() -> tuple[ValueLimit, ...]:
+            return tuple(planned_limits(bands, self.place, found, self.scene))
+
+        return list(self.scene.alike(self.place, ("limits", *bands, *found), made))

@@ -15,7 +15,6 @@ from rigrunner.engine.pausing import Reasoned
 from rigrunner.run.partners import later_partners
 from rigrunner.run.report import write_report
 from rigrunner.run.stored import analyse_stored, verdict_code, with_partners
-from rigrunner.runfile import read
 from rigrunner.runfile.durable import write_whole
 from rigrunner.runfile.folder import RunFolder
 
@@ -99,7 +98,7 @@ def finish(
     waits = outcome is Outcome.COMPLETED and asked and bool(waited_for)
     with kept(errors):
         if not waits and outcome in CONCLUDED:
-            result = _result(planned, folder, partners, progress, asked=asked)
+            result = _result(planned, writer, partners, progress, asked=asked)
     content = None if result is None else document(result)
     if not (to_be_resumed or waits):
         with kept(errors):
@@ -128,7 +127,7 @@ def finish(
 
 def _result(
     planned: Planned,
-    folder: Path,
+    writer: RunWriter,
     partners: Mapping[str, Path],
     progress: Progress,
     *,
@@ -137,7 +136,7 @@ def _result(
     """Return the result of a run whose analysis is `asked`, or with limited measured values."""
     if not asked and not any(step.limits or step.terms.expected for step in planned.plan.steps):
         return None  # without reading what may be many thousands of rows
-    stored = read(folder)
+    stored = writer.read()
     if not asked and not any(row.limits or row.expected for row in stored.measurements):
         return None
     return analyse_stored(with_partners(stored, partners), planned.registry, progress=progress)

@@ -33,12 +33,12 @@ def read_interrupted(folder: Path) -> StoredRun:
 
 def has_ended(stored: StoredRun) -> bool:
     """Return whether a run has ended in any way without its file."""
-    return end_of(stored.events) is not None
+    return end_of(stored.outline) is not None
 
 
 def may_be_resumed(stored: StoredRun) -> bool:
     """Return whether a run can be resumed: it was interrupted, or could not be recorded."""
-    end = end_of(stored.events)
+    end = end_of(stored.outline)
     return end is None or end.resumable
 
 

@@ -30,6 +30,7 @@ from rigrunner.run.rig_lock import rig_lock
 from rigrunner.run.stored import result_by_now
 from rigrunner.run.taping import from_tape, mark_of, on_tape
 from rigrunner.runfile import RunHeader, RunWriter, create_run_folder, run_lock
+from rigrunner.runfile.compressed import LongText
 from rigrunner.station.drive_rules import DriveRules
 
 if TYPE_CHECKING:
@@ -331,7 +332,7 @@ def header_of(planned: Planned, run_id: str, inputs: Mapping[str, str]) -> RunHe
         station_id=station.model.id,
         procedure_text=procedure.text,
         station_text=station.text,
-        plan_text=plan_text(planned.plan),
+        plan_text=LongText(plan_text(planned.plan)),
         called_texts=procedure.called_texts,
         inputs=inputs,
         approval=planned.approval.texts(),

@@ -109,7 +109,7 @@ def _provenance(stored: StoredRun, result: Result) -> dict[str, str]:
 def _told(stored: StoredRun) -> Iterator[dict[str, str]]:
     """Yield questions, answers, actions and problems in order."""
     question = ""
-    for event in stored.events:
+    for event in stored.outline:
         match event:
             case Prompt():
                 question = event.text
@@ -130,7 +130,7 @@ def _told(stored: StoredRun) -> Iterator[dict[str, str]]:
 def _let_pass(partners: Mapping[str, StoredRun]) -> Iterator[dict[str, str]]:
     """Yield the overrides of partner runs, on which the result depends too."""
     for name, run in partners.items():
-        for event in run.events:
+        for event in run.outline:
             if isinstance(event, Intervention) and event.action == OVERRIDE:
                 yield _line(event, event.action, f"{partner_words(name)}: {event_text(event)}")
 

@@ -23,6 +23,7 @@ from rigrunner.run.partners import later_partners, partners_after_for, partners_
 from rigrunner.run.provenance import identities, software
 from rigrunner.run.record import carry_out, syncs_measurements
 from rigrunner.runfile import RunWriter
+from rigrunner.runfile.compressed import LongText
 from rigrunner.station import load_station
 
 if TYPE_CHECKING:
@@ -160,7 +161,7 @@ def _finish(run: ResumableRun, progress: Progress) -> FinishedRun:
     errors: list[BaseException] = []
     if outcome is Outcome.ERROR:
         errors.append(DataError(f"the run had ended by an error: {info.reason}"))
-    end = outcome, info.reason, tuple(passed_over(run.stored.events))
+    end = outcome, info.reason, tuple(passed_over(run.stored.outline))
     with RunWriter(run.folder) as writer:
         return finish(run.planned, writer, end, run.partners, errors, progress=progress)
 
@@ -212,7 +213,7 @@ def _differences(header: RunHeader, planned: Planned) -> Iterator[str]:
     found = list(_changed(software_before, software(planned.registry)))
     yield from found
     same_texts = (header.procedure_text, header.station_text) == (procedure.text, station.text)
-    if same_texts and not found and header.plan_text != plan_text(planned.plan):
+    if same_texts and not found and header.plan_text != LongText(plan_text(planned.plan)):
         yield "the same files give another plan: a plugin of the station was changed"
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from rigrunner.api.data import Measurement
@@ -12,11 +12,11 @@ from rigrunner.api.member import channel_of
 from rigrunner.api.steps import NONE
 from rigrunner.api.units import unit
 from rigrunner.runfile.codec import packed
-from rigrunner.runfile.elapsed import cycles_of, main_began, seconds_since
+from rigrunner.runfile.elapsed import cycles_of, moment, seconds_since
 from rigrunner.runfile.parts import Zeros
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Iterable, Mapping
     from datetime import datetime
 
     from rigrunner.api.events import Event
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     _Step = tuple[str, int]
 
 _T = TypeVar("_T")
+_MAIN = "main"
 ZEROED = "zeroed"
 """The table of the zero readings that have limits."""
 
@@ -48,39 +49,62 @@ class Measured(NamedTuple):
     """The last completed attempt of each step. These rows count."""
     superseded: tuple[Measurement, ...]
     """The attempts before, which are kept."""
+    began: datetime | None
+    """When the first step of `main` began.
 
-
-def measured(events: Sequence[Event]) -> Measured:
-    """Return the measured rows, of each step by its last completed attempt.
-
-    Of a scan without a completed attempt the points of the last one count: each of them was
-    completed.
+    By date and time, which continue while a run is interrupted, and over a restart.
     """
-    make = _Rows(main_began(events))
-    attempts: list[_Attempt] = []
-    counting: dict[_Step, _Attempt] = {}
-    for event in events:
-        make.zeros.take(event)
+
+
+class Attempts:
+    """Collects the rows of a run from its events, which it takes one by one."""
+
+    def __init__(self) -> None:
+        self._make = _Rows()
+        self._attempts: list[_Attempt] = []
+        self._counting: dict[_Step, _Attempt] = {}
+
+    def take(self, event: Event) -> None:
+        """Take the next event."""
+        self._make.zeros.take(event)
         match event:
             case StepStarted():
-                make.started = event
+                self._make.start(event)
                 # Its rows come one by one, before it is known whether it will be completed.
                 if event.action == "scan":
-                    attempts.append(_Attempt((event.step, event.index)))
-                    _count(attempts[-1], counting)
-            case Scanned() if attempts:
-                attempts[-1].rows.append(make.of_point(event))
-            case StepEnded(ok=True, action="scan") if attempts:
-                attempts[-1].completed = True
-                _count(attempts[-1], counting)
-            case StepEnded(ok=True) if row := make.of_step(event):
-                attempts.append(_Attempt((event.step, event.index), [row], completed=True))
-                _count(attempts[-1], counting)
-    last = set(counting.values())
-    return Measured(
-        tuple(row for each in counting.values() for row in each.rows),
-        tuple(row for each in attempts if each not in last for row in each.rows),
-    )
+                    self._add(_Attempt((event.step, event.index)))
+            case Scanned() if self._attempts:
+                self._attempts[-1].rows.append(self._make.of_point(event))
+            case StepEnded(ok=True, action="scan") if self._attempts:
+                self._attempts[-1].completed = True
+                self._count(self._attempts[-1])
+            case StepEnded(ok=True) if row := self._make.of_step(event):
+                self._add(_Attempt((event.step, event.index), [row], completed=True))
+
+    def measured(self) -> Measured:
+        """Return the rows, of each step those of its last completed attempt.
+
+        Of a scan without a completed attempt the points of the last one count: each of them was
+        completed.
+        """
+        last, timed = set(self._counting.values()), self._make.timed
+        return Measured(
+            tuple(timed(row) for each in self._counting.values() for row in each.rows),
+            tuple(timed(row) for each in self._attempts if each not in last for row in each.rows),
+            self._make.began,
+        )
+
+    def _add(self, attempt: _Attempt) -> None:
+        self._attempts.append(attempt)
+        self._count(attempt)
+
+    def _count(self, attempt: _Attempt) -> None:
+        """Let an attempt count, in its order, unless only an earlier one was completed."""
+        before = self._counting.get(attempt.step)
+        if attempt.completed or before is None or not before.completed:
+            # To the end: the rows stand in the order in which they were measured.
+            self._counting.pop(attempt.step, None)
+            self._counting[attempt.step] = attempt
 
 
 @dataclass(eq=False, slots=True)
@@ -92,15 +116,6 @@ class _Attempt:
     completed: bool = False
 
 
-def _count(attempt: _Attempt, counting: dict[_Step, _Attempt]) -> None:
-    """Let an attempt count, in its order, unless only an earlier one was completed."""
-    before = counting.get(attempt.step)
-    if attempt.completed or before is None or not before.completed:
-        # To the end: the rows stand in the order in which they were measured.
-        counting.pop(attempt.step, None)
-        counting[attempt.step] = attempt
-
-
 _UNKNOWN = StepStarted(seq=0, monotonic_s=0.0, utc="", step="", index=0, action="", text="")
 
 
@@ -108,11 +123,26 @@ _UNKNOWN = StepStarted(seq=0, monotonic_s=0.0, utc="", step="", index=0, action=
 class _Rows:
     """Makes rows of events. What many rows have in common, such as their limits, is held once."""
 
-    began: datetime | None
     started: StepStarted = _UNKNOWN
     """The start of the present step. It has the limits, and for a scan the units."""
     zeros: Zeros = field(default_factory=Zeros)
+    began: datetime | None = None
+    _common: dict[bytes, Any] = field(default_factory=dict)
+    """Units, limits and shown units of rows by all that these follow from."""
     _held: dict[bytes, Any] = field(default_factory=dict)
+
+    def start(self, event: StepStarted) -> None:
+        """Begin with the rows of a step."""
+        self.started = event
+        if self.began is None and event.step.startswith(_MAIN):
+            self.began = moment(event.utc)
+
+    def timed(self, row: Measurement) -> Measurement:
+        """Return a row with its time, also if `main` had not begun when it was made."""
+        if row.elapsed_s is not None:
+            return row
+        elapsed_s = seconds_since(self.began, row.utc)
+        return row if elapsed_s is None else replace(row, elapsed_s=elapsed_s)
 
     def of_point(self, event: Scanned) -> Measurement:
         """Return the row of a point of a scan."""
@@ -158,24 +188,29 @@ class _Rows:
         """Return a row with its coordinates and its time."""
         started = self.started
         found, told = started.coordinates, started.written_in
-        units = {name: known[name] for name in (*setpoints, *values, *readings) if name in known}
-        units |= {name: started.units[name] for name in found if name in started.units}
-        shown = {name: each for name in values if (each := _shown_in(name, told))}
-        shown |= {name: told[name] for name in (*setpoints, *found) if name in told}
+        names = (*setpoints,), (*values,), (*readings,), (*found,)
+        of = packed((names, known, started.units, told, started.limits))
+        if of not in self._common:
+            units = {name: known[name] for each in names[:3] for name in each if name in known}
+            units |= {name: started.units[name] for name in found if name in started.units}
+            shown = {name: each for name in values if (each := _shown_in(name, told))}
+            shown |= {name: told[name] for name in (*setpoints, *found) if name in told}
+            self._common[of] = [self._once(each) for each in (units, started.limits, shown)]
+        units, limits, shown = self._common[of]
         return Measurement(
             table,
             utc,
             setpoints,
             values,
-            self._once(units),
-            self._once(started.limits),
+            units,
+            limits,
             recording,
             coordinates=self._once(found),
             elapsed_s=seconds_since(self.began, utc),
             cycles=cycles_of(started, values),
             readings=readings or NONE,
             expected=started.expected if readings else (),
-            written_in=self._once(shown),
+            written_in=shown,
             zeros=self.zeros.in_force,
         )
 

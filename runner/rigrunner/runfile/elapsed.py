@@ -13,28 +13,14 @@ if TYPE_CHECKING:
 
     from rigrunner.api.data import Recording
     from rigrunner.api.events import Event
-    from rigrunner.runfile.stored_events import StoredEvents
-
-_MAIN = "main"
-
-
-def main_began(events: Iterable[Event]) -> datetime | None:
-    """Return when the first step of `main` began, or None.
-
-    By date and time, which continue while a run is interrupted, and over a restart.
-    """
-    for event in events:
-        if isinstance(event, StepStarted) and event.step.startswith(_MAIN):
-            return _moment(event.utc)
-    return None
 
 
 def seconds_since(began: datetime | None, utc: str) -> float | None:
     """Return the seconds since `began`; None if the time is earlier, or unknown."""
-    moment = _moment(utc)
-    if began is None or moment is None or moment < began:
+    then = moment(utc)
+    if began is None or then is None or then < began:
         return None
-    return (moment - began).total_seconds()
+    return (then - began).total_seconds()
 
 
 def cycles_of(started: StepStarted | None, names: Iterable[str]) -> int | None:
@@ -57,9 +43,11 @@ def cycles_by_recording(events: Iterable[Event]) -> dict[str, int]:
     return {name: count for name, count in found.items() if count is not None}
 
 
-def with_elapsed(recordings: Iterable[Recording], events: StoredEvents) -> tuple[Recording, ...]:
+def with_elapsed(
+    recordings: Iterable[Recording], events: Iterable[Event], began: datetime | None
+) -> tuple[Recording, ...]:
     """Return recordings with the time and the cycles that had elapsed when each began."""
-    began, cycles = main_began(events), cycles_by_recording(events.outline)
+    cycles = cycles_by_recording(events)
     return tuple(
         replace(
             each, elapsed_s=seconds_since(began, each.started_utc), cycles=cycles.get(each.name)
@@ -68,7 +56,8 @@ def with_elapsed(recordings: Iterable[Recording], events: StoredEvents) -> tuple
     )
 
 
-def _moment(utc: str) -> datetime | None:
+def moment(utc: str) -> datetime | None:
+    """Return a time of day as it is stored; None for a text that is none."""
     try:
         return datetime.fromisoformat(utc)
     except ValueError:  # of a recording whose start was not found, or an event of a test

@@ -11,12 +11,11 @@ import numpy as np
 
 from rigrunner.api.errors import DataError
 from rigrunner.runfile.added_units import define_units_of
-from rigrunner.runfile.attempts import measured, superseded
+from rigrunner.runfile.attempts import superseded
 from rigrunner.runfile.codec import event_text
 from rigrunner.runfile.digest import run_digest
 from rigrunner.runfile.elapsed import (
     cycles_by_recording,
-    main_began,
     seconds_since,
     with_elapsed,
 )
@@ -27,9 +26,11 @@ from rigrunner.runfile.hdf5 import (
     new_group,
     open_file,
     pieces_of,
+    read_long,
     read_text,
     read_texts,
     read_values,
+    write_long,
     write_text,
     write_texts,
     write_values,
@@ -57,7 +58,6 @@ if TYPE_CHECKING:
 
     from rigrunner.api.data import Measurement, Recording
     from rigrunner.api.details import RunPlot
-    from rigrunner.runfile.attempts import Measured
     from rigrunner.runfile.loose import Journal
 
 HEADER_TEXTS = (
@@ -68,7 +68,7 @@ HEADER_TEXTS = (
     "procedure_title",
     "station_id",
 )
-VERBATIM = ("procedure_text", "station_text", "plan_text")
+VERBATIM, PLAN = ("procedure_text", "station_text"), "plan_text"
 CALLED = "called"
 SUPERSEDED = "superseded"
 IMPORTED = "imported"
@@ -90,9 +90,9 @@ def format_of(entry: h5py.Group) -> int:
     return int(entry.file.attrs[FORMAT_ATTRIBUTE] if own is None else own)
 
 
-def write_entry(entry: h5py.Group, journal: Journal, rows: Measured) -> None:
-    """Write all but recordings and analysis into an empty entry; `rows` are of its events."""
-    header = journal.header
+def write_entry(entry: h5py.Group, journal: Journal) -> None:
+    """Write all but recordings and analysis into an empty entry."""
+    header, rows = journal.header, journal.events.measured
     write_text(entry, "title", header.procedure_title)
     for name in HEADER_TEXTS:
         write_text(entry, name, getattr(header, name))
@@ -101,6 +101,7 @@ def write_entry(entry: h5py.Group, journal: Journal, rows: Measured) -> None:
     texts = new_group(entry, "texts", "NXcollection")
     for name in VERBATIM:
         write_verbatim(texts, name, getattr(header, name))
+    write_long(texts, PLAN, header.plan_text)
     write_texts(texts, CALLED, header.called_texts)
     write_texts(entry, "inputs", header.inputs)
     write_texts(entry, "provenance", header.provenance)
@@ -123,18 +124,13 @@ def write_entry(entry: h5py.Group, journal: Journal, rows: Measured) -> None:
         write_text(truth[name], "name", recording)
 
 
-def add_recordings(
-    entry: h5py.Group,
-    parts: Iterable[Path],
-    events: StoredEvents,
-    rows: Sequence[Measurement],
-) -> None:
+def add_recordings(entry: h5py.Group, parts: Iterable[Path], events: StoredEvents) -> None:
     """Copy the recordings out of files of their own into an entry, in order, byte by byte.
 
     Those whose point was repeated go into a group of their own. Each says in which part of the run
     it was made, and after how long and how many cycles since the beginning of `main`.
     """
-    outline, began = events.outline, main_began(events)
+    outline, rows = events.outline, events.measured
     replaced, part_of = superseded(outline), parts_of(outline)
     cycles = cycles_by_recording(outline)
     finished = new_group(entry, "recordings", "NXcollection")
@@ -149,13 +145,13 @@ def add_recordings(
             place = free_name(group, name)
             file.copy(part, group, place)
             group[place].attrs["part"] = part_of.get(name, 1)
-            elapsed_s = seconds_since(began, str(part.attrs["started_utc"]))
+            elapsed_s = seconds_since(rows.began, str(part.attrs["started_utc"]))
             if elapsed_s is not None:
                 group[place].attrs["elapsed_s"] = elapsed_s
             if name in cycles:
                 group[place].attrs["cycles"] = cycles[name]
     recordings = _in_order(finished)
-    entry.attrs["sha256"] = _digest(recordings, rows, format_of(entry))
+    entry.attrs["sha256"] = _digest(recordings, rows.rows, format_of(entry))
     # What a NeXus viewer opens by itself.
     for first in recordings[:1]:
         finished.attrs["default"] = str(first.name).rpartition("/")[2]
@@ -184,7 +180,7 @@ def write_analysis(
 
 def read_entry_info(entry: h5py.Group, path: Path) -> RunInfo:
     """Read what is known without the samples."""
-    return _read_info(entry, path, measured(read_events(entry)).rows)
+    return _read_info(entry, path, read_events(entry).measured.rows)
 
 
 def _read_info(entry: h5py.Group, path: Path, rows: Sequence[Measurement]) -> RunInfo:
@@ -196,6 +192,7 @@ def _read_info(entry: h5py.Group, path: Path, rows: Sequence[Measurement]) -> Ru
     header = RunHeader(
         **texts,
         **verbatim,
+        plan_text=read_long(entry["texts"], PLAN),
         files={},
         called_texts=read_texts(entry["texts"][CALLED]) if CALLED in entry["texts"] else {},
         inputs=read_texts(entry["inputs"]),
@@ -228,17 +225,23 @@ def read_entry(entry: h5py.Group, path: Path, *, samples: bool = True) -> Stored
     events = read_events(entry)
     groups = {kind: _in_order(entry[kind]) if samples and kind in entry else [] for kind in KINDS}
     scratch = None if sum(map(stored_bytes, groups.values())) <= IN_MEMORY else Scratch()
-    rows = measured(events)
+    measured = events.measured
+
+    def timed(kind: str) -> tuple[Recording, ...]:
+        every = (read_recording(each, scratch)[1] for each in groups[kind])
+        return with_elapsed(every, events.outline, measured.began)
+
     return StoredRun(
-        info=_read_info(entry, path, rows.rows),
-        recordings=with_elapsed(_read_all(groups["recordings"], scratch), events),
-        incomplete=with_elapsed(_read_all(groups["incomplete"], scratch), events),
-        superseded=with_elapsed(_read_all(groups[SUPERSEDED], scratch), events),
+        info=_read_info(entry, path, measured.rows),
+        recordings=timed("recordings"),
+        incomplete=timed("incomplete"),
+        superseded=timed(SUPERSEDED),
         zeros=read_values(entry["zeros"])[0],
         recording_zeros=zeros_in_force(events.outline),
-        measurements=rows.rows,
-        superseded_measurements=rows.superseded,
+        measurements=measured.rows,
+        superseded_measurements=measured.superseded,
         events=events,
+        outline=events.outline,
         result_document=(
             json.loads(read_text(entry["analysis"], "result")) if "analysis" in entry else None
         ),
@@ -263,10 +266,6 @@ def read_entry_truth(entry: h5py.Group) -> dict[str, dict[str, float]]:
     """Read what a simulator knew, by recording."""
     groups = entry["verification"].values()
     return {read_text(group, "name"): read_values(group)[0] for group in groups}
-
-
-def _read_all(groups: list[h5py.Group], scratch: Scratch | None) -> tuple[Recording, ...]:
-    return tuple(read_recording(each, scratch)[1] for each in groups)
 
 
 def _write_events(entry: h5py.Group, events: StoredEvents) -> None:

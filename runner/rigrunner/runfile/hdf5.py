@@ -15,7 +15,7 @@ import h5py
 import numpy as np
 
 from rigrunner.api.errors import DataError
-from rigrunner.runfile.compressed import Compressed
+from rigrunner.runfile.compressed import Compressed, LongText
 from rigrunner.runfile.durable import publish, temporary, writing
 from rigrunner.runfile.interrupts import uninterrupted
 from rigrunner.runfile.patient_file import PatientFile
@@ -248,6 +248,20 @@ def write_verbatim(group: h5py.Group, name: str, text: str) -> None:
     group.create_dataset(name, data=data, **_packed(len(data), data.itemsize))
 
 
+def write_long(group: h5py.Group, name: str, text: LongText) -> None:
+    """Write a long text as `write_verbatim` does, one part after the other."""
+    size, first = sum(map(len, text)), 0
+    column = group.create_dataset(name, (size,), np.uint8, **_packed(size, 1))
+    for part in text:
+        column[first : first + len(part)] = np.frombuffer(part, np.uint8)
+        first += len(part)
+
+
+def read_long(group: h5py.Group, name: str) -> LongText:
+    """Read what `write_long` or `write_verbatim` wrote."""
+    return LongText(part.tobytes() for part in pieces_of(group[name]))
+
+
 def read_text(group: h5py.Group, name: str) -> str:
     """Read what `write_text` or `write_verbatim` wrote."""
     if name in group.attrs:
@@ -321,7 +335,7 @@ class AsciiColumn:
 
 
 def pieces_of(column: h5py.Dataset) -> Iterator[NDArray[Any]]:
-    """Yield the rows of a column of texts in order, some at a time, as they are packed."""
+    """Yield the rows of a column, or the bytes of a text, in order, as they are packed."""
     rows = _rows(column.dtype.itemsize)
     return (column[first : first + rows] for first in range(0, len(column), rows))
 

@@ -9,10 +9,9 @@ from __future__ import annotations
 import os
 import struct
 from contextlib import suppress
-from dataclasses import dataclass
 from enum import IntEnum
 from time import monotonic
-from typing import TYPE_CHECKING, BinaryIO
+from typing import TYPE_CHECKING, BinaryIO, NamedTuple
 from zlib import crc32
 
 from rigrunner.api.errors import DataError
@@ -42,10 +41,12 @@ class Kind(IntEnum):
     """A point of a scan as numbers alone; read, but no longer written."""
     PACKED = 6
     """An event as MessagePack."""
+    PLAN = 7
+    """A part of the text of the plan, before the header; see `LongText`. Earlier versions wrote it
+    into the header."""
 
 
-@dataclass(frozen=True)
-class Record:
+class Record(NamedTuple):
     """One intact record; `end` is where the next one begins in the file."""
 
     kind: int

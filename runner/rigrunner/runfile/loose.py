@@ -13,8 +13,9 @@ from rigrunner.api.errors import DataError
 from rigrunner.api.events import Answer, Outcome, Scanned, StepEnded, StepStarted
 from rigrunner.clock import utc_text
 from rigrunner.runfile.added_units import define_units_of
-from rigrunner.runfile.attempts import measured, superseded
+from rigrunner.runfile.attempts import superseded
 from rigrunner.runfile.codec import block_from, event_record, header_from, truth_from
+from rigrunner.runfile.compressed import LongText
 from rigrunner.runfile.digest import run_digest
 from rigrunner.runfile.elapsed import with_elapsed
 from rigrunner.runfile.hdf5 import objects, open_file
@@ -40,7 +41,7 @@ if TYPE_CHECKING:
 
     import h5py
 
-    from rigrunner.api.data import Block, Measurement, Recording
+    from rigrunner.api.data import Block, Recording
     from rigrunner.api.events import Event
     from rigrunner.runfile.folder import RunFolder
     from rigrunner.runfile.recordings import RecordingFacts
@@ -121,7 +122,7 @@ class SampleJournal:
 def read_journal(files: RunFolder) -> Journal:
     """Read the journal of events; raise DataError if even its header is damaged."""
     headers: list[tuple[RunHeader, int]] = []
-    events = StoredEvents()
+    plan, events = LongText(), StoredEvents()
     truth: dict[str, dict[str, float]] = {}
     end: int | None = None
     rows: Rows | None = None
@@ -130,6 +131,8 @@ def read_journal(files: RunFolder) -> Journal:
         if record.kind in FROM:  # first, as nearly all are events
             event = events.take(record.kind, record.payload)
             rows = Rows(event) if isinstance(event, Scanned) else rows
+        elif record.kind == Kind.PLAN:
+            plan.packed.append(record.payload)
         elif record.kind == Kind.HEADER:
             headers.append(header_from(record.payload, str(files.events)))
         elif record.kind == Kind.ROW and rows is not None:
@@ -150,7 +153,11 @@ def read_journal(files: RunFolder) -> Journal:
     header, version = headers[0]
     define_units_of(header.provenance, header.run_id)
     answers = {one.into: one.text for one in events.outline if isinstance(one, Answer) and one.into}
-    whole = replace(header, inputs={**header.inputs, **answers})
+    whole = replace(
+        header,
+        inputs={**header.inputs, **answers},
+        plan_text=plan if plan.packed else header.plan_text,
+    )
     return Journal(whole, events, truth, notes, end or 0, version)
 
 
@@ -200,9 +207,14 @@ def open_samples(path: Path) -> SampleJournal | None:
     return SampleJournal(path, _number(path), name, shape, unread_bytes(path, end) > 0)
 
 
-def read_loose(files: RunFolder, *, samples: bool = True) -> StoredRun:
-    """Read a run that is not sealed, as far as it got; without `samples`, its description alone."""
-    journal = read_journal(files)
+def read_loose(
+    files: RunFolder, journal: Journal | None = None, *, samples: bool = True
+) -> StoredRun:
+    """Read a run that is not sealed, as far as it got; without `samples`, its description alone.
+
+    `journal` is that of its events, if it has been read already.
+    """
+    journal = journal or read_journal(files)
 
     def read_samples(samples: SampleJournal) -> tuple[RecordingFacts, Recording, str]:
         facts = samples.facts(journal.events.outline)
@@ -211,20 +223,22 @@ def read_loose(files: RunFolder, *, samples: bool = True) -> StoredRun:
     read_part = partial(_read_part, scratch=None if _samples_fit(files) else Scratch())
     found = list(_each(files, read_part, read_samples)) if samples else []
     replaced = superseded(journal.events.outline)
-    rows = measured(journal.events)
-    timed = with_elapsed((recording for _, recording, _ in found), journal.events)
+    measured = journal.events.measured
+    recorded = (recording for _, recording, _ in found)
+    timed = with_elapsed(recorded, journal.events.outline, measured.began)
     made = [(facts, each) for (facts, _, _), each in zip(found, timed, strict=True)]
     complete = [(facts, each) for facts, each in made if facts.complete]
     return StoredRun(
-        info=_info(files, journal, rows.rows, [(facts, digest) for facts, _, digest in found]),
+        info=_info(files, journal, [(facts, digest) for facts, _, digest in found]),
         recordings=tuple(each for facts, each in complete if facts.name not in replaced),
         incomplete=tuple(each for facts, each in made if not facts.complete),
         superseded=tuple(each for facts, each in complete if facts.name in replaced),
         zeros=journal.zeros()[0],
         recording_zeros=zeros_in_force(journal.events.outline),
-        measurements=rows.rows,
-        superseded_measurements=rows.superseded,
+        measurements=measured.rows,
+        superseded_measurements=measured.superseded,
         events=journal.events,
+        outline=journal.events.outline,
         result_document=None,
         notes=journal.notes,
     )
@@ -238,19 +252,18 @@ def read_loose_info(files: RunFolder) -> RunInfo:
         facts = samples.facts(journal.events.outline)
         return facts, assemble(facts, samples.blocks())[1]
 
-    rows = measured(journal.events).rows
-    return _info(files, journal, rows, _each(files, _part_facts, samples_facts))
+    return _info(files, journal, _each(files, _part_facts, samples_facts))
 
 
 def _info(
     files: RunFolder,
     journal: Journal,
-    rows: Iterable[Measurement],
     found: Iterable[tuple[RecordingFacts, str]],
 ) -> RunInfo:
     replaced = superseded(journal.events.outline)
     counted = (one for one in found if one[0].complete and one[0].name not in replaced)
     finished = sorted(counted, key=lambda one: one[0].number)
+    rows = journal.events.measured.rows
     digests = [measurement_digest(row, journal.format) for row in rows]
     ended_utc, outcome, reason = journal.end()
     return RunInfo(

@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
+from rigrunner.runfile.compressed import LongText
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
@@ -39,7 +41,7 @@ class RunHeader:
     station_id: str
     procedure_text: str
     station_text: str
-    plan_text: str = ""
+    plan_text: LongText = field(default_factory=LongText)
     called_texts: Mapping[str, str] = field(default_factory=dict)
     """The texts of called procedures, by file."""
     inputs: Mapping[str, str] = field(default_factory=dict)
@@ -109,6 +111,8 @@ class StoredRun:
     superseded_measurements: tuple[Measurement, ...] = ()
     """Rows of steps that were repeated: stored, but neither analysed nor judged."""
     events: Sequence[Event]
+    outline: Sequence[Event]
+    """The events but for points of scans, and steps that neither record nor take a zero."""
     result_document: Mapping[str, Any] | None
     """The first analysis, as in `result.json`."""
     partners: Mapping[str, StoredRun] = field(default_factory=dict)

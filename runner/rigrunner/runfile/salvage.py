@@ -14,13 +14,14 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import h5py
 
 from rigrunner.api.errors import DataError
-from rigrunner.runfile.attempts import measured
 from rigrunner.runfile.codec import check_format
+from rigrunner.runfile.compressed import LongText
 from rigrunner.runfile.entry import (
     FORMAT_ATTRIBUTE,
     HEADER_TEXTS,
     KINDS,
     PARTNER,
+    PLAN,
     VERBATIM,
     digest_of,
     read_entry_truth,
@@ -119,15 +120,14 @@ def write_salvaged(
         journal = Journal(header, StoredEvents(events), damaged.truth, (), 0, format=version)
         file.attrs.update({"NX_class": "NXroot", "default": ENTRY, FORMAT_ATTRIBUTE: version})
         entry = new_group(file, ENTRY, "NXentry")
-        rows = measured(journal.events)
-        write_entry(entry, journal, rows)
+        write_entry(entry, journal)
         for kind in KINDS:
             new_group(entry, kind, "NXcollection")
         for place in damaged.sound:
             source.copy(source[ENTRY][place], entry[place.partition("/")[0]])
         for place in damaged.partners:
             source.copy(source[ENTRY][place], entry)
-        entry.attrs["sha256"] = digest_of(entry, rows.rows)
+        entry.attrs["sha256"] = digest_of(entry, journal.events.measured.rows)
         write_manifest(entry)
 
 
@@ -214,6 +214,7 @@ class _Reading:
         known["approval"] = known["approval"] or dict(DRAFT)
         return RunHeader(
             **known,
+            plan_text=LongText.of(self._verbatim(f"texts/{PLAN}")),
             called_texts=self._named(CALLED_PLACE),
             mapping_text=self._verbatim("texts/mapping_text"),
         )

@@ -9,7 +9,6 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.errors import DataError
-from rigrunner.runfile.attempts import measured
 from rigrunner.runfile.entry import (
     FORMAT_ATTRIBUTE,
     PARTNER,
@@ -46,18 +45,21 @@ def seal(
     result_document: Mapping[str, Any] | None = None,
     plot: RunPlot | None = None,
     partners: Mapping[str, Path] = MappingProxyType({}),
+    *,
+    journal: Journal | None = None,
 ) -> Path:
     """Make `run.h5` of a run that is over, or was killed, and return its path.
 
     The file appears complete, by one rename, and read-only; journal and single recordings are
     removed once it is on the disk. `partners` are the runs (file or folder), by name, with which
-    the result was computed: they are embedded. Raises DataError if the run is sealed already or
+    the result was computed: they are embedded. `journal` is that of the folder, if it has been read
+    since the run was over. Raises DataError if the run is sealed already or
     cannot be written.
     """
     files = RunFolder(folder)
     if files.sealed_file.exists():
         raise DataError(f"{files.sealed_file} is sealed, and is never written again")
-    journal = read_journal(files)
+    journal = journal or read_journal(files)
     # Those that a kill interrupted, and those whose fold failed.
     for samples in unfolded(files):
         fold(files, samples, journal.events.outline)
@@ -88,9 +90,8 @@ def fold(files: RunFolder, samples: SampleJournal, events: Iterable[Event]) -> N
 
 
 def _write_loose(entry: h5py.Group, files: RunFolder, journal: Journal) -> None:
-    rows = measured(journal.events)
-    write_entry(entry, journal, rows)
-    add_recordings(entry, files.finished_parts(), journal.events, rows.rows)
+    write_entry(entry, journal)
+    add_recordings(entry, files.finished_parts(), journal.events)
 
 
 def _embed(entry: h5py.Group, name: str, partner: Path) -> None:

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.events import Event, Scanned, StepEnded, StepStarted
+from rigrunner.runfile.attempts import Attempts
 from rigrunner.runfile.codec import event_from, event_record, event_unpacked
 from rigrunner.runfile.compressed import Compressed
 from rigrunner.runfile.journal import Kind
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping
+
+    from rigrunner.runfile.attempts import Measured
 
 FROM: Mapping[int, Callable[[bytes], Event | None]] = {
     Kind.EVENT: event_from,
@@ -24,12 +28,13 @@ _PIECE = 1000
 
 
 class StoredEvents(Sequence[Event]):
-    """All events of a run, in order."""
+    """All events of a run, in order, and the rows that they measured."""
 
     def __init__(self, events: Iterable[Event] = ()) -> None:
         self._records = Compressed()
         """Each with its kind as its first byte."""
         self._latest: list[bytes] = []
+        self._attempts = Attempts()
         self.outline: list[Event] = []
         """All but points of scans, and steps that neither record nor take a zero."""
         for each in events:
@@ -40,6 +45,7 @@ class StoredEvents(Sequence[Event]):
         event = FROM[kind](payload)
         if event is None:
             return None
+        self._attempts.take(event)
         self._latest.append(bytes((kind,)) + payload)
         if len(self._latest) == _PIECE:
             self._records.add(self._latest)
@@ -52,6 +58,13 @@ class StoredEvents(Sequence[Event]):
             case _:
                 self.outline.append(event)
         return event
+
+    @cached_property
+    def measured(self) -> Measured:
+        """The rows that they measured; no event is taken after that."""
+        measured = self._attempts.measured()
+        del self._attempts  # they hold more than the rows
+        return measured
 
     def __len__(self) -> int:
         return len(self._records) + len(self._latest)

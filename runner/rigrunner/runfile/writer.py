@@ -18,7 +18,7 @@ from rigrunner.runfile.durable import cannot_write, sync_folder, writing
 from rigrunner.runfile.folder import RunFolder
 from rigrunner.runfile.interrupts import uninterrupted
 from rigrunner.runfile.journal import JournalWriter, Kind
-from rigrunner.runfile.loose import SampleJournal, read_journal
+from rigrunner.runfile.loose import SampleJournal, read_journal, read_loose
 from rigrunner.runfile.recordings import Shape
 from rigrunner.runfile.sealing import fold, seal
 
@@ -29,7 +29,8 @@ if TYPE_CHECKING:
 
     from rigrunner.api.details import RunPlot
     from rigrunner.api.events import EventSink
-    from rigrunner.runfile.model import RunHeader
+    from rigrunner.runfile.loose import Journal
+    from rigrunner.runfile.model import RunHeader, StoredRun
 
 
 class RunWriter:
@@ -61,6 +62,7 @@ class RunWriter:
         self._is_torn = False
         """Whether a block of the recording is missing: those after it are not stored."""
         self._failure: DataError | None = None
+        self._read: Journal | None = None
         self._folding = Folding()
 
     def __enter__(self) -> Self:
@@ -131,6 +133,11 @@ class RunWriter:
         if self._folding.going:
             self._folding.check()
 
+    def read(self) -> StoredRun:
+        """Read the run, which must be closed; `seal` then writes what was read."""
+        self._read = read_journal(self._files)
+        return read_loose(self._files, self._read)
+
     def seal(
         self,
         result_document: Mapping[str, Any] | None = None,
@@ -140,7 +147,8 @@ class RunWriter:
         """Close the journal and write `run.h5`; see `rigrunner.runfile.seal`."""
         with uninterrupted():
             self.close()
-            return seal(self.folder, result_document, plot, partners)
+            journal, self._read = self._read, None
+            return seal(self.folder, result_document, plot, partners, journal=journal)
 
     def close(self) -> None:
         """Close the journal after all folds; the folder stays readable. Idempotent."""
@@ -208,6 +216,8 @@ def _begun(files: RunFolder, header: RunHeader) -> JournalWriter:
     """Return the journal of a new run."""
     files.journal.mkdir(parents=True)
     events = JournalWriter(files.events)
+    for part in header.plan_text.packed:
+        events.append(Kind.PLAN, part)
     events.append(Kind.HEADER, header_bytes(header))
     events.sync()
     # The folder of the run is new as well: its name has to be on the disk too.

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from helpers_devices import MAIN, FakeTester, Listener, plan_of, record, run
+from helpers_devices import MAIN, FakeTester, Listener, measured, plan_of, record, run
 from rigrunner.api.errors import DeviceLostError
 from rigrunner.api.events import (
     Alarm,
@@ -23,7 +23,6 @@ from rigrunner.engine import Choice, Interference
 from rigrunner.engine.pausing import StopNow
 from rigrunner.engine.points import point_at, settles_before
 from rigrunner.plan.actions import Interlock, Phase, Plan, PlannedStep, Terms
-from rigrunner.runfile.attempts import measured
 from rigrunner.steps.ramp import Ramp
 from rigrunner.steps.scan import Scan
 from rigrunner.steps.set_drives import SetDrive

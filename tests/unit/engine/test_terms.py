@@ -6,7 +6,7 @@ import threading
 
 import pytest
 
-from helpers_devices import FakeTester, Listener, NthCall, record, run
+from helpers_devices import FakeTester, Listener, NthCall, measured, record, run
 from rigrunner.api.devices import ChannelInfo
 from rigrunner.api.errors import (
     DataError,
@@ -32,7 +32,6 @@ from rigrunner.clock import SimulatedClock
 from rigrunner.engine import UnattendedAnswers, run_plan
 from rigrunner.plan.actions import Phase, Plan, PlannedStep, Terms
 from rigrunner.rig import Rig
-from rigrunner.runfile.attempts import measured
 from rigrunner.steps.measure import Measure
 from rigrunner.steps.ramp import Ramp
 from rigrunner.steps.set_drives import SetDrive

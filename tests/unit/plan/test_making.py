@@ -185,7 +185,7 @@ def test_cycles_are_counted_by_the_recorded_device_s_own_drive():
 
 def test_the_text_of_a_plan_is_json():
     plan = plan_of()
-    steps = json.loads(plan_text(plan))
+    steps = json.loads(b"".join(plan_text(plan)))
 
     assert len(steps) == len(plan.steps)
     assert (steps[8]["do"], steps[8]["action"]["name"]) == ("Record", "001_2Hz")
@@ -205,8 +205,8 @@ def test_the_text_of_a_plan_is_that_of_all_its_steps_at_once(monkeypatch, piece)
         for step in steps
     ]
     assert len(steps) == 13
-    assert plan_text(Plan(steps)) == to_json(listed, indent=1).decode()
-    assert plan_text(Plan(())) == "[]"
+    assert b"".join(plan_text(Plan(steps))) == to_json(listed, indent=1)
+    assert b"".join(plan_text(Plan(()))) == b"[]"
 
 
 REPEATED = """\

@@ -15,6 +15,7 @@ from rigrunner.api.events import Outcome, RunEnded, RunStarted, Samples, StepEnd
 from rigrunner.bus import Bus, Emitter
 from rigrunner.clock import SimulatedClock
 from rigrunner.runfile import RunHeader, RunWriter
+from rigrunner.runfile.compressed import LongText
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -36,7 +37,7 @@ def header_of(run_id: str = "run", **changed: object) -> RunHeader:
         "station_id": "simulated",
         "procedure_text": "# N·m, 'ünïcode' and\ttabs\r\n",
         "station_text": "rigrunner: station/1\n",
-        "plan_text": "set tester.load 1000 N\n",
+        "plan_text": LongText.of("set tester.load 1000 N\n"),
         "inputs": {"specimen": "<script>", "operator": "Zoë"},
         "provenance": {"rigrunner": "0.1.0", "plugin swing_tester_sim": "0.1.0"},
     }

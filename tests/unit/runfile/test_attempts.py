@@ -8,7 +8,8 @@ import pytest
 from rigrunner.api.events import Outcome, RunEnded, RunStarted, Scanned, StepEnded, StepStarted
 from rigrunner.api.limits import ValueLimit
 from rigrunner.runfile import RunWriter, read, seal
-from rigrunner.runfile.attempts import measured, superseded
+from rigrunner.runfile.attempts import superseded
+from rigrunner.runfile.stored_events import StoredEvents
 from unit.runfile.helpers_runfile import (
     assert_same_recording,
     emitter_of,
@@ -226,7 +227,7 @@ def test_a_step_that_was_repeated_counts_in_the_order_of_its_last_attempt():
         )
         for seq, index in enumerate([0, 1, 0])
     ]  # fmt: skip
-    found = measured(events)
+    found = StoredEvents(events).measured
     assert [one.values["tester.load"] for one in found.rows] == [1.0, 2.0]
     assert [one.values["tester.load"] for one in found.superseded] == [0.0]
 
@@ -242,7 +243,7 @@ def test_rows_hold_what_is_the_same_in_them_once_and_nothing_else():
             StepStarted(seq=0, text="", limits=limits, coordinates={"pass": count}, **known),
             StepEnded(seq=1, ok=True, measurement="m", values={"tester.load": 1.0}, **known),
         ]
-    first, second, third, last = measured(events).rows
+    first, second, third, last = StoredEvents(events).measured.rows
     assert first.units is second.units is third.units is last.units
     assert second.limits is third.limits is last.limits
     assert [repr(each.limits[0].maximum) for each in (first, second)] == ["0.0", "-0.0"]
@@ -272,7 +273,7 @@ def test_each_row_has_the_zero_that_was_in_force():
         ended("measure", force=1.0), ended("zero", force=0.1), ended("measure", force=2.0),
         ended("zero", force=0.2), ended("zero", other=5.0), ended("measure", force=3.0),
     ]  # fmt: skip
-    assert [row.zeros for row in measured(events).rows] == [
+    assert [row.zeros for row in StoredEvents(events).measured.rows] == [
         {"cell.force": 0.1, "cell.other": 5.0},
         {"cell.force": 0.1, "cell.other": 5.0},
         {"cell.force": 0.2, "cell.other": 5.0},

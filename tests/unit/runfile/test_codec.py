@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import asdict, is_dataclass
+from dataclasses import asdict, is_dataclass, replace
 from types import MappingProxyType
 
 import msgspec
@@ -25,10 +25,13 @@ from rigrunner.runfile.codec import (
     event_record,
     event_text,
     event_unpacked,
+    header_bytes,
     header_from,
 )
+from rigrunner.runfile.compressed import LongText
 from rigrunner.runfile.journal import Kind
 from rigrunner.runfile.model import FORMAT
+from unit.runfile.helpers_runfile import header_of
 
 STAMP = {"seq": 3, "monotonic_s": 1.25, "utc": "2026-03-01T12:00:00.000Z"}
 STEP = {"step": "main[0].measure", "index": 0, "action": "measure", "ok": True}
@@ -129,6 +132,17 @@ def test_the_truth_is_in_no_event():
 def test_a_header_of_an_unknown_format_is_refused(document, told):
     with pytest.raises(DataError, match=told):
         header_from(json.dumps(document).encode(), "the journal")
+
+
+@given(st.text(max_size=20), any_text)
+def test_a_header_of_earlier_versions_has_the_text_of_the_plan(plan, text):
+    header = header_of(plan_text=LongText.of(plan), inputs={text: text})
+    before = json.dumps({"format": FORMAT, **asdict(header), "plan_text": plan}).encode()
+    assert header_from(before, "the journal") == (header, FORMAT)
+    found, _ = header_from(header_bytes(header), "the journal")
+    assert replace(found, plan_text=header.plan_text) == header
+    with pytest.raises(DataError, match="a record of the run is invalid"):
+        header_from(before.replace(b'"plan_text": "', b'"plan_text": "\\ud800'), "the journal")
 
 
 def test_a_block_that_was_cut_off_is_refused():

@@ -82,6 +82,18 @@ def test_before_main_no_time_has_elapsed(tmp_path):
     assert row.elapsed_s is None
 
 
+def test_a_row_of_the_very_moment_at_which_main_began_has_a_time(tmp_path):
+    """It is read before it is known when that was."""
+    with RunWriter(tmp_path / "run", header_of("run")) as writer:
+        emit = Emitter(Bus([writer]), SimulatedClock(START))
+        known = {"step": "setup[0]", "index": 0, "action": "measure"}
+        emit(StepStarted, **known, text="measure")
+        emit(StepEnded, **known, ok=True, measurement="m", values={"t.x": 1.0}, units={"t.x": "N"})
+        emit(StepStarted, step="main[0]", index=1, action="wait", text="wait")
+    (row,) = read(tmp_path / "run").measurements
+    assert row.elapsed_s == 0.0
+
+
 def test_time_goes_on_while_a_run_is_interrupted(tmp_path):
     """The clock of another process begins again; the date and time do not."""
     write(tmp_path / "run")

@@ -32,6 +32,7 @@ from rigrunner.runfile import (
     read_with_truth,
     seal,
 )
+from rigrunner.runfile.compressed import LongText
 from rigrunner.runfile.hdf5 import read_text
 from unit.runfile.helpers_runfile import (
     DOCUMENT,
@@ -96,6 +97,19 @@ def test_other_programs_find_what_happened_when_and_where(tmp_path):
     assert "main[0]" in columns["step"]
     assert (drawn, list(marked["axes"])) == ("tester.torque", ["time"])
     assert labels == {"tester.angle": "tester.angle / rad", "tester.torque": "tester.torque / N·m"}
+
+
+def test_the_text_of_a_long_plan_comes_back_and_is_stored_as_any_other(tmp_path):
+    text = "".join(f"step {number}: ünïcode\n" for number in range(30_000))
+    header = header_of(plan_text=LongText.of(text))
+    writer = write_run(tmp_path / "run", [], header=header)
+    assert str(read(tmp_path / "run").header.plan_text) == text
+    writer.seal()
+    found = read(tmp_path / "run").header
+    assert (found, str(found.plan_text)) == (header, text)
+    with h5py.File(tmp_path / "run" / "run.h5") as file:
+        column = file["entry/texts/plan_text"]
+        assert (column.dtype, bytes(column[()]).decode()) == (np.uint8, text)
 
 
 @pytest.mark.parametrize("sealed", [False, True])

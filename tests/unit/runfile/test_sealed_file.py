@@ -10,6 +10,7 @@ import pytest
 
 from rigrunner.api.errors import DataError
 from rigrunner.runfile import read, read_info, read_truth, seal
+from rigrunner.runfile.compressed import LongText
 from unit.runfile.helpers_runfile import DOCUMENT, PLOT, TWO, header_of, recording, write_run
 
 
@@ -128,7 +129,7 @@ def test_reading_leaves_the_file_as_it_is(folder):
 def test_long_and_odd_texts_survive(tmp_path):
     odd = {"note": "ä" * 70_000, "nul": "a\0b", "": "nothing", "a/b": "\ud800".encode(
         errors="surrogatepass").decode(errors="replace")}  # fmt: skip
-    write_run(tmp_path / "run", [], header=header_of(inputs=odd, plan_text="")).seal()
+    write_run(tmp_path / "run", [], header=header_of(inputs=odd, plan_text=LongText())).seal()
     assert read(tmp_path / "run").header.inputs == odd
 
 

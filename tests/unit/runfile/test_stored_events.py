@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import zlib
 from math import inf, isnan, nan
 
 import pytest
 
 from benchmarks.frame import allocated_peak
+from rigrunner.api.errors import DataError
 from rigrunner.api.events import Note, RunStarted, Scanned, StepEnded, StepStarted
 from rigrunner.api.limits import ValueLimit
 from rigrunner.runfile import stored_events
 from rigrunner.runfile.codec import event_text
-from rigrunner.runfile.compressed import Compressed
+from rigrunner.runfile.compressed import PART, Compressed, LongText
 from rigrunner.runfile.journal import Kind
 from rigrunner.runfile.stored_events import StoredEvents
 
@@ -93,3 +95,30 @@ def test_strings_of_any_length_come_back_in_their_order():
         found.add(some)
     assert [*found] == [*found] == [b"", b"a", b"b" * 100, b"\x00\n", b""]
     assert len(found) == 5
+
+
+@pytest.mark.parametrize("size", [0, 1, PART - 1, PART, PART + 1, 3 * PART])
+def test_a_long_text_is_the_same_in_whatever_parts_it_came(size):
+    data = (b"0123456789\n" * (size // 11 + 1))[:size]
+    whole, in_parts = LongText([data]), LongText(data[at : at + 999] for at in range(0, size, 999))
+    assert whole == in_parts
+    assert b"".join(whole) == str(whole).encode() == data
+    assert max(map(len, whole), default=0) <= PART
+    assert whole != LongText([data, b"x"])
+    whole.packed = [zlib.compress(part, 9) for part in whole]
+    assert whole == in_parts
+
+
+@pytest.mark.parametrize(
+    ("packed", "told"),
+    [
+        (b"no zlib", "damaged"),
+        (zlib.compress(b"text")[:-1], "damaged, or longer than 262,144 bytes"),
+        (zlib.compress(bytes(PART + 1)), "damaged, or longer than 262,144 bytes"),
+    ],
+)
+def test_a_part_of_a_long_text_that_is_none_is_refused(packed, told):
+    text = LongText()
+    text.packed.append(packed)
+    with pytest.raises(DataError, match=told):
+        str(text)

@@ -46,6 +46,18 @@ def test_what_the_engine_records_is_stored_whole(tmp_path):
     assert read_truth(tmp_path / "run")["002_20Hz"] == {"starting_torque_nm": 0.7262}
 
 
+def test_what_was_read_for_the_analysis_is_sealed_without_reading_it_again(tmp_path, monkeypatch):
+    with RunWriter(tmp_path / "run", header_of()) as writer:
+        run(FakeTester(), critical=[writer])
+        writer.close()
+        found = writer.read()
+        monkeypatch.setattr("rigrunner.runfile.sealing.read_journal", None)
+        writer.seal()
+    stored = read(tmp_path / "run")
+    assert (stored.digest, [*stored.events]) == (found.digest, [*found.events])
+    assert read_truth(tmp_path / "run")["002_20Hz"] == {"starting_torque_nm": 0.7262}
+
+
 def test_finished_recordings_become_files(tmp_path):
     with RunWriter(tmp_path / "run", header_of()) as writer:
         emit = emitter_of(writer)

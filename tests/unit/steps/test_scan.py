@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import pytest
 
-from helpers_devices import FakeTester, Listener, NthCall, record, run
+from helpers_devices import FakeTester, Listener, NthCall, measured, record, run
 from rigrunner.api.errors import DataError, DeviceLostError, DeviceTimeoutError
 from rigrunner.api.events import (
     Alarm,
@@ -29,7 +29,6 @@ from rigrunner.engine import Choice, UnattendedAnswers, find_resume_point, run_p
 from rigrunner.engine.resume_point import brought_back
 from rigrunner.plan.actions import Interlock, Phase, Plan, PlannedStep, Terms
 from rigrunner.rig import Rig
-from rigrunner.runfile.attempts import measured
 from rigrunner.station.drive_rules import DriveRules
 from rigrunner.station.limits import DriveLimits
 from rigrunner.steps.scan import Scan

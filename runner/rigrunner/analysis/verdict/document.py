@@ -39,7 +39,7 @@ def limits(found: MeasuredLimits) -> Json | None:
     """Return the limits on measured values, each with its decision; None where there is none."""
     if not found.values:
         return None
-    listed = sorted(found.values, key=lambda each: each.decision.passes)[:MOST_VALUES]
+    listed = sorted(found.values, key=lambda each: each.passes)[:MOST_VALUES]
     return {
         "verdict": str(found.verdict),
         "reason": found.reason,

@@ -194,7 +194,7 @@ def _measured(rows: Sequence[Measurement]) -> str:
 
 def _alarms(stored: StoredRun) -> list[str]:
     """Return the failures and the messages of drivers, in order."""
-    return [f"{one.source}: {one.text}" for one in stored.events if isinstance(one, Alarm)]
+    return [f"{one.source}: {one.text}" for one in stored.outline if isinstance(one, Alarm)]
 
 
 def _row(row: Measurement) -> dict[str, Any]:
