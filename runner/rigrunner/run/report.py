@@ -71,7 +71,7 @@ def report_input(
     progress: Progress = unseen,
 ) -> ReportInput:
     """Return the input of a report format for a stored run."""
-    stored, truth = read_with_truth(path, samples=result is None)
+    stored, truth = read_with_truth(path)
     found = result or analyse_stored(stored, registry, progress=progress)
     return ReportInput(
         result=found,

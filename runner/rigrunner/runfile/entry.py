@@ -220,10 +220,10 @@ def _read_info(entry: h5py.Group, path: Path, rows: Sequence[Measurement]) -> Ru
     )
 
 
-def read_entry(entry: h5py.Group, path: Path, *, samples: bool = True) -> StoredRun:
-    """Read a run whole, or without its recordings, and the partner runs that are embedded in it."""
+def read_entry(entry: h5py.Group, path: Path) -> StoredRun:
+    """Read a run whole, and the partner runs that are embedded in it."""
     events = read_events(entry)
-    groups = {kind: _in_order(entry[kind]) if samples and kind in entry else [] for kind in KINDS}
+    groups = {kind: _in_order(entry[kind]) if kind in entry else [] for kind in KINDS}
     scratch = None if sum(map(stored_bytes, groups.values())) <= IN_MEMORY else Scratch()
     measured = events.measured
 
@@ -246,7 +246,7 @@ def read_entry(entry: h5py.Group, path: Path, *, samples: bool = True) -> Stored
             json.loads(read_text(entry["analysis"], "result")) if "analysis" in entry else None
         ),
         partners={
-            partner_name(entry, place): read_entry(entry[place], path, samples=samples)
+            partner_name(entry, place): read_entry(entry[place], path)
             for place in partner_places(entry)
         },
     )
