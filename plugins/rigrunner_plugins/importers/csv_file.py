@@ -53,7 +53,7 @@ def read_csv(
             reader = csv.reader(file, delimiter=delimiter)
             header = [name.strip() for name in next(reader, [])] if table.header else []
             where = _find(columns, header, path, table)
-            rows = _rows(reader, list(where.values()), path, table)
+            rows = _rows(reader, list(where.values()), len(header), path, table)
             samples = np.array(list(rows), dtype=np.float64).reshape(-1, len(where))
     except UnicodeError as error:
         raise DataError(f"is not {table.encoding}", location=Location(str(path))) from error
@@ -104,8 +104,9 @@ def _find(
 
 
 def _rows(
-    reader: Iterator[list[str]], indices: list[int], path: Path, table: TableSettings
+    reader: Iterator[list[str]], indices: list[int], width: int, path: Path, table: TableSettings
 ) -> Iterator[list[float]]:
+    """Yield the wanted numbers of each row; `width` is how many names there are, or 0."""
     first = table.skip_lines + 1 + table.header
     for line, row in enumerate(reader, first):
         if not row:
@@ -115,6 +116,16 @@ def _rows(
                 f"has {len(row)} columns, {max(indices) + 1} are needed",
                 location=Location(str(path), line),
                 hint=f"the delimiter is set to '{table.delimiter}'",
+            )
+        width = width or len(row)
+        # In '0,1,234.5' the second number would be 1.
+        if any(cell.strip() for cell in row[width:]):
+            raise DataError(
+                f"has {len(row)} columns, {'the header' if table.header else 'the first row'} has"
+                f" {width}",
+                location=Location(str(path), line),
+                hint=f"'{table.delimiter}' is set as delimiter: does it also mark decimals or"
+                " thousands?",
             )
         numbers = []
         for index in indices:

@@ -53,6 +53,24 @@ def test_a_csv_without_a_row_is_refused(tmp_path):
             csv(tmp_path, text, {"x": "a"})
 
 
+@pytest.mark.parametrize(
+    ("text", "header"),
+    [
+        ("time,torque\n0,1\n1,2,5\n", True),  # a decimal comma
+        ("time,torque\n0,1\n1,1,234.5\n", True),  # thousands
+        ("0,1\n1,2,5\n", False),
+    ],
+)
+def test_a_delimiter_within_a_number_is_refused(tmp_path, text, header):
+    with pytest.raises(DataError, match=r"has 3 columns, the (header|first row) has 2"):
+        csv(tmp_path, text, {"x": 2}, header=header)
+
+
+def test_a_delimiter_after_the_last_number_is_allowed(tmp_path):
+    found = csv(tmp_path, "time,torque\n0,1.5,\n1,2.5, \n", {"x": "torque"})
+    assert found["x"].values.tolist() == [1.5, 2.5]
+
+
 def test_another_encoding_is_told(tmp_path):
     for encoding in ("utf-8", "utf-16"):
         with pytest.raises(DataError, match=f"is not {encoding}"):
