@@ -97,3 +97,36 @@ def test_hdf5_states_units(tmp_path):
     ):
         with pytest.raises(DataError, match=told):
             Hdf5Importer(NoSettings()).read(path, {"x": column}, group)
+
+
+@pytest.mark.parametrize(
+    ("name", "unit"),
+    [("units", np.array([b"mN.m"])), ("unit", np.array(["mN.m"], dtype=object)), ("Units", "mN.m")],
+)
+def test_the_unit_of_an_hdf5_dataset_is_found_as_other_programs_write_it(tmp_path, name, unit):
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["x"] = np.arange(3.0)
+        file["x"].attrs[name] = unit
+    found = Hdf5Importer(NoSettings()).read(tmp_path / "a.h5", {"x": "x"}, "")
+    assert found["x"].unit == "mN.m"
+
+
+@pytest.mark.parametrize("name", ["scale_factor", "add_offset"])
+def test_a_packed_hdf5_dataset_is_refused(tmp_path, name):
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["x"] = np.arange(3, dtype=np.int16)
+        file["x"].attrs[name] = 0.01
+    with pytest.raises(DataError, match=f"'/x' is packed, which is not read.* {name}"):
+        Hdf5Importer(NoSettings()).read(tmp_path / "a.h5", {"x": "x"}, "")
+
+
+@pytest.mark.parametrize("name", ["_FillValue", "missing_value"])
+def test_a_number_for_a_missing_value_is_no_sample(tmp_path, name):
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        for dataset, values in (("x", [1.0, -9999.0]), ("y", [1.0, 2.0])):
+            file[dataset] = values
+            file[dataset].attrs[name] = -9999.0
+    importer = Hdf5Importer(NoSettings())
+    with pytest.raises(DataError, match=f"'/x' has missing values: -9999.0, its {name}"):
+        importer.read(tmp_path / "a.h5", {"x": "x"}, "")
+    assert importer.read(tmp_path / "a.h5", {"y": "y"}, "")["y"].values.tolist() == [1.0, 2.0]
