@@ -190,11 +190,12 @@ def _between(value: float | None, symbol: str, other: str) -> float | None:
 
 def _figures(archive: Database, quantity: Quantity, filters: Filters) -> dict[str, list[Found]]:
     found: dict[str, list[Found]] = {}
-    names, known = set(), set()
+    names, known, units = set(), set(), set()
     for row in rows(archive, "figures", filters):
         known.add(row["name"])
         if quantity.fits(row["source"], row["name"]) and row["value"] is not None:
             names.add(f"{row['source']}/{row['name']}")
+            units.add(row["unit"] or "1")
             expanded = None
             if row["u"] is not None and isfinite(row["u"]):
                 dof = inf if row["dof"] is None else row["dof"]
@@ -206,6 +207,9 @@ def _figures(archive: Database, quantity: Quantity, filters: Filters) -> dict[st
             f"several figures are called '{quantity.name}'",
             hint=f"name one: {', '.join(sorted(names))}",
         )
+    if len(units) > 1:
+        hint = "choose by --rig, --procedure or --revision"
+        raise UsageError(f"'{quantity.name}' is in {' and in '.join(sorted(units))}", hint=hint)
     known |= {row["name"] for row in rows(archive, "results", filters)}
     if not found and known:
         raise UsageError(
