@@ -11,7 +11,7 @@ import pytest
 
 from e2e.helpers_trends import index_all, on_day
 from helpers_cli import call
-from unit.rigrunner_fleet.archive.helpers_archive import store_run
+from unit.rigrunner_fleet.archive.helpers_archive import estimate, store_run
 from unit.rigrunner_fleet.archive.helpers_named_results import (
     resistance_document,
     store_resistances,
@@ -223,3 +223,18 @@ def test_a_minimum_and_a_maximum_that_are_stated_apart_are_both_limits(tmp_path)
     deviation = values.std(ddof=1)
     assert indices["Cpk"] == pytest.approx((101 - values.mean()) / (3 * deviation))
     assert indices["Cp"] == pytest.approx((101 - 99) / (6 * deviation))
+
+
+def test_equal_temperatures_in_two_units_do_not_scatter(tmp_path):
+    """25.3 °C in K and back differs from 25.3 by 1e-14: a Cpk of 1e14 would be of the rounding."""
+    runs = tmp_path / "runs"
+    for day in range(12):
+        document = resistance_document({0.0: 100.0})
+        value, unit = (298.45, "K") if day % 2 == 0 else (25.3, "°C")
+        document["results"][0]["estimate"] = estimate(value, 0.1, unit)
+        store_run(runs, f"day-{day:02d}", document, started_utc=on_day(day))
+    index_all(runs)
+    for command in (["capability", "--upper", "30 °C"], ["trend", "--baseline", "10"]):
+        done = call(command[0], "resistance", *command[1:], "--runs", runs)
+        assert (done.code, done.out) == (5, "")
+        assert "all the same" in done.err

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass, field
-from math import inf, isfinite
+from math import floor, inf, isfinite, log10, ulp
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from rigrunner.api.errors import DataError, UsageError
@@ -171,13 +171,23 @@ def _in_unit(row: Mapping[str, Any], symbol: str) -> Found:
     limits = row["lower"], row["upper"]
     if row["unit"] != symbol:
         scale = unit(row["unit"]).factor / unit(symbol).factor
-        value = None if value is None else from_si(row["si_value"], symbol)
+        value = None if value is None else _converted(row["si_value"], symbol)
         expanded = expanded and expanded * scale
         limits = (
             _between(limits[0], row["unit"], symbol),
             _between(limits[1], row["unit"], symbol),
         )
     return Found(value, expanded, symbol, place, row["number"], limits)
+
+
+def _converted(si: float, symbol: str) -> float:
+    """Return an SI value in a unit, without digits from rounding.
+
+    25.3 °C stated in K is 25.30000000000001 °C, and equal values would seem to scatter.
+    """
+    known = unit(symbol)
+    rounding = 4 * ulp(max(abs(si), abs(known.offset))) / known.factor
+    return round(from_si(si, symbol), floor(-log10(rounding)))
 
 
 def _between(value: float | None, symbol: str, other: str) -> float | None:
