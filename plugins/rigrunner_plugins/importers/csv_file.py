@@ -19,7 +19,8 @@ if TYPE_CHECKING:
 
     from rigrunner_plugins.importers.settings import TableSettings
 
-_UNIT = re.compile(r"[(\[]([^()\[\]]+)[)\]]\s*$")
+_UNITS = (re.compile(r"\s/\s+(\S.*)$"), re.compile(r"[(\[]([^()\[\]]+)[)\]]\s*$"))
+"""Where a name states its unit: 'T / mN·m' (ISO 80000-1, 7.1.4), 'T (mN·m)', 'T [mN·m]'."""
 
 
 @dataclass(frozen=True)
@@ -42,8 +43,8 @@ def read_csv(
 ) -> dict[str, Column]:
     """Return each wanted column, by its name or its number from 1.
 
-    A unit is what stands in brackets at the end of a column's name, where that is one. Raises
-    DataError naming file and line.
+    A unit is what stands in brackets, or behind ' / ', at the end of a column's name, where that is
+    one. Raises DataError naming file and line.
     """
     delimiter = "\t" if table.delimiter == "tab" else table.delimiter
     try:
@@ -77,9 +78,9 @@ def encoding_of(name: str) -> str:
 
 
 def _unit(name: str) -> str:
-    """Return the unit in brackets at the end of a column's name; '' where that is no unit."""
-    found = _UNIT.search(name)
-    return found[1].strip() if found and find_unit(found[1]) else ""
+    """Return the unit at the end of a column's name; '' where none is stated."""
+    found = [each[1].strip() for pattern in _UNITS if (each := pattern.search(name))]
+    return next((each for each in found if find_unit(each)), "")
 
 
 def _find(

@@ -218,7 +218,7 @@ def _figures(archive: Database, quantity: Quantity, filters: Filters) -> dict[st
             hint=f"name one: {', '.join(sorted(names))}",
         )
     if len(units) > 1:
-        hint = "choose by --rig, --procedure or --revision"
+        hint = "choose by --procedure or --revision"
         raise UsageError(f"'{quantity.name}' is in {' and in '.join(sorted(units))}", hint=hint)
     known |= {row["name"] for row in rows(archive, "results", filters)}
     if not found and known:

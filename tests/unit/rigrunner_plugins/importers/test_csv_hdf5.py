@@ -24,12 +24,16 @@ def csv(tmp_path, text, columns, group="", **table):
     [
         ("Torque (Nm)", "Nm"),
         ("Torque [mN.m]", "mN.m"),
+        ("Torque / mN·m", "mN·m"),
+        ("k / W/(m·K)", "W/(m·K)"),
+        ("raw / filtered (N)", "N"),
+        ("raw / filtered", ""),
         ("Torque (raw)", ""),
         ("Torque Nm", ""),
         ("Torque (N·m) 1", ""),
     ],
 )
-def test_a_unit_in_brackets_is_stated(tmp_path, name, unit):
+def test_a_unit_at_the_end_of_a_name_is_stated(tmp_path, name, unit):
     found = csv(tmp_path, f"{name},b\n1,2\n", {"x": name})
     assert found["x"].unit == unit
 
