@@ -11,7 +11,7 @@ import pytest
 
 from e2e.helpers_trends import index_all, on_day
 from helpers_cli import call
-from unit.rigrunner_fleet.archive.helpers_archive import store_run
+from unit.rigrunner_fleet.archive.helpers_archive import estimate, store_run
 from unit.rigrunner_fleet.archive.helpers_named_results import (
     resistance_document,
     store_resistances,
@@ -169,3 +169,72 @@ def test_readings_at_several_set_points_are_refused(tmp_path):
     assert "choose by --where" in refused.err
     unknown = call("gauge-rr", "resistence", "--runs", tmp_path / "runs")
     assert "no matching run has a result 'resistence'" in unknown.err
+
+
+def test_a_value_that_is_missing_at_one_place_is_told(tmp_path):
+    runs = tmp_path / "runs"
+    for day in range(12):
+        document = resistance_document(
+            {0.0: 100 + 0.001 * (day % 5), 100.0: 138.5 + 0.001 * (day % 7)}
+        )
+        if day == 3:
+            document["results"][1]["estimate"]["value"] = None
+        store_run(runs, f"day-{day:02d}", document, started_utc=on_day(day))
+    index_all(runs)
+    found = json.loads(
+        call("trend", "resistance", "--runs", runs, "--baseline", "10", "--json").out
+    )
+    assert [len(each["points"]) for each in found["series"]] == [12, 11]
+    reason = "it has no value at chamber.temperature = 100 °C"
+    assert found["excluded"] == [{"run_id": "day-03", "reason": reason}]
+
+
+def test_a_session_with_a_trial_without_a_value_is_excluded(tmp_path):
+    runs = tmp_path / "runs"
+    for part, by in product(("A", "B"), ("Xu", "Yi")):
+        for session in range(3):
+            document = resistance_document({0.0: 100 + 0.01 * session, 100.0: 138.5})
+            document["results"][1]["estimate"]["value"] = None
+            inputs = {"specimen": part, "operator": by}
+            store_run(runs, f"{part}-{by}-{session}", document, inputs=inputs)
+    index_all(runs)
+    done = call("gauge-rr", "resistance", "--runs", runs)
+    assert done.code != 0
+    assert "12 left out: 1 of 2 trials have no value" in done.err
+
+
+def test_a_minimum_and_a_maximum_that_are_stated_apart_are_both_limits(tmp_path):
+    """Cpk is that of the nearer limit, whichever comes first in the procedure."""
+    runs, rng = tmp_path / "runs", np.random.default_rng(5)
+    values = 100.5 + 0.2 * rng.normal(size=24)
+    for day, value in enumerate(values):
+        document = resistance_document({0.0: value})
+        (part,) = document["decision"]["parts"]
+        bound = {"verdict": "pass", "lower_limit": None, "upper_limit": None}
+        document["decision"]["parts"] = [
+            part | bound | {"lower_limit": {"value": 99.0, "unit": "Ω"}},
+            part | bound | {"upper_limit": {"value": 102.0, "unit": "Ω"}},
+            part | bound | {"upper_limit": {"value": 101.0, "unit": "Ω"}},
+        ]
+        store_run(runs, f"day-{day:02d}", document, started_utc=on_day(day))
+    index_all(runs)
+    (series,) = json.loads(call("capability", "resistance", "--runs", runs, "--json").out)["series"]
+    indices = {each["name"]: each["value"] for each in series["capability"]["indices"]}
+    deviation = values.std(ddof=1)
+    assert indices["Cpk"] == pytest.approx((101 - values.mean()) / (3 * deviation))
+    assert indices["Cp"] == pytest.approx((101 - 99) / (6 * deviation))
+
+
+def test_equal_temperatures_in_two_units_do_not_scatter(tmp_path):
+    """25.3 °C in K and back differs from 25.3 by 1e-14: a Cpk of 1e14 would be of the rounding."""
+    runs = tmp_path / "runs"
+    for day in range(12):
+        document = resistance_document({0.0: 100.0})
+        value, unit = (298.45, "K") if day % 2 == 0 else (25.3, "°C")
+        document["results"][0]["estimate"] = estimate(value, 0.1, unit)
+        store_run(runs, f"day-{day:02d}", document, started_utc=on_day(day))
+    index_all(runs)
+    for command in (["capability", "--upper", "30 °C"], ["trend", "--baseline", "10"]):
+        done = call(command[0], "resistance", *command[1:], "--runs", runs)
+        assert (done.code, done.out) == (5, "")
+        assert "all the same" in done.err

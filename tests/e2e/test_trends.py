@@ -280,3 +280,19 @@ def test_sessions_on_two_rigs_are_two_studies(tmp_path):
     assert done.code == 2
     assert "on a (1)" in done.err
     assert "--procedure or --rig" in done.err
+
+
+def test_a_figure_in_two_units_is_not_one_chart(tmp_path):
+    """A rig whose polynomial was stated in mN·m from one day on: no change of the rig."""
+    runs = tmp_path / "runs"
+    for day in range(24):
+        document = result_document(0.72)
+        document["no_load_run"] = {"id": f"no-load {day}"}
+        value, unit = (0.9 + day / 1000, "N·m") if day < 12 else (900.0 + day, "mN·m")
+        coefficients = {"c0": estimate(value, value / 10, unit)}
+        document["fits"][0]["curve"]["coefficients"] = coefficients
+        store_run(runs, f"day-{day:02d}", document, started_utc=on_day(day))
+    index_all(runs)
+    done = call("trend", "c0", "--runs", runs)
+    assert done.code == 2
+    assert "'c0' is in N·m and in mN·m" in done.err

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 RANGE_TOLERANCE = 0.005
 """Relative: a rig's speed scatters by less, and an end of the range is still that set-point."""
+_SHARE = 0.05
+"""Of the range: farther is outside, where the zero of x is arbitrary, as for a temperature in K."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +66,10 @@ class FittedCurve:
 def refuse_outside(x: Array, valid: tuple[float, float], name: str = "") -> None:
     """Raise DataError where one of x (m,) is out of range; `name` is its, if there are several."""
     low, high = valid
-    inside = (x >= low - RANGE_TOLERANCE * abs(low)) & (x <= high + RANGE_TOLERANCE * abs(high))
+    # Of several regressors one may be constant but for its scatter.
+    most = np.inf if name else _SHARE * (high - low)
+    below, above = (min(RANGE_TOLERANCE * abs(end), most) for end in valid)
+    inside = (x >= low - below) & (x <= high + above)
     outside = x[~inside]
     if outside.size:
         of = f" of {name}" if name else ""

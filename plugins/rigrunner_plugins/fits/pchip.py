@@ -23,6 +23,9 @@ from rigrunner_plugins.fits.requirements import LEAST_OF_PCHIP
 if TYPE_CHECKING:
     from rigrunner.api import Array, Points
 
+_SHARE = 0.01
+"""Of the range: x that differ by more are two, also where their zero is arbitrary, as in K."""
+
 
 def interpolate(points: Points) -> FittedCurve:
     """Return the curve through the points; satisfies `rigrunner.api.analysis.Fit`.
@@ -72,7 +75,8 @@ def _ascending(points: Points) -> Points:
     refuse_not_finite(points)
     order = np.argsort(points.x)
     x = points.x[order]
-    close = np.flatnonzero(np.diff(x) <= RANGE_TOLERANCE * np.abs(x[:-1]))
+    same = np.minimum(RANGE_TOLERANCE * np.abs(x[:-1]), _SHARE * (x[-1] - x[0]))
+    close = np.flatnonzero(np.diff(x) <= same)
     if close.size:
         first, second = x[close[0]], x[close[0] + 1]
         raise DataError(

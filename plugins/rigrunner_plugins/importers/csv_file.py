@@ -19,7 +19,8 @@ if TYPE_CHECKING:
 
     from rigrunner_plugins.importers.settings import TableSettings
 
-_UNIT = re.compile(r"[(\[]([^()\[\]]+)[)\]]\s*$")
+_UNITS = (re.compile(r"\s/\s+(\S.*)$"), re.compile(r"[(\[]([^()\[\]]+)[)\]]\s*$"))
+"""Where a name states its unit: 'T / mN·m' (ISO 80000-1, 7.1.4), 'T (mN·m)', 'T [mN·m]'."""
 
 
 @dataclass(frozen=True)
@@ -42,8 +43,8 @@ def read_csv(
 ) -> dict[str, Column]:
     """Return each wanted column, by its name or its number from 1.
 
-    A unit is what stands in brackets at the end of a column's name, where that is one. Raises
-    DataError naming file and line.
+    A unit is what stands in brackets, or behind ' / ', at the end of a column's name, where that is
+    one. Raises DataError naming file and line.
     """
     delimiter = "\t" if table.delimiter == "tab" else table.delimiter
     try:
@@ -53,7 +54,7 @@ def read_csv(
             reader = csv.reader(file, delimiter=delimiter)
             header = [name.strip() for name in next(reader, [])] if table.header else []
             where = _find(columns, header, path, table)
-            rows = _rows(reader, list(where.values()), path, table)
+            rows = _rows(reader, list(where.values()), len(header), path, table)
             samples = np.array(list(rows), dtype=np.float64).reshape(-1, len(where))
     except UnicodeError as error:
         raise DataError(f"is not {table.encoding}", location=Location(str(path))) from error
@@ -77,9 +78,9 @@ def encoding_of(name: str) -> str:
 
 
 def _unit(name: str) -> str:
-    """Return the unit in brackets at the end of a column's name; '' where that is no unit."""
-    found = _UNIT.search(name)
-    return found[1].strip() if found and find_unit(found[1]) else ""
+    """Return the unit at the end of a column's name; '' where none is stated."""
+    found = [each[1].strip() for pattern in _UNITS if (each := pattern.search(name))]
+    return next((each for each in found if find_unit(each)), "")
 
 
 def _find(
@@ -104,8 +105,9 @@ def _find(
 
 
 def _rows(
-    reader: Iterator[list[str]], indices: list[int], path: Path, table: TableSettings
+    reader: Iterator[list[str]], indices: list[int], width: int, path: Path, table: TableSettings
 ) -> Iterator[list[float]]:
+    """Yield the wanted numbers of each row; `width` is how many names there are, or 0."""
     first = table.skip_lines + 1 + table.header
     for line, row in enumerate(reader, first):
         if not row:
@@ -115,6 +117,16 @@ def _rows(
                 f"has {len(row)} columns, {max(indices) + 1} are needed",
                 location=Location(str(path), line),
                 hint=f"the delimiter is set to '{table.delimiter}'",
+            )
+        width = width or len(row)
+        # In '0,1,234.5' the second number would be 1.
+        if any(cell.strip() for cell in row[width:]):
+            raise DataError(
+                f"has {len(row)} columns, {'the header' if table.header else 'the first row'} has"
+                f" {width}",
+                location=Location(str(path), line),
+                hint=f"'{table.delimiter}' is set as delimiter: does it also mark decimals or"
+                " thousands?",
             )
         numbers = []
         for index in indices:

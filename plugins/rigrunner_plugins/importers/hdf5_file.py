@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import h5py
+import numpy as np
 
 from rigrunner.api import Column, DataError, Location, NotInFileError
 from rigrunner_plugins.importers.finding import near, numbers
@@ -15,6 +16,11 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from rigrunner.api import NoSettings
+
+_PACKED = ("scale_factor", "add_offset")
+"""Attributes of numbers that are not the values (CF Conventions, 8.1)."""
+_MISSING = ("_FillValue", "missing_value")
+"""Attributes with a number that stands for a missing value (CF Conventions, 2.5.1)."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +72,14 @@ def _column(file: h5py.File, wanted: str, name: str, path: Path) -> Column:
         raise _bad(path, name, "is kept in another file")
     if has_damaged_chunk(found):
         raise _bad(path, name, "is damaged")
-    return Column(numbers(found[...], f"the dataset '{name}'", path), _unit(found))
+    packed = [each for each in _PACKED if each in found.attrs]
+    if packed:
+        raise _bad(path, name, f"is packed, which is not read: it has the attribute {packed[0]}")
+    samples = found[...]
+    for each in _MISSING:
+        if each in found.attrs and np.isin(samples, found.attrs[each]).any():
+            raise _bad(path, name, f"has missing values: {found.attrs[each]}, its {each}")
+    return Column(numbers(samples, f"the dataset '{name}'", path), _unit(found))
 
 
 def has_damaged_chunk(dataset: h5py.Dataset) -> bool:
@@ -89,8 +102,10 @@ def names_in(group: h5py.Group) -> list[str]:
 
 def _unit(dataset: h5py.Dataset) -> str:
     """Return the unit that the file states; '' where it states none, or in no text."""
-    for name in ("units", "unit"):
+    for name in ("units", "unit", "Units", "Unit"):
         found = dataset.attrs.get(name, "")
+        if isinstance(found, np.ndarray) and found.size == 1:  # as MATLAB writes a text
+            found = found.item()
         text = found.decode("utf-8", "replace") if isinstance(found, bytes) else found
         if isinstance(text, str) and text:
             return text

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import re
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -16,6 +17,7 @@ from rigrunner.api import (
     MissingPackageError,
     NotInFileError,
     RigrunnerError,
+    find_unit,
 )
 from rigrunner_plugins.importers.finding import near, numbers
 
@@ -35,6 +37,13 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from rigrunner.api import NoSettings
+
+_SCALE_TYPE = re.compile(r"NI_Scale\[\d+\]_Scale_Type")
+_SCALES = {
+    *("Linear", "Polynomial", "RTD", "Strain", "Table", "Thermistor", "Thermocouple"),
+    *("Add", "Subtract", "AdvancedAPI"),
+}
+"""The scales that npTDMS applies; with another one it gives the numbers of the converter."""
 
 
 @dataclass(frozen=True)
@@ -125,13 +134,28 @@ def _column(
     channel: nptdms.TdmsChannel, path: Path, goes: tuple[tuple[int, datetime], ...]
 ) -> Column:
     what = f"the channel '{channel.group_name}/{channel.name}'"
-    interval_s = channel.properties.get("wf_increment")
+    scales = {v for k, v in channel.properties.items() if _SCALE_TYPE.fullmatch(k)} - _SCALES
+    if scales and channel.properties.get("NI_Scaling_Status") != "scaled":
+        raise DataError(
+            f"{what} has a scale that is not known: {', '.join(sorted(scales))}",
+            location=Location(str(path)),
+            hint="write it scaled, or export it as numbers",
+        )
     offset_s = channel.properties.get("wf_start_offset")
     return Column(
         numbers(np.asarray(channel[:]), what, path),
         unit=str(channel.properties.get("unit_string", "")),
-        interval_s=float(interval_s) if is_number(interval_s) and interval_s > 0 else None,
+        interval_s=_interval_s(channel),
         started=goes[0][1] if goes else started(channel.properties.get("wf_start_time")),
         offset_s=float(offset_s) if is_number(offset_s) and not goes else 0.0,
         goes=goes[1:],
     )
+
+
+def _interval_s(channel: nptdms.TdmsChannel) -> float | None:
+    """Return the interval of the samples; None where there is none, as of a spectrum."""
+    increment = channel.properties.get("wf_increment")
+    known = find_unit(str(channel.properties.get("wf_xunit_string") or "s"))
+    if known is None or known.dimension != "time" or not is_number(increment) or increment <= 0:
+        return None
+    return float(increment) * known.factor

@@ -7,7 +7,7 @@ of them: what a run may do at most. Where it says so, they are left out.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import inf
+from math import inf, isfinite
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import DataError
@@ -112,6 +112,8 @@ class ResultReached(Action):
                 f" {with_article(shown.dimension)}"
             )
             raise DataError(message)
+        if not isfinite(found.value):  # of no range, and so it would seem to be reached
+            raise DataError(f"'{self.result}' is not a finite number ({found.value})")
         value = found.value * known.factor + known.offset
         said = f"{self.result} is {(value - shown.offset) / shown.factor:.6g} {self.shown}"
         met = not self.minimum <= value <= self.maximum

@@ -56,8 +56,10 @@ def _numbered(document: object) -> Iterator[tuple[int, Row]]:
 
 def _result(order: int, each: Row, judged: dict[str, list[Row]]) -> Row:
     found = at(each, "estimate")
-    value, symbol, of = number(at(found, "value")), at(found, "unit"), named_place(each)
-    worst = min(judged.get(of, ()), key=_badness, default=None)
+    value, symbol = number(at(found, "value")), at(found, "unit")
+    parts = judged.get(named_place(each), ())
+    lower = [number(at(part, "lower_limit", "value")) for part in parts]
+    upper = [number(at(part, "upper_limit", "value")) for part in parts]
     return {
         "number": order,
         "name": key(each.get("name")),
@@ -70,9 +72,10 @@ def _result(order: int, each: Row, judged: dict[str, list[Row]]) -> Row:
         "dof": degrees_of_freedom(at(found, "degrees_of_freedom")),
         "unit": text(symbol),
         "readings": whole(each.get("readings")),
-        "lower": number(at(worst, "lower_limit", "value")),
-        "upper": number(at(worst, "upper_limit", "value")),
-        "verdict": text(at(worst, "verdict")),
+        # A result may have several limits: a minimum of a standard, a maximum of a drawing.
+        "lower": max((each for each in lower if each is not None), default=None),
+        "upper": min((each for each in upper if each is not None), default=None),
+        "verdict": text(at(min(parts, key=_badness, default=None), "verdict")),
         **_si(value, symbol),
     }
 

@@ -65,7 +65,8 @@ def sessions(archive: Database, name: str, filters: Filters) -> Sessions:
             found.excluded.append(Excluded(run["run_id"] or run["path"], reason))
             continue
         cell = (run["specimen"], run["operator"])
-        found.cells.setdefault(cell, []).extend(each.value for each in trials)
+        values = [each.value for each in trials if each.value is not None]
+        found.cells.setdefault(cell, []).extend(values)
         found.expanded += [each.expanded for each in trials if each.expanded]
         by = f" by {run['method']}" if run["method"] else ""
         found.kinds[f"{run['procedure']}{by} on {run['rig']}"] += 1

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass, field
-from math import inf, isfinite
+from math import floor, inf, isfinite, log10, ulp
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from rigrunner.api.errors import DataError, UsageError
@@ -34,7 +34,7 @@ _APART = "separate them: --by rig --by mandrel"
 class Found:
     """A value with its unit, before it is known whether its run counts."""
 
-    value: float
+    value: float | None
     expanded: float | None
     unit: str
     place: str = ""
@@ -89,7 +89,7 @@ def observe(
     places = {each.place for several in values.values() for each in several}
     groups: dict[str, Group] = {}
     excluded, simulated, counted, doubtful = [], set(), 0, 0
-    figures: dict[tuple[str, float], str] = {}
+    figures: dict[tuple[str, float | None], str] = {}
     for run in rows(archive, "runs", filters):
         run_id = run["run_id"] or run["path"]
         found = values.get(run[FOLDER], [])
@@ -106,10 +106,12 @@ def observe(
         counted += 1
         simulated.add(bool(run["simulated"]))
         doubtful += bool(run["failed_checks"])
-        for each in found:
+        empty = [each.place for each in found if each.value is None]
+        excluded += [Excluded(run_id, f"it has no value at {place}") for place in empty]
+        for value, each in [(each.value, each) for each in found if each.value is not None]:
             told = [_name(run, by), each.place] if len(places) > 1 else [_name(run, by)]
             group = groups.setdefault(", ".join(filter(None, told)), Group())
-            group.observed.append(Observed(run_id, run["started_utc"], each.value, each.expanded))
+            group.observed.append(Observed(run_id, run["started_utc"], value, each.expanded))
             group.kinds[_kind(run, quantity)] += 1
             group.limits[each.limits] += 1
     if not groups:
@@ -158,8 +160,7 @@ def named_values(archive: Database, filters: Filters) -> dict[str, list[Found]]:
         raise UsageError(f"'{every[0]['name']}' is in {' and in '.join(kinds)}", hint=hint)
     found: dict[str, list[Found]] = {}
     for row in every:
-        if row["si_value"] is not None:
-            found.setdefault(row[FOLDER], []).append(_in_unit(row, every[-1]["unit"]))
+        found.setdefault(row[FOLDER], []).append(_in_unit(row, every[-1]["unit"]))
     return found
 
 
@@ -170,12 +171,23 @@ def _in_unit(row: Mapping[str, Any], symbol: str) -> Found:
     limits = row["lower"], row["upper"]
     if row["unit"] != symbol:
         scale = unit(row["unit"]).factor / unit(symbol).factor
-        value, expanded = from_si(row["si_value"], symbol), expanded and expanded * scale
+        value = None if value is None else _converted(row["si_value"], symbol)
+        expanded = expanded and expanded * scale
         limits = (
             _between(limits[0], row["unit"], symbol),
             _between(limits[1], row["unit"], symbol),
         )
     return Found(value, expanded, symbol, place, row["number"], limits)
+
+
+def _converted(si: float, symbol: str) -> float:
+    """Return an SI value in a unit, without digits from rounding.
+
+    25.3 °C stated in K is 25.30000000000001 °C, and equal values would seem to scatter.
+    """
+    known = unit(symbol)
+    rounding = 4 * ulp(max(abs(si), abs(known.offset))) / known.factor
+    return round(from_si(si, symbol), floor(-log10(rounding)))
 
 
 def _between(value: float | None, symbol: str, other: str) -> float | None:
@@ -188,11 +200,12 @@ def _between(value: float | None, symbol: str, other: str) -> float | None:
 
 def _figures(archive: Database, quantity: Quantity, filters: Filters) -> dict[str, list[Found]]:
     found: dict[str, list[Found]] = {}
-    names, known = set(), set()
+    names, known, units = set(), set(), set()
     for row in rows(archive, "figures", filters):
         known.add(row["name"])
         if quantity.fits(row["source"], row["name"]) and row["value"] is not None:
             names.add(f"{row['source']}/{row['name']}")
+            units.add(row["unit"] or "1")
             expanded = None
             if row["u"] is not None and isfinite(row["u"]):
                 dof = inf if row["dof"] is None else row["dof"]
@@ -204,6 +217,9 @@ def _figures(archive: Database, quantity: Quantity, filters: Filters) -> dict[st
             f"several figures are called '{quantity.name}'",
             hint=f"name one: {', '.join(sorted(names))}",
         )
+    if len(units) > 1:
+        hint = "choose by --procedure or --revision"
+        raise UsageError(f"'{quantity.name}' is in {' and in '.join(sorted(units))}", hint=hint)
     known |= {row["name"] for row in rows(archive, "results", filters)}
     if not found and known:
         raise UsageError(
@@ -226,11 +242,11 @@ def unfit(run: Mapping[str, Any]) -> str:
 
 def _unclear(found: Sequence[Found], quantity: Quantity) -> str:
     """Return why the result of a run is no value; empty if it is one, or one at each place."""
-    if not found:
+    if all(each.value is None for each in found):
         return "it has no such value"
     if len(found) > 1 and not quantity.is_named:
         return "several of its set-points match"
-    finite = all(isfinite(each.value) for each in found)
+    finite = all(each.value is None or isfinite(each.value) for each in found)
     return "" if finite else "its value is not a finite number"
 
 

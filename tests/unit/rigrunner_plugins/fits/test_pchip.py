@@ -55,3 +55,12 @@ def test_two_points_at_one_frequency_are_refused(x):
     points = Points(np.array([5.0, 10.0, x, 20.0]), Y[:4], U[:4])
     with pytest.raises(DataError, match=rf"two points at the same f, 10 and {x:.6g} Hz"):
         interpolate(points)
+
+
+def test_temperatures_that_differ_are_different_points_in_kelvin_too():
+    kelvin = np.linspace(293.15, 298.15, 8)
+    curve = interpolate(Points(kelvin, Y, U, x_unit="K"))
+    assert curve.predict(kelvin)[0] == pytest.approx(Y)
+    kelvin[1] = kelvin[0] + 0.01
+    with pytest.raises(DataError, match="two points at the same f"):
+        interpolate(Points(kelvin, Y, U, x_unit="K"))

@@ -94,3 +94,13 @@ def test_constant_points_have_no_coefficient_of_determination():
 def test_settings_are_strict(bad):
     with pytest.raises(ValidationError):
         PolynomialSettings(**bad)
+
+
+def test_outside_is_a_share_of_the_range_where_the_zero_of_x_is_arbitrary():
+    """Of 20 °C to 25 °C half a per cent of 298 K would be 1.5 K, three tenths of the range."""
+    kelvin = np.linspace(293.15, 298.15, 8)
+    curve = fit(Points(kelvin, Y, x_unit="K"), degree=1)
+    curve.predict(np.array([293.0, 298.3]))
+    for outside in (291.8, 299.5):
+        with pytest.raises(DataError, match="not at"):
+            curve.predict(np.array([outside]))

@@ -24,12 +24,16 @@ def csv(tmp_path, text, columns, group="", **table):
     [
         ("Torque (Nm)", "Nm"),
         ("Torque [mN.m]", "mN.m"),
+        ("Torque / mN·m", "mN·m"),
+        ("k / W/(m·K)", "W/(m·K)"),
+        ("raw / filtered (N)", "N"),
+        ("raw / filtered", ""),
         ("Torque (raw)", ""),
         ("Torque Nm", ""),
         ("Torque (N·m) 1", ""),
     ],
 )
-def test_a_unit_in_brackets_is_stated(tmp_path, name, unit):
+def test_a_unit_at_the_end_of_a_name_is_stated(tmp_path, name, unit):
     found = csv(tmp_path, f"{name},b\n1,2\n", {"x": name})
     assert found["x"].unit == unit
 
@@ -51,6 +55,24 @@ def test_a_csv_without_a_row_is_refused(tmp_path):
     for text in ("a,b\n", ""):
         with pytest.raises(DataError):
             csv(tmp_path, text, {"x": "a"})
+
+
+@pytest.mark.parametrize(
+    ("text", "header"),
+    [
+        ("time,torque\n0,1\n1,2,5\n", True),  # a decimal comma
+        ("time,torque\n0,1\n1,1,234.5\n", True),  # thousands
+        ("0,1\n1,2,5\n", False),
+    ],
+)
+def test_a_delimiter_within_a_number_is_refused(tmp_path, text, header):
+    with pytest.raises(DataError, match=r"has 3 columns, the (header|first row) has 2"):
+        csv(tmp_path, text, {"x": 2}, header=header)
+
+
+def test_a_delimiter_after_the_last_number_is_allowed(tmp_path):
+    found = csv(tmp_path, "time,torque\n0,1.5,\n1,2.5, \n", {"x": "torque"})
+    assert found["x"].values.tolist() == [1.5, 2.5]
 
 
 def test_another_encoding_is_told(tmp_path):
@@ -79,3 +101,36 @@ def test_hdf5_states_units(tmp_path):
     ):
         with pytest.raises(DataError, match=told):
             Hdf5Importer(NoSettings()).read(path, {"x": column}, group)
+
+
+@pytest.mark.parametrize(
+    ("name", "unit"),
+    [("units", np.array([b"mN.m"])), ("unit", np.array(["mN.m"], dtype=object)), ("Units", "mN.m")],
+)
+def test_the_unit_of_an_hdf5_dataset_is_found_as_other_programs_write_it(tmp_path, name, unit):
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["x"] = np.arange(3.0)
+        file["x"].attrs[name] = unit
+    found = Hdf5Importer(NoSettings()).read(tmp_path / "a.h5", {"x": "x"}, "")
+    assert found["x"].unit == "mN.m"
+
+
+@pytest.mark.parametrize("name", ["scale_factor", "add_offset"])
+def test_a_packed_hdf5_dataset_is_refused(tmp_path, name):
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["x"] = np.arange(3, dtype=np.int16)
+        file["x"].attrs[name] = 0.01
+    with pytest.raises(DataError, match=f"'/x' is packed, which is not read.* {name}"):
+        Hdf5Importer(NoSettings()).read(tmp_path / "a.h5", {"x": "x"}, "")
+
+
+@pytest.mark.parametrize("name", ["_FillValue", "missing_value"])
+def test_a_number_for_a_missing_value_is_no_sample(tmp_path, name):
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        for dataset, values in (("x", [1.0, -9999.0]), ("y", [1.0, 2.0])):
+            file[dataset] = values
+            file[dataset].attrs[name] = -9999.0
+    importer = Hdf5Importer(NoSettings())
+    with pytest.raises(DataError, match=f"'/x' has missing values: -9999.0, its {name}"):
+        importer.read(tmp_path / "a.h5", {"x": "x"}, "")
+    assert importer.read(tmp_path / "a.h5", {"y": "y"}, "")["y"].values.tolist() == [1.0, 2.0]

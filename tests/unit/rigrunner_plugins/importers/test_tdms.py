@@ -189,3 +189,20 @@ def test_goes_of_a_loop_follow_each_other(tmp_path):
 def test_a_start_that_is_stated_once_is_one_go(tmp_path):
     path = write(tmp_path / "a.tdms", torque(), parts=4)
     assert read(path).goes == ()
+
+
+@pytest.mark.parametrize(
+    ("unit", "interval_s"),
+    [("", 2.0), ("s", 2.0), ("ms", 2e-3), ("Hz", None), ("mm", None), ("steps", None)],
+)
+def test_an_interval_is_a_time_in_its_unit(tmp_path, unit, interval_s):
+    properties = {"wf_increment": 2.0, "wf_xunit_string": unit}
+    assert read(write(tmp_path / "a.tdms", torque(**properties))).interval_s == interval_s
+
+
+def test_a_scale_that_would_not_be_applied_is_refused(tmp_path):
+    scale = {"NI_Number_Of_Scales": 1, "NI_Scale[0]_Scale_Type": "Cubic spline"}
+    with pytest.raises(DataError, match="a scale that is not known: Cubic spline"):
+        read(write(tmp_path / "a.tdms", torque(**scale)))
+    done = write(tmp_path / "b.tdms", torque(**scale, NI_Scaling_Status="scaled"))
+    assert read(done).values.tolist() == TORQUE.tolist()
