@@ -7,7 +7,7 @@ import sys
 import tomllib
 from collections import namedtuple
 from datetime import UTC, datetime, timedelta
-from importlib.metadata import PackageNotFoundError, version
+from importlib.metadata import PackageNotFoundError
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -58,15 +58,27 @@ def test_a_python_that_is_too_old_fails(tmp_path, monkeypatch):
     assert (finding.state, finding.fix) == ("fail", "install Python 3.11 or newer")
 
 
-def test_a_package_that_is_missing_or_too_old_fails(tmp_path, monkeypatch):
-    def changed(name):
-        if name == "h5py":
-            raise PackageNotFoundError(name)
-        return "2.6.9" if name == "pydantic" else version(name)
+def test_a_package_that_is_missing_or_too_old_or_has_a_defect_fails(tmp_path, monkeypatch):
+    asked = ["h5py>=3.11", "numpy!=2.5.4,!=2.5.5,>=1.26", "pydantic>=2.14", "click<9,>=8.1",
+             "distributed>=2024.8; extra == 'dask'"]  # fmt: skip
+    there = {"numpy": "2.5.5", "pydantic": "2.6.9", "click": "8.5.1"}
 
+    def changed(name):
+        if name not in there:
+            raise PackageNotFoundError(name)
+        return there[name]
+
+    monkeypatch.setattr(installation, "requires", lambda _: asked)
     monkeypatch.setattr(installation, "version", changed)
-    failed = [finding.found for finding in found("packages", tmp_path) if finding.state == "fail"]
-    assert failed == ["h5py is missing", "pydantic 2.6.9 is too old"]
+    findings = found("packages", tmp_path)
+    assert [finding.found for finding in findings if finding.state == "fail"] == [
+        "h5py is missing",
+        "numpy 2.5.5 has a known defect: expected another version",
+        "pydantic 2.6.9 is too old: expected 2.14",
+    ]
+    assert findings[1].fix == "pip install 'numpy!=2.5.4,!=2.5.5,>=1.26'"
+    there["numpy"] = "2.5.1"
+    assert "numpy" not in found("packages", tmp_path)[1].found
 
 
 @pytest.mark.parametrize(

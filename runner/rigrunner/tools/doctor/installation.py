@@ -7,7 +7,7 @@ import platform
 import re
 import sys
 from collections import Counter
-from contextlib import redirect_stdout, suppress
+from contextlib import redirect_stdout
 from importlib.metadata import PackageNotFoundError, requires, version
 from typing import TYPE_CHECKING
 
@@ -39,8 +39,8 @@ PURPOSES = {
 }
 TOOLS = ("dev", "docs", "fuzz", "peers", "test")
 """Extras for those who change Rigrunner itself."""
-_LINE = re.compile(r"([\w.-]+)(?:\[\w+\])?\s*([^;]*);\s*extra == ['\"](\w+)['\"]")
-_BOUND = re.compile(r"(>=|<)\s*([\d.]+)")
+_LINE = re.compile(r"([\w.-]+)(?:\[\w+\])?\s*([^;]*)(?:;\s*extra == ['\"](\w+)['\"])?")
+_BOUND = re.compile(r"(>=|<|!=)\s*([\d.]+)")
 
 
 def python(_: Surroundings) -> Iterator[Finding]:
@@ -53,21 +53,31 @@ def python(_: Surroundings) -> Iterator[Finding]:
 
 
 def packages(_: Surroundings) -> Iterator[Finding]:
-    """Compare what is installed with the lower bounds in the package's metadata."""
-    needed = [line for line in requires("rigrunner") or () if "extra ==" not in line]
-    found = []
-    for line in needed:
-        name, least = line.replace(" ", "").split(">=")
-        try:
-            installed = version(name)
-        except PackageNotFoundError:
-            yield Finding("packages", "fail", f"{name} is missing", f"pip install '{line}'")
+    """Compare what is installed with the bounds in the package's metadata."""
+    found = [f"rigrunner {__version__}"]
+    for line in requires("rigrunner") or ():
+        name, bounds, extra = _line(line)
+        if extra:
             continue
-        if numbers(installed) < numbers(least):
-            text = f"{name} {installed} is too old"
-            yield Finding("packages", "fail", text, f"pip install '{line}'")
-        found.append(f"{name} {installed}")
-    yield Finding("packages", "ok", f"rigrunner {__version__}, {', '.join(found)}")
+        installed = _installed(name)
+        if wrong := _wrong(name, installed, bounds):
+            yield Finding("packages", "fail", wrong, f"pip install '{line}'")
+        if installed:
+            found.append(f"{name} {installed}")
+    yield Finding("packages", "ok", ", ".join(found))
+
+
+def _line(text: str) -> tuple[str, str, str]:
+    """Return the package, the bounds and the extra ('': none) of a line of the metadata."""
+    found = _LINE.match(text)
+    return (found[1], found[2], found[3] or "") if found else (text, "", "")
+
+
+def _installed(package: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return ""
 
 
 def numbers(text: str) -> tuple[int, ...]:
@@ -119,9 +129,9 @@ def each_extra(_: Surroundings) -> Iterator[Finding]:
     """Compare the installed packages with what each extra requires in the package's metadata."""
     asked: dict[str, dict[str, str]] = {}
     for line in requires("rigrunner") or ():
-        found = _LINE.match(line)
-        if found and found[3] not in TOOLS and found[1] != "rigrunner":
-            asked.setdefault(found[3], {})[found[1]] = found[2]
+        name, bounds, extra = _line(line)
+        if extra and extra not in TOOLS and name != "rigrunner":
+            asked.setdefault(extra, {})[name] = bounds
     for extra, packages in sorted(asked.items()):
         yield _extra(extra, packages)
     if not asked:
@@ -132,14 +142,13 @@ def each_extra(_: Surroundings) -> Iterator[Finding]:
 def _extra(extra: str, packages: dict[str, str]) -> Finding:
     name, purpose = f"extra {extra}", PURPOSES.get(extra, "a plugin")
     fix = f"pip install 'rigrunner[{extra}]', for {purpose}"
-    found = dict.fromkeys(packages, "")
-    for package in packages:
-        with suppress(PackageNotFoundError):
-            found[package] = version(package)
+    found = {package: _installed(package) for package in packages}
     if not any(found.values()):
         return Finding(name, "warn", f"not installed (optional): {', '.join(packages)}", fix)
     wrong = [
-        text for package, bounds in packages.items() if (text := _wrong(package, found, bounds))
+        text
+        for package, bounds in packages.items()
+        if (text := _wrong(package, found[package], bounds))
     ]
     if wrong:
         return Finding(name, "warn", ", ".join(wrong), fix)
@@ -154,8 +163,7 @@ def _extra(extra: str, packages: dict[str, str]) -> Finding:
     return Finding(name, "ok", ", ".join(f"{each} {found[each]}" for each in packages))
 
 
-def _wrong(package: str, found: dict[str, str], bounds: str) -> str:
-    installed = found[package]
+def _wrong(package: str, installed: str, bounds: str) -> str:
     if not installed:
         return f"{package} is missing"
     for sign, bound in _BOUND.findall(bounds):
@@ -163,4 +171,6 @@ def _wrong(package: str, found: dict[str, str], bounds: str) -> str:
             return f"{package} {installed} is too old: expected {bound}"
         if sign == "<" and numbers(installed) >= numbers(bound):
             return f"{package} {installed} is too new: expected a version below {bound}"
+        if sign == "!=" and numbers(installed) == numbers(bound):
+            return f"{package} {installed} has a known defect: expected another version"
     return ""
