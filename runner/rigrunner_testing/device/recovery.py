@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from rigrunner.api.devices import Device
     from rigrunner_testing.device.subject import DeviceSubject
 
-TIMEOUT_S = 0.2
+TIMEOUT_S = 1.0
 LATE_S = 3 * TIMEOUT_S
 """When an answer comes whose question was given up."""
 TRIES = 3
