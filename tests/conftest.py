@@ -75,16 +75,14 @@ def pytest_addoption(parser) -> None:
 
 
 def pytest_xdist_auto_num_workers(config) -> int:
-    """Return how many workers run the tests: one more than processors, as some tests wait.
+    """Return how many workers run the tests: two more than processors, as some tests wait.
 
-    With `--all` it is two more: the thorough tests wait most. Files that are named are run in this
-    process, which saves to start workers.
+    Files that are named are run in this process, which saves to start workers.
     """
     if _files_are_named(config):
         return 0
     all_ours = hasattr(os, "sched_getaffinity")
-    waiting = 2 if config.option.all else 1
-    return waiting + (len(os.sched_getaffinity(0)) if all_ours else os.cpu_count() or 1)
+    return 2 + (len(os.sched_getaffinity(0)) if all_ours else os.cpu_count() or 1)
 
 
 def _files_are_named(config) -> bool:
