@@ -34,6 +34,7 @@ from rigrunner_bearings.torque.settings import NO_LOAD, NO_LOAD_AFTER
 from rigrunner_bearings.torque.sources import chosen, of_this_run, require_one_label, sources
 from rigrunner_bearings.torque.starts import prepare_starts
 from rigrunner_bearings.torque.study import with_study
+from rigrunner_bearings.torque.validation import validate
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -279,8 +280,6 @@ class _TorqueOfRun:
         if self.spec.validate_ is None or headline is None or self.context.interim:
             return None
         (primary,) = (each for each in self.spec.compensations if each.label == self.spec.primary)
-        from rigrunner_bearings.torque.validation import validate  # noqa: PLC0415  (few ask for it)
-
         return validate(
             self._method(primary),
             self._sweep(loaded, no_load),

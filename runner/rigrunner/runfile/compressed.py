@@ -51,9 +51,10 @@ class LongText:
         rest = b""
         for part in parts:
             rest += part
-            while len(rest) >= PART:
-                self.packed.append(zlib.compress(rest[:PART], _FASTEST))
-                rest = rest[PART:]
+            whole = len(rest) - len(rest) % PART
+            for at in range(0, whole, PART):
+                self.packed.append(zlib.compress(rest[at : at + PART], _FASTEST))
+            rest = rest[whole:]
         if rest:
             self.packed.append(zlib.compress(rest, _FASTEST))
 
