@@ -73,7 +73,7 @@ def propagate(output: Callable[[Generator, int], Array], how: Adaptive) -> Propa
     found: list[tuple[float, ...]] = []
     for block in _blocks(output, how.seed):
         blocks.append(ranked(block, how.p))
-        found.append(_statistics(blocks[-1], how.p))
+        found.append(_statistics(block, symmetric(blocks[-1], how.p)))
         trials = len(blocks) * BLOCK
         if trials < how.least_trials or len(blocks) == 1:  # a single block has no scatter
             continue
@@ -112,12 +112,12 @@ def _blocks(output: Callable[[Generator, int], Array], seed: int) -> Iterator[Ar
         yield values
 
 
-def _statistics(values: Array, p: float) -> tuple[float, ...]:
-    """Return mean, standard deviation and both ends of an interval of a ranked block (7.9.4 e).
+def _statistics(values: Array, interval: Interval) -> tuple[float, ...]:
+    """Return mean, standard deviation and both ends of the interval of a block (7.9.4 e).
 
-    Those of the symmetric interval: of the shortest, the ends wander where the density is flat.
+    The interval is the symmetric one: of the shortest, the ends wander where the density is flat.
     """
-    interval, mean = symmetric(values, p), float(values.mean())
+    mean = float(values.mean())
     deviation = values - mean
     u = sqrt(float(deviation @ deviation) / (len(values) - 1))
     return mean, u, interval.low, interval.high

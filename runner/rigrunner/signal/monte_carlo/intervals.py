@@ -25,11 +25,19 @@ class Interval:
 def ranked(values: Array, p: float) -> Array:
     """Return the values, shape (n,), with those in place that the intervals take by their rank.
 
-    To order all of them takes five times as long.
+    The least and the greatest are in order, those between them are not. numpy finds one rank at a
+    time several times as fast as four together, or than it orders all, as processors differ.
     """
-    n, count = len(values), _count(len(values), p)
-    first, tail = (n - count) // 2, _tail(n, p)
-    return np.partition(values, (first, first + count, tail - 1, n - tail))
+    least = _tail(len(values), p)
+    between = len(values) - 2 * least
+    if between <= 0:
+        return np.sort(values)
+    found = np.partition(values, least)
+    found[:least].sort()
+    rest = found[least:]
+    rest.partition(between)
+    rest[between:].sort()
+    return found
 
 
 def symmetric(ordered: Array, p: float) -> Interval:
