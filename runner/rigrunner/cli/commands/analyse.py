@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import click
 
 from rigrunner.api.errors import UsageError
-from rigrunner.cli.brief import short_command
 from rigrunner.cli.options import json_option, lab_option, partner_option, run_argument, runs_option
 from rigrunner.cli.output import message, result, result_json
 from rigrunner.cli.summary import identity, summary
@@ -32,7 +31,6 @@ if TYPE_CHECKING:
     help="Write the result to this new file, as JSON.",
 )
 @json_option
-@short_command()
 def command(
     run: str,
     runs: Path,

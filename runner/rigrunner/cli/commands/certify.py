@@ -6,7 +6,6 @@ from pathlib import Path
 
 import click
 
-from rigrunner.cli.brief import short_command
 from rigrunner.cli.options import lab_option, run_argument, runs_option
 from rigrunner.cli.ordering import (
     authorisation,
@@ -45,7 +44,6 @@ from rigrunner.cli.ordering import (
 @out_option
 @runs_option
 @lab_option
-@short_command()
 def command(
     *,
     run: str,

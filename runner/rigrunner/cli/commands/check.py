@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 import click
 
-from rigrunner.cli.brief import brief_command
 from rigrunner.cli.completing import stations
 from rigrunner.cli.durations import steps_text
 from rigrunner.cli.options import procedure_argument, runs_option
@@ -24,7 +23,6 @@ if TYPE_CHECKING:
 @procedure_argument
 @click.option("--station", shell_complete=stations, help="Also check how it fits this station.")
 @runs_option
-@brief_command()
 def command(procedure: str, station: str | None, runs: Path) -> None:
     """Check a procedure, and how it fits a station, without a rig.
 

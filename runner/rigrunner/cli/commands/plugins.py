@@ -10,7 +10,6 @@ import click
 
 from rigrunner.api.errors import UsageError
 from rigrunner.api.summaries import pairs
-from rigrunner.cli.brief import brief_command
 from rigrunner.cli.completing import plugin_names
 from rigrunner.cli.options import lab_option
 from rigrunner.cli.output import message, result, result_json
@@ -28,7 +27,6 @@ WIDTH, INDENT = 80, " " * 6
 @click.argument("name", required=False, shell_complete=plugin_names)
 @lab_option
 @click.option("--json", "as_json", is_flag=True, help="Print JSON, with each plugin's schema.")
-@brief_command()
 def command(name: str | None, station: str | None, *, as_json: bool) -> None:
     """List the plugins and their settings.
 

@@ -7,7 +7,6 @@ from pathlib import Path
 import click
 
 from rigrunner.api.errors import UsageError
-from rigrunner.cli.brief import short_command
 from rigrunner.cli.options import lab_option, run_argument, runs_option
 from rigrunner.cli.output import result
 from rigrunner.run.locate import find_run
@@ -28,7 +27,6 @@ from rigrunner.run.locate import find_run
     type=click.Path(path_type=Path, dir_okay=False),
     help="Where to write it; by default the run folder.",
 )
-@short_command()
 def command(run: str, runs: Path, station: str | None, kind: str | None, out: Path | None) -> None:
     """Write the report of a stored run again.
 

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, cast
 
 import click
 
-from rigrunner.cli.brief import brief_command
 from rigrunner.cli.options import lab_option
 from rigrunner.cli.output import result_json
 
@@ -20,7 +19,6 @@ KINDS = ["procedure", "station", "import", "letterhead", "order", "certificate"]
 @click.command(name="schema")
 @click.argument("language", type=click.Choice(KINDS))
 @lab_option
-@brief_command()
 def command(language: str, station: str | None) -> None:
     """Print the JSON Schema of procedures, stations and other files.
 

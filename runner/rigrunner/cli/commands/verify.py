@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 import click
 
 from rigrunner.api.errors import ExitCode, UsageError
-from rigrunner.cli.brief import short_command
 from rigrunner.cli.completing import stored_runs
 from rigrunner.cli.options import json_option, lab_option, runs_option
 from rigrunner.cli.output import result, result_json
@@ -46,7 +45,6 @@ SHOWN = 12
     help="The laboratory's folder: its record of numbers, logo, texts and templates.",
 )
 @json_option
-@short_command()
 def command(
     *,
     what: str,
