@@ -193,13 +193,17 @@ RUNS = Table(
     Column("manifest_sha256", Hex),
     Column("bytes", BigInteger),
     UniqueConstraint("root", "path"),
-    Index("runs_by_start", "started_utc"),
+    Index("runs_by_start", "started_utc").ddl_if(dialect="sqlite"),
     Index("runs_by_run_id", "run_id"),
     Index("runs_by_specimen", "specimen"),
     Index("runs_by_lot", "lot"),
     Index("runs_by_rig", "rig"),
     Index("runs_by_torque", "torque_nm"),
 )
+
+
+# As in SQLite, where NULL comes first: the newest runs are then found without sorting all.
+Index("runs_by_start", RUNS.c.started_utc.nulls_first()).ddl_if(dialect="postgresql")
 
 
 def _of_a_run(name: str, key: list[Column[Any]], *columns: Column[Any]) -> Table:

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from sqlalchemy import text
 
 from rigrunner.api.errors import UsageError
 from rigrunner.runfile.scan import FoundRun
@@ -18,6 +19,7 @@ from rigrunner_fleet.archive import open_archive, query
 from rigrunner_fleet.archive.filters import filters_of
 from rigrunner_fleet.archive.querying import rows
 from rigrunner_fleet.archive.run_facts import RunFacts
+from rigrunner_fleet.archive.searching import select_rows
 from rigrunner_fleet.archive.storing import root_of, store
 
 START = datetime(2026, 3, 1, 12, tzinfo=UTC)
@@ -235,6 +237,21 @@ def test_a_limit_leaves_the_newest_runs_in_their_order(database):
         assert found.column("run_id") == ["run-1", "run-2"]
         with pytest.raises(UsageError, match="selects nothing"):
             rows(archive, "runs", filters_of(), limit=0)
+
+
+def test_the_newest_runs_are_found_by_their_index(database):
+    """To sort a million runs takes a second."""
+    with closing(open_archive(database=database)) as archive:
+        stored(archive, _few())
+        with archive.reading() as connection:
+            sqlite = connection.dialect.name == "sqlite"
+            # Of three rows PostgreSQL would read all.
+            connection.execute(text("SELECT 1" if sqlite else "SET enable_seqscan = off"))
+            asked = select_rows("runs", filters_of(), connection.dialect, 2)
+            statement = asked.compile(connection, compile_kwargs={"literal_binds": True})
+            explain = "EXPLAIN QUERY PLAN" if sqlite else "EXPLAIN"
+            plan = "\n".join(map(str, connection.exec_driver_sql(f"{explain} {statement}")))
+    assert ("USING INDEX runs_by_start" if sqlite else "Backward using runs_by_start") in plan
 
 
 def test_a_run_without_a_start_is_the_oldest_on_both_engines(database):
