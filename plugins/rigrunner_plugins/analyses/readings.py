@@ -163,7 +163,9 @@ class Readings:
             line
             if line.common or not scale
             else self._of_partner(line, partner, other, base, scale)
-            for line in self._components(partner.run, other, scale, shown.symbol, apart)
+            for line in self._components(
+                partner.run, other, scale, shown.symbol, apart, of_run=f", {partner.words}"
+            )
         ]
         return compared, tuple(joined(lines, of_partner, partner.words))
 
@@ -240,8 +242,13 @@ class Readings:
         scale: float,
         symbol: str,
         apart: Mapping[str, str] = MappingProxyType({}),
+        *,
+        of_run: str = "",
     ) -> Iterator[Component]:
-        """Yield the budget lines of a group, scaled; `apart` is appended to those of a channel."""
+        """Yield the budget lines of a group, scaled.
+
+        `apart` is appended to those of a channel, and `of_run` to those that no other run has.
+        """
         series = group.series(self._combined(group))
         scatter = self._statistic.scatter(series)
         if scatter is not None:
@@ -268,11 +275,21 @@ class Readings:
                         yield self._component(error, of_one, channel, group, scale)
                 else:
                     yield self._component(error, name, channel, group, scale)
+            for error, having in group.zero_errors(run, channel):
+                name = error.name + of_run
+                yield self._component(error, name, channel, group, scale, having=having)
 
     def _component(
-        self, error: ReadingError, name: str, channel: str, group: Group, scale: float
+        self,
+        error: ReadingError,
+        name: str,
+        channel: str,
+        group: Group,
+        scale: float,
+        *,
+        having: Array | float = 1.0,
     ) -> Component:
-        effect = self._effect(error, channel, group) * scale
+        effect = self._effect(error, channel, group, having) * scale
         return Component(
             name=name,
             u=abs(effect) * error.u,
@@ -286,8 +303,13 @@ class Readings:
             shared=error.acts != "each",
         )
 
-    def _effect(self, error: ReadingError, channel: str, group: Group) -> float:
-        """Return the change of the statistic caused by an error, per unit of its size."""
+    def _effect(
+        self, error: ReadingError, channel: str, group: Group, having: Array | float
+    ) -> float:
+        """Return the change of the statistic caused by an error, per unit of its size.
+
+        `having` is 1 for the values that have it, and 0 for others.
+        """
         at_rest = self._combined(group)
         value = self._statistic.value
         if error.acts == "each":
@@ -301,7 +323,7 @@ class Readings:
             return 0.0
         if error.acts == "gain" and len(group.values) == 1:
             return value(group.series(at_rest))  # in proportion, whatever the statistic
-        size = group.values[channel] if error.acts == "gain" else np.ones(len(at_rest))
+        size = group.values[channel] if error.acts == "gain" else np.ones(len(at_rest)) * having
         step = SMALL if error.acts == "gain" else SMALL * (float(np.abs(at_rest).max()) or 1.0)
         moved = self._combined(group, channel, step * size)
         return (value(group.series(moved)) - value(group.series(at_rest))) / step

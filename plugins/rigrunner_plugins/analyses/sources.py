@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from rigrunner.api import Array, Measurement, Quantity, Recording, RunData
+    from rigrunner.api.accuracy import ReadingError
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,6 +38,20 @@ class Group:
     """The index at which each recording but the first begins."""
     labels: tuple[tuple[int, ...], ...] = ()
     """Of rows: for each label or counter with several values, which one each row has."""
+
+    zeros: Mapping[str, Array] = field(default_factory=dict)
+    """By channel, the zero reading that was subtracted from each value, shape (n,)."""
+
+    def zero_errors(self, run: RunData, channel: str) -> Iterator[tuple[ReadingError, Array]]:
+        """Yield the error of each zero of a channel, with 1 for the values that have it, else 0.
+
+        Of several rows, a zero of one row alone is left out: their scatter shows it.
+        """
+        zeros = self.zeros.get(channel, np.empty(0))
+        for zero, count in zip(*np.unique(zeros, return_counts=True), strict=True):
+            error = run.zero_error(channel, float(zero))
+            if error is not None and (self.in_a_row or count > 1 or len(zeros) == 1):
+                yield error, np.equal(zeros, zero).astype(np.float64)
 
     def series(self, values: Array) -> Series:
         """Return the values of the group as a series."""
@@ -59,6 +74,8 @@ class Part:
     """Units for display other than SI, by channel."""
     labels: Mapping[str, object] = field(default_factory=dict)
     """Of a row: its labels and counters."""
+    zeros: Mapping[str, float] = field(default_factory=dict)
+    """The zero reading that was subtracted, by channel."""
 
 
 def groups(
@@ -165,6 +182,10 @@ def _group(
         set_points=set_points,
         starts=tuple(np.cumsum([count[id(part)] for part in parts])[:-1].tolist()),
         labels=tuple(_labels(parts)),
+        zeros={
+            name: np.concatenate([np.full(count[id(part)], part.zeros[name]) for part in parts])
+            for name in parts[0].zeros
+        },
     )
 
 
@@ -193,34 +214,41 @@ def parts(run: RunData, names: Sequence[str], table: str | None = None) -> Itera
         if row.recording and all(name == channel_of(name) for name in names):
             continue
         if all(name in row.values for name in names):
-            values = {name: np.array([_reading(name, row, run)]) for name in names}
+            zeros = {name: _zero(name, row, run) for name in names if _follows(name)}
+            values = {name: np.array([_reading(name, row, run, zeros)]) for name in names}
             began = datetime.fromisoformat(row.utc)
             place, shown = place_of(row), row.written_in
-            yield Part(place, values, row.units, began, 0.0, shown, row.coordinates)
+            yield Part(place, values, row.units, began, 0.0, shown, row.coordinates, zeros)
 
 
-def _reading(name: str, row: Measurement, run: RunData) -> float:
-    """Return a value minus its zero reading; a spread or a root mean square is not changed."""
-    channel, value = channel_of(name), row.values[name]
-    follows = name.removeprefix(channel) in {"", ".mean", ".minimum", ".maximum"}
-    if not follows:
-        return value
+def _follows(name: str) -> bool:
+    """Return whether a zero is subtracted from a value: not from a spread or a root mean square."""
+    return name.removeprefix(channel_of(name)) in {"", ".mean", ".minimum", ".maximum"}
+
+
+def _zero(name: str, row: Measurement, run: RunData) -> float:
+    channel = channel_of(name)
     zero = run.zero(row.recording, channel)
-    if not row.recording:
-        zero = row.zeros.get(channel, zero)
-    return float(run.readings(channel, np.array([value]), zero)[0])
+    return zero if row.recording else row.zeros.get(channel, zero)
+
+
+def _reading(name: str, row: Measurement, run: RunData, zeros: Mapping[str, float]) -> float:
+    value = row.values[name]
+    if name not in zeros:
+        return value
+    return float(run.readings(channel_of(name), np.array([value]), zeros[name])[0])
 
 
 def _of_recording(recording: Recording, run: RunData, names: Sequence[str]) -> Part:
+    zeros = {name: run.zero(recording.name, name) for name in names}
     values = {
-        name: run.readings(
-            name, np.asarray(recording.channels[name]), run.zero(recording.name, name)
-        )
+        name: run.readings(name, np.asarray(recording.channels[name]), zeros[name])
         for name in names
     }
     began = datetime.fromisoformat(recording.started_utc)
     step_s = 1 / recording.rate_hz
-    return Part(place_of(recording), values, recording.units, began, step_s, recording.written_in)
+    place, shown = place_of(recording), recording.written_in
+    return Part(place, values, recording.units, began, step_s, shown, zeros=zeros)
 
 
 def place_of(of: Recording | Measurement) -> dict[str, CoordinateValue]:

@@ -56,7 +56,7 @@ class ReadingError:
     u: float
     """Standard uncertainty, in the SI unit of the channel; of a gain, relative."""
     dof: float = inf
-    distribution: Shape = "rectangular"
+    distribution: Shape | Literal["t"] = "rectangular"
     source: str = ""
     """Source of the value; '' if not stated."""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from math import nan, sqrt
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -171,6 +171,15 @@ class Measurement:
         )
 
 
+class ZeroScatter(NamedTuple):
+    """The uncertainty of a zero reading by its scatter (GUM 4.2), in the SI unit."""
+
+    u: float
+    dof: float
+    number: int = 1
+    """Its number among the zero readings of the channel."""
+
+
 @dataclass(frozen=True, eq=False)
 class RunData:
     """The data of a run for analyses. The truth of a simulator is not part of it."""
@@ -206,6 +215,9 @@ class RunData:
     """By recording: the zero readings at that time, if the run was zeroed again."""
     partners: Mapping[str, RunData] = field(default_factory=dict)
     """Partner runs by name; an analysis gets those that it requires."""
+    zero_scatter: Mapping[str, Mapping[float, ZeroScatter]] = field(default_factory=dict)
+    """By channel and zero reading: its scatter, in the order of the readings. Runs of before 0.2
+    have none."""
 
     if not TYPE_CHECKING:  # a checker would take any name
 
@@ -232,6 +244,19 @@ class RunData:
             limit = max(abs(deviation) for _, deviation in known.deviations)
             found += (ReadingError(f"deviation of {of}, not corrected", "each", limit / sqrt(3)),)
         return found or (ReadingError(f"reading of {channel}", "each", nan),)
+
+    def zero_error(self, channel: str, zero: float) -> ReadingError | None:
+        """Return the error of all values of a channel that a zero reading was subtracted from.
+
+        It is one error of all of them, in the SI unit. None for a zero whose scatter is not known.
+        """
+        known = self.zero_scatter.get(channel_of(channel), {})
+        scatter = known.get(zero)
+        if scatter is None:
+            return None
+        which = f" {scatter.number}" if len(known) > 1 else ""
+        name = f"scatter of zero{which} of {channel_of(channel)}"
+        return ReadingError(name, "offset", scatter.u, scatter.dof, "t")
 
     def readings(self, channel: str, values: Array, zero: float) -> Array:
         """Return values of a channel minus a zero reading, in the SI unit, shape (n,).

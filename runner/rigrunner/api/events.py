@@ -189,6 +189,9 @@ class StepEnded(Event, frozen=True, kw_only=True):
     """By role: cycles of the device so far, since `main` began."""
     truth: Mapping[str, float] = {}
     """Truth of a simulator; stored in a group for verification that no analysis reads."""
+    scatter: Mapping[str, tuple[float, float]] = {}
+    """Of a zero: the standard uncertainty of each value in the SI unit, and its degrees of freedom.
+    """
 
 
 class Scanned(Event, frozen=True, kw_only=True):

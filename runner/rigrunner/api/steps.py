@@ -80,6 +80,8 @@ class Found:
     """Readings that are not numbers, by 'role.name'."""
     leaves: bool = False
     """Of a condition: whether the steps that depend on it are skipped."""
+    scatter: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    """Of a zero: the standard uncertainty of each value and its degrees of freedom."""
 
 
 NOTHING = Found(NONE, NONE, NONE)

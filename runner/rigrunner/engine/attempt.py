@@ -76,6 +76,7 @@ class Attempt:
             leaves=self.step.leaves if found.leaves else 0,
             cycles=self._cycles.done() if self._cycles else NONE,
             truth=found.truth if ok else NONE,
+            scatter=found.scatter,
         )
 
     def is_tried_again(self, error: BaseException) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from rigrunner.api.data import ZeroScatter
 from rigrunner.api.events import (
     RESUME_RUN,
     Intervention,
@@ -53,6 +54,17 @@ def zeros_in_force(events: Iterable[Event]) -> dict[str, dict[str, float]]:
         zeros.take(event)
         if isinstance(event, StepEnded) and event.ok and event.recording and event.action != "zero":
             found[event.recording] = zeros.in_force
+    return found
+
+
+def zero_scatter(events: Iterable[Event]) -> dict[str, dict[float, ZeroScatter]]:
+    """Return the scatter of each zero reading, by channel and reading, in SI units."""
+    found: dict[str, dict[float, ZeroScatter]] = {}
+    for event in events:
+        if isinstance(event, StepEnded) and event.ok and event.action == "zero":
+            for name, scatter in event.scatter.items():
+                known = found.setdefault(name, {})
+                known[event.values[name]] = ZeroScatter(*scatter, len(known) + 1)
     return found
 
 

@@ -42,6 +42,13 @@ def mean_error(values: Array) -> tuple[float, float]:
     return sqrt(variance / number), number - 1
 
 
+def scatter_of_mean(values: Array) -> tuple[float, float] | None:
+    """Return what `mean_error` does; None for fewer than two values, and for equal ones."""
+    if len(values) < 2 or not np.ptp(values):  # noqa: PLR2004  (of one there is no scatter)
+        return None
+    return mean_error(values - values[0])
+
+
 def effective_number(values: Array) -> float:
     """Return how many independent values tell as much of the mean as these (n,); n at most."""
     n = len(values)

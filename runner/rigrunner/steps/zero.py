@@ -59,15 +59,25 @@ class Zero(Action):
 
     def do(self, step: str, doing: Session) -> Found:  # noqa: ARG002  (its errors name the channel)
         """Read it; raise DataError if its mean is too far from zero."""
+        import numpy as np  # noqa: PLC0415  (to check a procedure needs none)
+
+        from rigrunner.signal.effective_samples import scatter_of_mean  # noqa: PLC0415  (as above)
+
         name = self.zeroed
-        mean = doing.stream_means(self.role, (self.channel,), self.duration_s)[name]
+        blocks = doing.stream(self.role, (self.channel,), self.duration_s)
+        samples = [block.channels[name] for block in blocks if block.samples]
+        if not samples:
+            missing = f"no sample of {self.channel} came in {self.duration_s:g} s"
+            raise DataError(f"{self.role}: {missing}")
+        mean = sum(float(each.sum()) for each in samples) / sum(map(len, samples))
         if abs(mean) > self.within:
             raise DataError(
                 f"{name} reads {mean:.4g} {self.unit} at rest,"
                 f" more than the {self.within:g} {self.unit} allowed",
                 hint="is the rig at rest and unloaded? if so, adjust the instrument's zero",
             )
-        return Found({name: mean}, {name: self.unit})
+        scatter = scatter_of_mean(np.concatenate(samples))
+        return Found({name: mean}, {name: self.unit}, scatter={name: scatter} if scatter else {})
 
 
 def plan(zero: ZeroStep, planning: Planning) -> None:

@@ -40,6 +40,21 @@ def with_samples(change):
     return spoil
 
 
+def with_noise(values):
+    """Return what makes these values of the torque of all blocks."""
+
+    def spoil(blocks: list[Block]) -> list[Block]:
+        return [
+            replace(
+                each, channels={**each.channels, "torque": values[first : first + each.samples]}
+            )
+            for each in blocks
+            for first in [each.first_sample]
+        ]
+
+    return spoil
+
+
 def later(block: Block, seconds: float) -> Block:
     return replace(block, monotonic_s=block.monotonic_s + seconds)
 
@@ -161,6 +176,26 @@ def test_zero_beyond_the_limit_stops_the_run_and_says_by_how_much():
     assert "tester.torque reads -0.009951 N·m at rest, more than the 0.005 N·m allowed" in (
         summary.reason
     )
+
+
+def test_zero_states_how_its_mean_scatters():
+    noise = np.random.default_rng(75).normal(0, 1e-3, 100)
+    action = Zero("tester", "torque", "N·m", within=0.05, duration_s=0.1)
+    summary, listener = outcome_of(with_noise(noise), action)
+    assert summary.outcome is Outcome.COMPLETED
+    (ended,) = [each for each in listener.of(StepEnded) if each.action == "zero"]
+    assert ended.values == {"tester.torque": pytest.approx(noise.mean(), rel=1e-9)}
+    # white noise: s/sqrt(n) with n - 1 (GUM 4.2.3), but for correlation by chance
+    u, dof = ended.scatter["tester.torque"]
+    assert u == pytest.approx(noise.std(ddof=1) / 10, rel=0.2)
+    assert 50 <= dof <= 99
+
+
+def test_zero_of_equal_samples_states_no_scatter():
+    action = Zero("tester", "torque", "N·m", within=0.05, duration_s=0.1)
+    summary, listener = outcome_of(with_noise(np.full(100, 0.01)), action)
+    assert summary.outcome is Outcome.COMPLETED
+    assert [each.scatter for each in listener.of(StepEnded)] == [{}] * 1
 
 
 def test_zero_needs_samples():

@@ -139,7 +139,7 @@ def end_recording(
     )
 
 
-def emit_zero(emit: Emitter, value: float = 0.0123) -> None:
+def emit_zero(emit: Emitter, value: float = 0.0123, **more: object) -> None:
     emit(
         StepEnded,
         step="setup[1]",
@@ -148,6 +148,7 @@ def emit_zero(emit: Emitter, value: float = 0.0123) -> None:
         ok=True,
         values={"tester.torque": value},
         units={"tester.torque": "N·m"},
+        **more,
     )
 
 

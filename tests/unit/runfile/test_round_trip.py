@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as npst
 
-from rigrunner.api.data import Recording
+from rigrunner.api.data import Recording, ZeroScatter
 from rigrunner.api.events import (
     Alarm,
     Answer,
@@ -31,6 +31,7 @@ from rigrunner.runfile import (
     read_truth,
     read_with_truth,
     seal,
+    zero_scatter,
 )
 from rigrunner.runfile.compressed import LongText
 from rigrunner.runfile.hdf5 import read_text
@@ -370,6 +371,19 @@ def test_each_recording_keeps_the_zero_that_was_in_force(tmp_path):
     assert loose.recording_zeros == wanted
     assert read(tmp_path / "run").recording_zeros == wanted
     assert loose.zeros == {"tester.torque": 0.05}
+
+
+def test_how_each_zero_scatters_is_read_back(tmp_path):
+    with RunWriter(tmp_path / "run", header_of()) as writer:
+        emit = emitter_of(writer)
+        emit_zero(emit, 0.01)  # as before 0.2
+        for value, scatter in {0.02: (1e-3, 9.0), 0.03: (2e-3, 99.0)}.items():
+            emit_zero(emit, value, scatter={"tester.torque": scatter})
+        loose = read(tmp_path / "run")
+        writer.seal()
+    wanted = {0.02: ZeroScatter(1e-3, 9.0, 1), 0.03: ZeroScatter(2e-3, 99.0, 2)}
+    for run in (loose, read(tmp_path / "run")):
+        assert zero_scatter(run.outline) == {"tester.torque": wanted}
 
 
 def test_a_torn_journal_is_gone_on_with_behind_its_last_whole_record(tmp_path):

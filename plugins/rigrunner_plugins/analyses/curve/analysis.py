@@ -34,7 +34,7 @@ from rigrunner_plugins.analyses.curve.derived import Derived, Fitted, OutOfRange
 from rigrunner_plugins.analyses.curve.figure import figures_of
 from rigrunner_plugins.analyses.curve.formula import mathematics
 from rigrunner_plugins.analyses.curve.of_results import sources_of_results
-from rigrunner_plugins.analyses.curve.points import STEP, sources
+from rigrunner_plugins.analyses.curve.points import STEP, Which, sources
 from rigrunner_plugins.analyses.curve.settings import (
     BothWays,
     Nonlinearity,
@@ -259,14 +259,38 @@ class _OneCurve:
                     if error.acts == "gain":  # shifts the largest x by a step
                         largest = 0.0 if column is None else self._largest(column)
                         size = step / largest if largest else STEP
-                    read = np.array([count > 0 for count in self.source.counts], bool)
-                    moved = self._fitted(fitted.values.with_error(column, error.acts, size, read))
-                    by = [_change(one, moved) / size for one in found]
-                    by_all = [(max(each, 0.0), max(-each, 0.0)) for each in by]
-                known = self.source.values
-                symbol = known.y_unit if column is None else known.units[column]
-                effects.append((_Error(channel, unit_of_errors(symbol), error), by_all))
+                    read = np.array([count > 0 for count in self.source.counts], np.float64)
+                    which = Which(np.ones(len(fitted.values.y)), read)
+                    by_all = self._of_one(
+                        fitted, found, column, acts=error.acts, size=size, which=which
+                    )
+                effects.append((self._error(channel, column, error), by_all))
+        for channel, error, which in self.source.of_zeros:
+            column = columns.get(channel)
+            step = STEP * float(fitted.values.ranges[0 if column is None else 1 + column])
+            by_all = self._of_one(fitted, found, column, acts=error.acts, size=step, which=which)
+            effects.append((self._error(channel, column, error), by_all))
         return effects
+
+    def _of_one(
+        self,
+        fitted: Fitted,
+        found: Sequence[Derived],
+        column: int | None,
+        *,
+        acts: str,
+        size: float,
+        which: Which,
+    ) -> list[tuple[float, float]]:
+        """Return the change of each value, upwards and downwards, by an error of 1."""
+        moved = self._fitted(fitted.values.with_error(column, acts, size, which))
+        by = [_change(one, moved) / size for one in found]
+        return [(max(each, 0.0), max(-each, 0.0)) for each in by]
+
+    def _error(self, channel: str, column: int | None, error: ReadingError) -> _Error:
+        known = self.source.values
+        symbol = known.y_unit if column is None else known.units[column]
+        return _Error(channel, unit_of_errors(symbol), error)
 
     def _largest(self, column: int) -> float:
         known = self.source.values

@@ -102,6 +102,7 @@ def _source(
         places=tuple(each[0].coordinates for each in points),
         counts=(0,) * len(values.asked),
         errors={},
+        of_zeros=(),
         exact=tuple(name for name in names if name not in {*settings.x_results, *run.instruments}),
         lines=lines,
         left_out=left_out,

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import nan
-from typing import TYPE_CHECKING
+from itertools import chain
+from math import hypot, nan
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -38,6 +39,15 @@ LEAST_RANGE = 1e-4
 MOST_WIDENED = 1e4
 MOST_MOVED = 500
 """Up to this number, points are shifted one by one to find their effects; above it, in groups."""
+
+
+class Which(NamedTuple):
+    """How much of an error each value has: 1 for all of it."""
+
+    points: Array
+    """Shape (n,)."""
+    asked: Array
+    """Of the requested y, which are from the same instrument as y, shape (m,)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,17 +95,15 @@ class Values:
             u_x=self.u_x,
         )
 
-    def with_error(self, column: int | None, acts: str, size: float, read: Array) -> Values:
-        """Return the values with a gain or an offset in y (`column` None) or in a column of x.
-
-        `read` marks the requested y that come from the same instrument as y, shape (m,).
-        """
+    def with_error(self, column: int | None, acts: str, size: float, which: Which) -> Values:
+        """Return the values with a gain or an offset in y (`column` None) or in a column of x."""
+        points, asked = size * which.points, size * which.asked
         if column is None:
-            y = self.y * (1 + size) if acts == "gain" else self.y + size
-            moved = self.asked * (1 + size) if acts == "gain" else self.asked + size
-            return replace(self, y=y, asked=np.where(read, moved, self.asked))
+            y = self.y * (1 + points) if acts == "gain" else self.y + points
+            moved = self.asked * (1 + asked) if acts == "gain" else self.asked + asked
+            return replace(self, y=y, asked=moved)
         x = self.x.copy()
-        x[:, column] += size * (x[:, column] + self.origin) if acts == "gain" else size
+        x[:, column] += points * (x[:, column] + self.origin) if acts == "gain" else points
         return replace(self, x=x)
 
     def chosen(self, rows: Array) -> Values:
@@ -158,6 +166,8 @@ class Source:
     """The number of readings that each requested y is the mean of; 0 for an exact value."""
     errors: Mapping[str, tuple[ReadingError, ...]]
     """The possible errors of the readings of y, and of each x that has errors."""
+    of_zeros: tuple[tuple[str, ReadingError, Which], ...]
+    """The errors of zeros, each with its channel and what it was subtracted from."""
     exact: tuple[str, ...]
     """Set-points that are not in the register, taken as exact."""
     lines: tuple[SharedLine, ...] = ()
@@ -211,13 +221,13 @@ def _source(
     y = np.array([_statistic(part, settings.of, settings.statistic) for part in found])
     asked, counts = _asked(settings, also)
     values = Values(
-        x, y, *_scatter(found, settings.of, settings), asked, origin, tuple(settings.over),
+        x, y, *_scatter(run, found, settings.of, settings), asked, origin, tuple(settings.over),
         tuple(units),
         found[0].units[settings.of], settings.of,
         tuple(_shown(found[0], source) for source in settings.over.values()),
         _shown(found[0], settings.of),
         is_set=not any(name in found[0].values for name in settings.over.values()),
-        u_x=_scatter_of_x(found, settings),
+        u_x=_scatter_of_x(run, found, settings),
     )  # fmt: skip
     measured = asked[np.array(counts, int) > 0]
     if not (np.isfinite(x).all() and np.isfinite(y).all() and np.isfinite(measured).all()):
@@ -235,8 +245,34 @@ def _source(
         places=tuple(part.place for part in found),
         counts=counts,
         errors={name: run.reading_errors(name, most) for name, most in largest.items()},
+        of_zeros=tuple(_of_zeros(run, settings, found, also)),
         exact=tuple(n for n in settings.over.values() if n not in largest and "." in n),
     )
+
+
+def _of_zeros(
+    run: RunData, settings: CurveSettings, found: Sequence[Part], also: Sequence[Part]
+) -> Iterator[tuple[str, ReadingError, Which]]:
+    """Yield the error of each zero that several points have, or a requested y.
+
+    Of one point alone it is part of the scatter about the curve.
+    """
+    for channel in dict.fromkeys((settings.of, *settings.over.values())):
+        if channel == settings.of and settings.statistic == "range":
+            continue
+        zeros = [part.zeros.get(channel, nan) for part in found]
+        asked = [
+            [part.zeros.get(channel, nan) for part in also if is_at(each.where, part.place)]
+            if each.where and channel == settings.of
+            else []
+            for each in settings.results.x_at
+        ]
+        for zero in sorted({*zeros, *chain(*asked)}):
+            error = run.zero_error(channel, zero)
+            shares = [each.count(zero) / len(each) if each else 0.0 for each in asked]
+            if error is not None and (zeros.count(zero) > 1 or any(shares)):
+                which = Which(np.equal(zeros, zero).astype(np.float64), np.array(shares))
+                yield channel, error, which
 
 
 def origin_of(settings: CurveSettings, units: Sequence[str]) -> float:
@@ -301,20 +337,29 @@ def _statistic(part: Part, name: str, statistic: str) -> float:
     return STATISTICS[statistic].value(_series(part, name))
 
 
-def _scatter_of_x(found: Sequence[Part], settings: CurveSettings) -> Array | None:
+def _scatter_of_x(run: RunData, found: Sequence[Part], settings: CurveSettings) -> Array | None:
     names = list(settings.over.values())
     if len(names) > 1 or names[0] not in found[0].values:
         return None
-    return _scatter(found, names[0], settings)[0]
+    return _scatter(run, found, names[0], settings)[0]
 
 
 def _scatter(
-    found: Sequence[Part], of: str, settings: CurveSettings
+    run: RunData, found: Sequence[Part], of: str, settings: CurveSettings
 ) -> tuple[Array | None, Array | None]:
-    """Return u of each value from the scatter in its recording, and its dof; None without."""
+    """Return u of each value from the scatter in its recording, and its dof; None without.
+
+    With that of a zero which it has alone.
+    """
     scatter = [STATISTICS[settings.statistic].scatter(_series(part, of)) for part in found]
     known = [each for each in scatter if each is not None]
     if len(known) < len(found):
         return None, None
     u, dof = np.array(known).T
+    zeros = [part.zeros.get(of, nan) for part in found]
+    for i, zero in enumerate(zeros):
+        error = run.zero_error(of, zero) if zeros.count(zero) == 1 else None
+        if error is not None:
+            both = hypot(u[i], error.u)  # Welch and Satterthwaite (GUM G.4.1)
+            u[i], dof[i] = both, both**4 / (u[i] ** 4 / dof[i] + error.u**4 / error.dof)
     return u, dof

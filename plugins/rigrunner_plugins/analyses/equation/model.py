@@ -331,8 +331,9 @@ def _enter_readings(found: Inputs, settings: EquationSettings, group: Group) -> 
 def _enter_instruments(
     found: Inputs, run: RunData, settings: EquationSettings, group: Group
 ) -> dict[str, list[Input]]:
-    """Add each error of a channel in the register; return the errors by instrument."""
+    """Add each error in the register, and of each zero; return the former by instrument."""
     known: dict[str, Input] = {}
+    zeros: dict[str, Input] = {}
     by_input: dict[str, list[Input]] = {}
     for name, told in settings.channels.items():
         by_input[name], effects = [], list[Effect]()
@@ -351,8 +352,13 @@ def _enter_instruments(
             if error.acts == "each":
                 found.own_lines.add(called)
                 found.unsure[called] = called, False
+        for error, which in group.zero_errors(run, told.of):
+            symbol = unit_of_errors(group.units[told.of])
+            zeros[error.name] = Input(error.name, 0.0, error.u, error.dof, Distribution.T, symbol,
+                                      common=True)  # fmt: skip
+            effects.append(Effect(error.name, slope=float(which.mean())))
         found.effects[name] = tuple(effects)
-    found.inputs += known.values()
+    found.inputs += [*known.values(), *zeros.values()]
     return by_input
 
 

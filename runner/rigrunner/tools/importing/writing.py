@@ -26,6 +26,7 @@ from rigrunner.clock import utc_text
 from rigrunner.engine.attempt import Attempt
 from rigrunner.engine.limits import remarks_on
 from rigrunner.engine.recorded import RecordedStatistics
+from rigrunner.signal.effective_samples import scatter_of_mean
 from rigrunner.steps.measure import Measure
 from rigrunner.steps.record import Record
 from rigrunner.steps.scan import Scan
@@ -125,6 +126,7 @@ class _Import:
     def _zero(self, index: int, step: PlannedStep, action: Zero) -> None:
         member = action.zeroed
         given, at = next(self._zeros[member]), ("zeros", member)
+        scatter = None
         if isinstance(given, Quantity):
             value = given.si
         else:  # a recording at rest
@@ -132,13 +134,15 @@ class _Import:
             checked = self._checked
             read = read_part(checked.mapping, checked.importer, given, at, {member: column})
             value = float(read.columns[member].mean())
+            scatter = scatter_of_mean(read.columns[member])
         if abs(value) > action.within:
             message = (
                 f"{member} read {value:.4g} {action.unit} at rest,"
                 f" more than the {action.within:g} {action.unit} that the procedure allows"
             )
             raise fault(self._checked.mapping, at, message)
-        found = Found({member: value}, {member: action.unit}, {})
+        known: dict[str, tuple[float, float]] = {member: scatter} if scatter else {}
+        found = Found({member: value}, {member: action.unit}, scatter=known)
         self._step(index, step, (self._latest, self._latest), found)
 
     def _stated(self) -> dict[str, float]:
