@@ -63,7 +63,7 @@ class TdmsImporter:
                 for wanted, column in columns.items()
             }
             return {
-                wanted: _column(channel, path, goes_of(path, ends, channel))
+                wanted: _column(file, channel, path, goes_of(path, ends, channel))
                 for wanted, channel in found.items()
             }
 
@@ -131,11 +131,13 @@ def _channel(
 
 
 def _column(
-    channel: nptdms.TdmsChannel, path: Path, goes: tuple[tuple[int, datetime], ...]
+    file: nptdms.TdmsFile,
+    channel: nptdms.TdmsChannel,
+    path: Path,
+    goes: tuple[tuple[int, datetime], ...],
 ) -> Column:
     what = f"the channel '{channel.group_name}/{channel.name}'"
-    scales = {v for k, v in channel.properties.items() if _SCALE_TYPE.fullmatch(k)} - _SCALES
-    if scales and channel.properties.get("NI_Scaling_Status") != "scaled":
+    if scales := _scales(file, channel) - _SCALES:
         raise DataError(
             f"{what} has a scale that is not known: {', '.join(sorted(scales))}",
             location=Location(str(path)),
@@ -150,6 +152,15 @@ def _column(
         offset_s=float(offset_s) if is_number(offset_s) and not goes else 0.0,
         goes=goes[1:],
     )
+
+
+def _scales(file: nptdms.TdmsFile, channel: nptdms.TdmsChannel) -> set[str]:
+    """Return the types of the scales that apply: of the channel, else of its group or the file."""
+    for of in (channel, file[channel.group_name], file):
+        found = {each for key, each in of.properties.items() if _SCALE_TYPE.fullmatch(key)}
+        if found and of.properties.get("NI_Scaling_Status") != "scaled":
+            return found
+    return set()
 
 
 def _interval_s(channel: nptdms.TdmsChannel) -> float | None:

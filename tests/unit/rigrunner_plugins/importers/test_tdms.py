@@ -206,3 +206,28 @@ def test_a_scale_that_would_not_be_applied_is_refused(tmp_path):
         read(write(tmp_path / "a.tdms", torque(**scale)))
     done = write(tmp_path / "b.tdms", torque(**scale, NI_Scaling_Status="scaled"))
     assert read(done).values.tolist() == TORQUE.tolist()
+
+
+@pytest.mark.parametrize("of", ["group", "file"])
+def test_a_scale_of_the_group_or_the_file_is_no_other(tmp_path, of):
+    linear = {
+        "NI_Number_Of_Scales": 1,
+        "NI_Scale[0]_Scale_Type": "Linear",
+        "NI_Scale[0]_Linear_Slope": 2.0,
+        "NI_Scale[0]_Linear_Y_Intercept": 0.0,
+        "NI_Scale[0]_Linear_Input_Source": 0xFFFFFFFF,
+    }
+
+    def written(properties, **own):
+        path = tmp_path / "a.tdms"
+        with TdmsWriter(path) as writer:
+            root = RootObject(properties if of == "file" else {})
+            group = GroupObject("r1", properties if of == "group" else {})
+            writer.write_segment([root, group, torque(**own, unit_string="Nm")])
+        return read(path).values.tolist()
+
+    unknown = linear | {"NI_Scale[0]_Scale_Type": "Cubic spline"}
+    assert written(linear) == (2 * TORQUE).tolist()
+    with pytest.raises(DataError, match="a scale that is not known: Cubic spline"):
+        written(unknown)
+    assert written(unknown, **linear) == (2 * TORQUE).tolist()  # that of the channel applies
