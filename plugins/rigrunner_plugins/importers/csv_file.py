@@ -109,6 +109,8 @@ def _rows(
 ) -> Iterator[list[float]]:
     """Yield the wanted numbers of each row; `width` is how many names there are, or 0."""
     first = table.skip_lines + 1 + table.header
+    # Without names nothing else tells how many columns there are: all rows may be split alike.
+    expected = width or table.columns or max(indices) + 1
     for line, row in enumerate(reader, first):
         if not row:
             continue
@@ -118,15 +120,17 @@ def _rows(
                 location=Location(str(path), line),
                 hint=f"the delimiter is set to '{table.delimiter}'",
             )
-        width = width or len(row)
         # In '0,1,234.5' the second number would be 1.
-        if any(cell.strip() for cell in row[width:]):
+        if any(cell.strip() for cell in row[expected:]):
+            hint = f"'{table.delimiter}' is set as delimiter: does it also mark decimals or"
+            hint += " thousands?"
+            if not (table.header or table.columns):
+                hint += f" if not, state 'columns: {len(row)}' in the settings"
             raise DataError(
-                f"has {len(row)} columns, {'the header' if table.header else 'the first row'} has"
-                f" {width}",
+                f"has {len(row)} columns, {'the header has' if table.header else 'expected'}"
+                f" {expected}",
                 location=Location(str(path), line),
-                hint=f"'{table.delimiter}' is set as delimiter: does it also mark decimals or"
-                " thousands?",
+                hint=hint,
             )
         numbers = []
         for index in indices:

@@ -19,6 +19,10 @@ class TableSettings(Settings):
     decimal: Literal[".", ","] = "."
     """Decimal mark."""
     header: Annotated[YesNo, Field(description="whether a line names the columns")] = True
+    columns: Annotated[
+        int | None,
+        Field(ge=1, description="number of columns without a header, if not all are used"),
+    ] = None
     skip_lines: Annotated[int, Field(ge=0, description="lines before header or numbers")] = 0
     encoding: Encoding = "utf-8"
     """Encoding of the text."""

@@ -63,11 +63,25 @@ def test_a_csv_without_a_row_is_refused(tmp_path):
         ("time,torque\n0,1\n1,2,5\n", True),  # a decimal comma
         ("time,torque\n0,1\n1,1,234.5\n", True),  # thousands
         ("0,1\n1,2,5\n", False),
+        ("0,1,234.5\n1,1,235.5\n", False),  # in every row
     ],
 )
 def test_a_delimiter_within_a_number_is_refused(tmp_path, text, header):
-    with pytest.raises(DataError, match=r"has 3 columns, the (header|first row) has 2"):
+    with pytest.raises(DataError, match=r"has 3 columns, (the header has|expected) 2"):
         csv(tmp_path, text, {"x": 2}, header=header)
+
+
+def test_without_a_header_the_number_of_columns_is_stated(tmp_path):
+    text = "0,1,234.5\n1,1,235.5\n"
+    with pytest.raises(DataError) as caught:
+        csv(tmp_path, text, {"x": 2}, header=False)
+    assert caught.value.hint.endswith("if not, state 'columns: 3' in the settings")
+    stated = TableSettings(header=False, columns=3)
+    found = CsvImporter(stated).read(tmp_path / "a.csv", {"x": 2}, "")
+    assert found["x"].values.tolist() == [1.0, 1.0]
+    stated = TableSettings(header=False, columns=2)
+    with pytest.raises(DataError, match="has 3 columns, expected 2"):
+        CsvImporter(stated).read(tmp_path / "a.csv", {"x": 1}, "")
 
 
 def test_a_delimiter_after_the_last_number_is_allowed(tmp_path):
