@@ -171,8 +171,14 @@ class _TorqueOfRun:
             problem=problem,
             forbids=why or without_scatter(loaded, no_load, primary),
         )
-        notes = (problem,) if problem else ()
-        return replace(found, checks=checks, notes=notes, details=(details,))
+        from rigrunner_bearings.torque.certified import beyond_calibration  # noqa: PLC0415  (pydantic)
+
+        notes = [problem] if problem else []
+        notes += [
+            f"{each.where} exceeded its calibrated range: {each.text} ({each.run_id})."
+            for each in beyond_calibration(details, self.run, self.no_load_run)
+        ]
+        return replace(found, checks=checks, notes=tuple(notes), details=(details,))
 
     def _loaded_sources(self) -> tuple[Recording, ...]:
         own = self.spec.has_own_no_load

@@ -52,7 +52,7 @@ def certified_torque(
         quantity=quantity,
         validity=tuple(_validity(found)),
         channels=frozenset(channels),
-        deviations=(*_beyond_calibration(found, run, no_load_run), *load),
+        deviations=(*beyond_calibration(found, run, no_load_run), *load),
         rejected=tuple(
             each
             for one, points in runs
@@ -87,7 +87,7 @@ def _validity(found: TorqueDetails) -> Iterator[ValidityCondition]:
         yield ValidityCondition(code=code.value, allowance=text)
 
 
-def _beyond_calibration(
+def beyond_calibration(
     found: TorqueDetails, run: RunData, no_load_run: RunData | None
 ) -> Iterator[Deviation]:
     """Yield each channel that exceeded its calibrated range, with how far, in words."""

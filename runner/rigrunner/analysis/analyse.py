@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from rigrunner.analysis.document import ALWAYS_SETTINGS
@@ -15,13 +16,15 @@ from rigrunner.api.analysis_context import AnalysisContext
 from rigrunner.api.checks import forbidden
 from rigrunner.api.findings import Findings
 from rigrunner.api.hooks import AnalysisRecord
+from rigrunner.api.instruments import ZEROED
 from rigrunner.api.progress import unseen
 from rigrunner.api.results import Result
 from rigrunner.api.units import si_symbol, unit
+from rigrunner.signal.blocks import limits
 from rigrunner.signal.rounding import LEAST_PLACES
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
     from rigrunner.analysis.lookup import Lookup
     from rigrunner.api.data import RunData
@@ -68,7 +71,7 @@ def analyse(
             settings = known.validated(each.kind, each.name, each.settings)
             text = _as_text(settings.model_dump(exclude_none=True))
             named.append({"name": each.name, "settings": text})
-    return Result(
+    result = Result(
         run=run,
         measurand=context.measurand,
         symbol=context.symbol,
@@ -87,6 +90,33 @@ def analyse(
         settings={**(recorded or ALWAYS_SETTINGS), **({"named": named} if named else {})},
         revisions=revisions_of(analyses, acceptance, known),
     )
+    if interim or not (result.other_results or result.limits.values):
+        return result
+    beyond = dict(_beyond_calibration(run))
+    noted = (f"{name} exceeded its calibrated range: {text}." for name, text in beyond.items())
+    return replace(result, beyond=beyond, notes=(*result.notes, *noted))
+
+
+def _beyond_calibration(run: RunData) -> Iterator[tuple[str, str]]:
+    """Yield each channel with readings beyond its calibrated range, and how far, in words.
+
+    A force or a torque counts less its zero, as it is calibrated.
+    """
+    for instrument in run.instruments.values():
+        name, is_zeroed = instrument.channel, instrument.quantity in ZEROED
+        kept = [name, *(f"{name}.{each}" for each in ("minimum", "maximum", "mean"))]
+        values, unit_of = [], ""
+        for row in run.measurements:
+            zero = row.zeros.get(name, run.zero(row.recording, name)) if is_zeroed else 0.0
+            values += [row.values[each] - zero for each in kept if each in row.values]
+            unit_of = row.units.get(name, unit_of)
+        for recording in run.recordings:
+            if name in recording.channels and recording.samples:
+                zero = run.zero(recording.name, name) if is_zeroed else 0.0
+                values += [each - zero for each in limits(recording.channels[name])]
+                unit_of = recording.units[name]
+        if values and (text := instrument.beyond_range(min(values), max(values), unit_of)):
+            yield name, text
 
 
 def _unit_of(measurand: Measurand | None, analyses: Sequence[AnalysisRef], lookup: Scrutiny) -> str:

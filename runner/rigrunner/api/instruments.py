@@ -257,15 +257,20 @@ class Instrument(Settings):
     def beyond_range(self, lowest: float, highest: float, unit: str) -> str:
         """Return, as text, by how much values in an SI unit exceed that range; '' for not at all.
 
-        `unit` is the unit of the text.
+        `unit` is the unit of the text. Of a range that begins or ends at zero, values about zero
+        within the limit of error are no excess.
         """
         bounds = self.calibrated_range
-        if bounds is None or bounds[0] <= lowest <= highest <= bounds[1]:
+        if bounds is None:
+            return ""
+        at_zero = self.limit_of_error(0.0) or 0.0
+        low, high = bounds[0] or -at_zero, bounds[1] or at_zero
+        if low <= lowest <= highest <= high:
             return ""
         is_above = highest - bounds[1] >= bounds[0] - lowest
         worst, bound = (highest, bounds[1]) if is_above else (lowest, bounds[0])
         share = f" ({100 * worst / bound:.0f} %)" if bound else ""
-        if abs(worst) < abs(bound):  # below a range that does not begin at zero
+        if abs(worst) < abs(bound) or not (is_above or bound):  # below where it begins
             return f"{worst:.4g} {unit} was recorded, the calibration holds from {bound:.4g} {unit}"
         holds = f"the calibration holds up to {bound:.4g} {unit}"
         return f"{worst:.4g} {unit} was recorded, {holds}{share}"

@@ -147,6 +147,9 @@ class Result:
     decision: Decision | None = None
     checks: tuple[Check, ...] = ()
     notes: tuple[str, ...] = ()
+    beyond: Mapping[str, str] = field(default_factory=dict)
+    """By channel, how far readings exceed the calibrated range of its instrument; each is a note
+    too."""
     settings: Mapping[str, object] = field(default_factory=dict)
     """The settings of the analyses, with defaults."""
     revisions: Mapping[str, int] = field(default_factory=dict)

@@ -45,7 +45,8 @@ def deviations_of(
         if entry.overdue:
             text = f"{entry.serial}: due {entry.due}"
             yield Deviation(kind="calibration", run_id=run_id, where=entry.channel, text=text)
-    yield from not_calibrated(result)
+    beyond = tuple(not_calibrated(result))
+    yield from beyond
     if not (order.conditions or any(each.quantity in AMBIENT for each in conditions)):
         yield Deviation(kind="conditions", run_id=run_id, text="")
     for check in result.every_check:
@@ -58,6 +59,8 @@ def deviations_of(
                 text="; ".join(each for each in words if each),
             )
     for text in result.notes:
+        if any(each.where in text and each.text in text for each in beyond):
+            continue
         yield Deviation(kind="remark", run_id=run_id, text=text)
     for text in order.deviations:
         yield Deviation(kind="stated", run_id=run_id, text=text)

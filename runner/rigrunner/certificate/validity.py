@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.certificate import Deviation, Traceability
 from rigrunner.certificate.results import certified_of
-from rigrunner.signal.blocks import limits
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -38,21 +37,11 @@ def not_calibrated(result: Result) -> Iterator[Deviation]:
     """Yield each channel that exceeded its calibrated range, or lacks data."""
     for each in certified_of(result):
         yield from each.deviations
-    if not result.other_results or _named(result):
-        return
     # No analysis says which instruments enter: all recorded or measured values of each count.
-    run = result.run
-    for instrument in run.instruments.values():
-        name = instrument.channel
-        values = [row.values[name] for row in run.measurements if name in row.values]
-        unit = next((row.units[name] for row in run.measurements if name in row.values), "")
-        for recording in run.recordings:
-            if name in recording.channels and recording.samples:
-                values.extend(limits(recording.channels[name]))
-                unit = recording.units[name]
-        text = instrument.beyond_range(min(values), max(values), unit) if values else ""
-        if text:
-            yield Deviation(kind="range", run_id=run.run_id, where=name, text=text)
+    if not _named(result):
+        run_id = result.run.run_id
+        for name, text in result.beyond.items():
+            yield Deviation(kind="range", run_id=run_id, where=name, text=text)
 
 
 def _named(result: Result) -> frozenset[str]:
