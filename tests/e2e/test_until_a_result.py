@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from e2e.helpers_resume import take_up
+from helpers_any_quantity import STATION, written
 from helpers_cli import call
 from helpers_thorough import first
 from helpers_workflow import run
@@ -120,6 +121,44 @@ SEVERAL = PROCEDURE.replace(
     "until: {result: highest, above: 36 mN·m}",
     "until: [{channel: tester.torque, below: -1 N·m}, {result: highest, above: 36 mN·m}]",
 )
+
+
+AT_A_PLACE_BEFORE = """\
+rigrunner: procedure/2
+id: PSU
+revision: "A"
+title: A place that was measured before another one
+uses: {bench: supply_bench}
+main:
+  - sweep: {set: bench.current, over: [5 A, 0 A], steps: [measure: {channels: [bench.voltage]}]}
+  - set: {bench.current: 5 A}
+  - repeat:
+      until: {result: voltage, below: 12 V}
+      at_most: 3
+      steps: [measure: {channels: [bench.voltage]}]
+analysis:
+  - readings: {of: bench.voltage, per: bench.current, result: {name: voltage, unit: V}}
+"""
+
+
+def test_the_place_that_was_measured_last_counts(tmp_path):
+    """It was the place that was measured first for the last time: 0 A, with 12.031 V."""
+    procedure, station = written(tmp_path, procedure=AT_A_PLACE_BEFORE)
+    notes = []
+    run(procedure, tmp_path / "runs", station=station, listeners=[notes.append])
+    (said,) = [each.text for each in notes if isinstance(each, Note)]
+    assert said == "voltage is 11.987 V: below 12 V after 1 of 3 times"
+
+
+def test_without_a_value_there_the_run_says_why(tmp_path):
+    divided = "of: bench.voltage, divided_by: bench.ripple, per"
+    told = AT_A_PLACE_BEFORE.replace("of: bench.voltage, per", divided)
+    told = told.replace("[bench.voltage]", "[bench.voltage, bench.ripple]")
+    told = told.replace("unit: V", 'unit: "%"').replace("below: 12 V", "below: 12 %")
+    procedure, station = written(tmp_path, procedure=told, station=STATION.replace("9 mV", "0 mV"))
+    done = run(procedure, tmp_path / "runs", station=station)
+    assert done.outcome == "error"
+    assert "There is no value of voltage at bench.current = 5 A: bench.ripple is 0" in done.reason
 
 
 def test_of_several_the_first_that_is_met_ends_the_loop(procedure, tmp_path):

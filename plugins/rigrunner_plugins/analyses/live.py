@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigrunner.api import Estimate, Findings, MeasurementResult, unit
+from rigrunner.api.coordinates import place_of
 from rigrunner.api.figures import Axis, Figure, Point, Series
 from rigrunner.api.places import is_at
-from rigrunner_plugins.analyses.sources import place_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigrunner.api import DataError, unit
-from rigrunner.api.coordinates import CoordinateValue
+from rigrunner.api.coordinates import CoordinateValue, place_of
 from rigrunner.api.member import channel_of
 from rigrunner.api.places import is_at
 from rigrunner.api.units import si_symbol
@@ -249,17 +249,3 @@ def _of_recording(recording: Recording, run: RunData, names: Sequence[str]) -> P
     step_s = 1 / recording.rate_hz
     place, shown = place_of(recording), recording.written_in
     return Part(place, values, recording.units, began, step_s, shown, zeros=zeros)
-
-
-def place_of(of: Recording | Measurement) -> dict[str, CoordinateValue]:
-    """Return the set-points and coordinates of a recording or row, with time and cycle count."""
-    known = {**of.setpoints, **of.coordinates}
-    found = {
-        name: CoordinateValue.of_si(value, of.units.get(name, ""), of.written_in.get(name, ""))
-        for name, value in known.items()
-    }
-    if of.elapsed_s is not None:
-        found["elapsed"] = CoordinateValue(of.elapsed_s, "s")
-    if of.cycles is not None:
-        found["cycles"] = CoordinateValue(float(of.cycles))
-    return found

@@ -51,7 +51,7 @@ class Until(Settings):
     result: Annotated[str, Field(pattern=f"^{NAME}$")] | None = None
     """Name of a result of an analysis, calculated from the data so far.
 
-    Of several, the one of the latest place.
+    Of several, the one of the place that was measured last.
     """
     above: AnyQuantity | None = None
     """End above this value."""

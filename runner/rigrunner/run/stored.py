@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from operator import itemgetter
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from rigrunner.analysis.analyse import analyse
 from rigrunner.analysis.named import findings_of, makers_of
 from rigrunner.analysis.scrutiny import Scrutiny
+from rigrunner.api.coordinates import place_of
 from rigrunner.api.data import RunData
 from rigrunner.api.errors import DataError, ExitCode, PluginError
 from rigrunner.api.events import CONCLUDED, Outcome
+from rigrunner.api.findings import MissingResult
 from rigrunner.api.instruments import DEFAULT_QUANTITY
 from rigrunner.api.progress import unseen
 from rigrunner.api.verdict import Verdict
@@ -22,15 +25,19 @@ from rigrunner.runfile import read, zero_scatter
 from rigrunner.station import parse_station
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Mapping, Sequence
     from pathlib import Path
 
+    from rigrunner.api.data import Measurement, Recording
+    from rigrunner.api.findings import MeasurementResult
     from rigrunner.api.progress import Progress
     from rigrunner.api.quantity import Estimate
     from rigrunner.api.results import Result
     from rigrunner.procedure import Acceptance, Procedure
     from rigrunner.registry import Registry
     from rigrunner.runfile import StoredRun
+
+    _Place = MeasurementResult | MissingResult
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,7 +138,7 @@ def verdict_code(result: Result | None) -> ExitCode:
 
 
 def result_by_now(folder: Path, procedure: Procedure, registry: Registry, name: str) -> Estimate:
-    """Return a named result from the data of a running run, at its latest place.
+    """Return a named result from the data of a running run, at the place measured last.
 
     Raises DataError for none.
     """
@@ -141,10 +148,29 @@ def result_by_now(folder: Path, procedure: Procedure, registry: Registry, name: 
     stored = read(folder)
     run = run_data(with_partners(stored, used_partners(stored.header)))
     found = findings_of(run, makers, Scrutiny(registry))
-    results = [one.estimate for each in found for one in each.results if one.name == name]
-    if not results:
+    results = [one for each in found for one in each.results if one.name == name]
+    missing = [one for each in found for one in each.missing if one.name == name]
+    places: list[_Place] = [*results, *missing]
+    if not places:
         raise DataError(f"there is no result '{name}' yet")
-    return results[-1]
+    latest = _measured_last(run, places)
+    if isinstance(latest, MissingResult):
+        raise DataError(latest.sentence.rstrip("."))
+    return latest.estimate
+
+
+def _measured_last(run: RunData, places: Sequence[_Place]) -> _Place:
+    """Return the result at the place of what was measured last, of what it is a result of."""
+    times: list[tuple[str, Recording | Measurement]] = [
+        *((each.started_utc, each) for each in run.recordings),
+        *((each.utc, each) for each in run.measurements),
+    ]
+    for _, part in sorted(times, key=itemgetter(0), reverse=True):
+        here = {name: each.usual for name, each in place_of(part).items()}
+        for one in places:
+            if all(here.get(name) == each.usual for name, each in one.coordinates.items()):
+                return one
+    return places[-1]
 
 
 def is_analysed(stored: StoredRun, procedure: Procedure) -> bool:
