@@ -69,8 +69,19 @@ class Interlock(Settings):
             raise ValueError(f"{self.outside[0]} must be below {self.outside[1]}")
         if self.does == "forbid" and not self.forbids:
             raise ValueError("'does: forbid' needs the drives that it forbids")
+        if self.rate is not None and self.rate.si <= 0:
+            raise ValueError(
+                f"rate: got '{self.rate}', expected more than 0; it trips at a change up or down"
+            )
         if self.hysteresis is not None and not self.bounds:
             raise ValueError("hysteresis is a distance from above, below or outside")
+        if self.hysteresis is not None and self.outside and len(kinds) == 1:
+            width = self.outside[1].si - self.outside[0].si
+            if 2 * self.hysteresis.si >= width:
+                raise ValueError(
+                    f"got a hysteresis of {self.hysteresis}, expected less than half of"
+                    f" {self.outside[0]} to {self.outside[1]}; it would never clear"
+                )
         return self
 
     @property

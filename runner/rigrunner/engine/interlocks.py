@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from rigrunner.rig import Rig
 
 _ROUNDING_S = 1e-9
+_CLOCKS_DISAGREE = 1e-3
+"""How far the clock of a stream may be off, relative to its time."""
 _GRAVEST = ("make_safe", "abort", "pause")
 
 
@@ -41,6 +43,8 @@ class Guard:
         self._emit = emit
         now_s = rig.clock.monotonic_s()
         self._watches = [Watch(each, now_s) for each in interlocks]
+        self._began_s: dict[str, float] = {}
+        """By role, when its latest stream began, by the clock of the rig."""
         self.watching = bool(self._watches)
         """Whether there are interlocks; without any, steps need not call."""
 
@@ -78,11 +82,19 @@ class Guard:
         ]
         if not watched or not block.samples:
             return
-        end_s = self._rig.clock.monotonic_s()
-        # The last sample counts as read now: a Watch goes by the clock of the rig.
-        times_s = end_s - np.arange(block.samples - 1, -1, -1) / block.rate_hz
+        now_s, end = self._rig.clock.monotonic_s(), block.first_sample + block.samples
+        began_s = now_s - end / block.rate_hz
+        if block.first_sample and role in self._began_s:
+            # Blocks come late, or two at once; the least late one tells when the stream began.
+            before_s = self._began_s[role]
+            latest_s = before_s + _CLOCKS_DISAGREE * block.samples / block.rate_hz
+            for each in watched if began_s < before_s else ():
+                each.shift(before_s, before_s - began_s)
+            began_s = min(began_s, latest_s)
+        self._began_s[role] = began_s
+        times_s = began_s + np.arange(block.first_sample + 1, end + 1) / block.rate_hz
         for each in watched:
-            each.take(times_s, np.asarray(block.channels[each.interlock.member.name]), end_s)
+            each.take(times_s, np.asarray(block.channels[each.interlock.member.name]), now_s)
 
     def look(self, *, read_all: bool = False) -> None:
         """Read the channels that are due, or all; record what tripped or cleared."""

@@ -51,8 +51,6 @@ class Watch:
             self.tripped = self.overridden = False
             self.text = f"{self._shown(float(values[-1]))} again"
             self.changes.append("cleared")
-        if self._last is None or float(times_s[-1]) - self._last[0] >= self._shortest_s:
-            self._last = (float(times_s[-1]), float(np.mean(values)))
 
     def miss(self, now_s: float, why: str) -> None:
         """Note that no value was available."""
@@ -69,17 +67,36 @@ class Watch:
         lock = self.interlock
         # Not written as "below or above": NaN is in no range, and so is bad.
         bad = ~((values >= lock.minimum) & (values <= lock.maximum))
-        if lock.rate_per_s is not None and self._last is not None:
-            before_s, before = self._last
-            passed_s = float(times_s[-1]) - before_s
-            far = abs(float(np.mean(values)) - before) > lock.rate_per_s * passed_s
-            bad |= far and passed_s >= self._shortest_s
+        if lock.rate_per_s is not None:
+            bad |= self._changes(times_s, values, lock.rate_per_s)
         return bad
 
-    @property
-    def _shortest_s(self) -> float:
-        """Shortest time for a rate; over a shorter one noise would look like a change."""
-        return self.interlock.every_s - _ROUNDING_S
+    def _changes(self, times_s: Array, values: Array, rate_per_s: float) -> Mask:
+        """Return which values changed faster, by the means of parts that last for `every`.
+
+        Over a shorter time noise would look like a change, and over a longer one a jump would not.
+        """
+        found = np.zeros(len(values), bool)
+        shortest_s = self.interlock.every_s - _ROUNDING_S
+        step_s = float(times_s[-1] - times_s[0]) / max(len(values) - 1, 1)
+        count = max(int(len(values) * step_s / shortest_s), 1)
+        for part in np.array_split(np.arange(len(values)), min(count, len(values))):
+            middle_s, mean = float(times_s[part].mean()), float(values[part].mean())
+            if self._last is not None:
+                before_s, before = self._last
+                passed_s = middle_s - before_s
+                if passed_s < shortest_s:
+                    continue
+                found[part] = abs(mean - before) > rate_per_s * passed_s
+            self._last = (middle_s, mean)
+        return found
+
+    def shift(self, began_s: float, by_s: float) -> None:
+        """Move times of a stream that turns out to have begun earlier than `began_s`."""
+        if self._last is not None and self._last[0] > began_s:
+            self._last = (self._last[0] - by_s, self._last[1])
+        if self._bad_since_s is not None and self._bad_since_s > began_s:
+            self._bad_since_s -= by_s
 
     def _lasts(self, times_s: Array, bad: Mask) -> bool:
         """Return whether the condition held for the debounce time without interruption."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rigrunner.api.devices import Readable, Streaming
-from rigrunner.api.units import rate_of, unit, units_of, with_article
+from rigrunner.api.units import of_difference, rate_of, unit, units_of, with_article
 from rigrunner.plan.actions import Interlock
 from rigrunner.yamlfile.problems import suggestion
 
@@ -132,8 +132,10 @@ class _Place:
     def _fits(self, channel: ChannelInfo) -> bool:
         """Return whether all quantities have the dimension of the channel, or of its rate."""
         wanted = unit(channel.unit).dimension
-        given = {name: getattr(self.written, name) for name in ("above", "below", "hysteresis")}
+        given = {name: getattr(self.written, name) for name in ("above", "below")}
         fits = [self._has(wanted, quantity, name) for name, quantity in given.items() if quantity]
+        if self.written.hysteresis is not None:
+            fits.append(self._has(of_difference(wanted), self.written.hysteresis, "hysteresis"))
         fits += [
             self._has(wanted, quantity, "outside", index)
             for index, quantity in enumerate(self.written.outside or ())

@@ -387,6 +387,50 @@ def test_a_jump_is_told_from_the_reading_before_and_not_from_the_first():
     assert watch.tripped
 
 
+def fed(interlock, blocks, value_at, *, late_s=(), read_after_s=0.1):
+    """Feed blocks of so many s, some of them late, then read once; return what happened."""
+    clock, found, first, rate_hz = SimulatedClock(), [], 0, 100.0
+    rig = Rig({"tester": FakeTester()}, clock)
+    rig.connect()
+    guard = Guard([interlock], rig, lambda kind, **_more: found.append(kind))
+    watch = Watch(interlock, 0.0)
+    guard._watches = [watch]
+    for index, seconds in enumerate(blocks):
+        count = round(seconds * rate_hz)
+        times_s = (first + np.arange(1, count + 1)) / rate_hz
+        late = late_s[index] if late_s else 0.0
+        clock.sleep(max(float(times_s[-1]) + late - clock.monotonic_s(), 0.0))
+        channels = {"load": np.vectorize(value_at)(times_s).astype(float)}
+        guard.feed("tester", Block(rate_hz, first, 0.0, channels))
+        first += count
+    clock.sleep(read_after_s)
+    now_s = clock.monotonic_s()
+    watch.take(
+        np.array([now_s]), np.array([float(value_at(first / rate_hz + read_after_s))]), now_s
+    )
+    return watch.changes
+
+
+RISING = replace(HOT, maximum=inf, rate_per_s=6.0)
+
+
+@pytest.mark.parametrize(
+    ("blocks", "late_s"),
+    [([1.0] * 3, ()), ([0.1] * 10, ()), ([0.1] * 10, [0, 0.1, 0, 0.05, 0] * 2)],
+)
+@pytest.mark.parametrize(("rate", "trips"), [(4.0, False), (9.0, True)])
+def test_a_rate_is_that_of_the_samples_however_their_blocks_come(blocks, late_s, rate, trips):
+    """A block counted as read at its end with its mean: 24 K/s were seen of 4 K/s after it."""
+    found = fed(RISING, blocks, lambda at_s: rate * at_s, late_s=late_s)
+    assert ("tripped" in found) == trips
+
+
+def test_a_jump_within_a_long_block_is_a_change():
+    """By the means over 2 s it was 5.5 per s: 20 in 0.2 s, which single readings show."""
+    found = fed(RISING, [2.0, 2.0], lambda at_s: np.clip(100 * (at_s - 1), 0, 20))
+    assert "tripped" in found
+
+
 def test_an_interlock_that_is_not_due_is_not_read():
     device, clock = FakeTester(), SimulatedClock()
     rig = Rig({"tester": device}, clock)

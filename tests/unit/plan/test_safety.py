@@ -8,11 +8,13 @@ from helpers_language import (
     PROCEDURE,
     STATION,
     TESTER,
+    Streamer,
     edited,
     only_problem,
     place_of,
     problems_of,
 )
+from rigrunner.api.devices import ChannelInfo
 from rigrunner.plan import make_plan
 from rigrunner.procedure import parse_procedure
 from rigrunner.station import parse_station
@@ -160,6 +162,10 @@ REFUSED = [
      "safety.interlocks[0]", "'does: forbid' needs the drives that it forbids"),
     ("interlocks: [{name: hot, channel: tester.load, above: 5 K, hysteresis: 5 °C}]",
      "safety.interlocks[0].hysteresis", "'5 °C' is a temperature, not a difference of two"),
+    ("interlocks: [{name: hot, channel: tester.load, rate: -5 N/s}]", "safety.interlocks[0]",
+     "rate: got '-5 N/s', expected more than 0; it trips at a change up or down"),
+    ("interlocks: [{name: hot, channel: tester.load, outside: [5 N, 9 N], hysteresis: 2 N}]",
+     "safety.interlocks[0]", "got a hysteresis of 2 N, expected less than half of 5 N to 9 N"),
     ("interlocks: [{name: hot, channel: tester.load, stale: 5 s, hysteresis: 5 N}]",
      "safety.interlocks[0]", "hysteresis is a distance from above, below or outside"),
     ("combinations: [{allowed: [{tester.load: 5 N}]}]", "safety.combinations[0].allowed[0]",
@@ -206,6 +212,15 @@ def test_a_step_that_is_tried_again_must_be_repeatable():
     problem = only_problem(parse_procedure, text, "p.yaml")
     assert problem.field == "main[1].sweep.steps[1].record.retries"
     assert problem.message == "the step has retries, but is not repeatable"
+
+
+def test_a_hysteresis_of_a_power_level_is_a_level():
+    meter = Streamer((ChannelInfo("power", "dBm", "power"),), ())
+    rule = "interlocks: [{name: x, channel: meter.power, above: 3 dBm, hysteresis: 1 dB}]"
+    loaded = parse_station(with_safety(rule), "s.yaml")
+    procedure = parse_procedure(PROCEDURE, "p.yaml")
+    (interlock,) = make_plan(procedure, loaded, {"tester": TESTER, "meter": meter}).interlocks
+    assert (interlock.maximum, interlock.hysteresis) == (3.0, 1.0)
 
 
 def test_an_interlock_outside_of_two_values_may_have_a_hysteresis():
