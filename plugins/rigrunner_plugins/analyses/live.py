@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigrunner.api import Estimate, Findings, MeasurementResult, unit
-from rigrunner.api.coordinates import place_of
+from rigrunner.api.data import place_of
 from rigrunner.api.figures import Axis, Figure, Point, Series
 from rigrunner.api.places import is_at
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigrunner.api import DataError, unit
-from rigrunner.api.coordinates import CoordinateValue, place_of
+from rigrunner.api.data import place_of
 from rigrunner.api.member import channel_of
 from rigrunner.api.places import is_at
 from rigrunner.api.units import si_symbol
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
     from rigrunner.api import Array, Measurement, Quantity, Recording, RunData
     from rigrunner.api.accuracy import ReadingError
+    from rigrunner.api.coordinates import CoordinateValue
 
 
 @dataclass(frozen=True, eq=False)

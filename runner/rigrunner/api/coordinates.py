@@ -17,8 +17,6 @@ from rigrunner.api.units import from_si, si_symbol, unit
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from rigrunner.api.data import Measurement, Recording
-
 Coordinate = bool | int | float | str
 
 
@@ -96,20 +94,6 @@ def is_told(written_in: str, si_unit: str) -> bool:
 def place_text(coordinates: Mapping[str, CoordinateValue]) -> str:
     """Return the place of a result as text: 'load.current = 2 A'; '' for the only one."""
     return ", ".join(f"{name} = {each}" for name, each in coordinates.items())
-
-
-def place_of(of: Recording | Measurement) -> dict[str, CoordinateValue]:
-    """Return the set-points and coordinates of a recording or row, with time and cycle count."""
-    known = {**of.setpoints, **of.coordinates}
-    found = {
-        name: CoordinateValue.of_si(value, of.units.get(name, ""), of.written_in.get(name, ""))
-        for name, value in known.items()
-    }
-    if of.elapsed_s is not None:
-        found["elapsed"] = CoordinateValue(of.elapsed_s, "s")
-    if of.cycles is not None:
-        found["cycles"] = CoordinateValue(float(of.cycles))
-    return found
 
 
 class Placed(Protocol):

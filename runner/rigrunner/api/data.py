@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigrunner.api.accuracy import ReadingError
+from rigrunner.api.coordinates import CoordinateValue
 from rigrunner.api.member import channel_of
 from rigrunner.api.quantity import Estimate as Estimate  # noqa: PLC0414  (part of the data, without numpy)
 from rigrunner.moved import moved
@@ -169,6 +170,20 @@ class Measurement:
             *(each.decision(values[each.of]) for each in self.limits if each.of in values),
             *(each.decision(readings[each.of]) for each in self.expected if each.of in readings),
         )
+
+
+def place_of(of: Recording | Measurement) -> dict[str, CoordinateValue]:
+    """Return the set-points and coordinates of a recording or row, with time and cycle count."""
+    known = {**of.setpoints, **of.coordinates}
+    found = {
+        name: CoordinateValue.of_si(value, of.units.get(name, ""), of.written_in.get(name, ""))
+        for name, value in known.items()
+    }
+    if of.elapsed_s is not None:
+        found["elapsed"] = CoordinateValue(of.elapsed_s, "s")
+    if of.cycles is not None:
+        found["cycles"] = CoordinateValue(float(of.cycles))
+    return found
 
 
 class ZeroScatter(NamedTuple):

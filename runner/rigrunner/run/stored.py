@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING
 from rigrunner.analysis.analyse import analyse
 from rigrunner.analysis.named import findings_of, makers_of
 from rigrunner.analysis.scrutiny import Scrutiny
-from rigrunner.api.coordinates import place_of
-from rigrunner.api.data import RunData
+from rigrunner.api.data import RunData, place_of
 from rigrunner.api.errors import DataError, ExitCode, PluginError
 from rigrunner.api.events import CONCLUDED, Outcome
 from rigrunner.api.findings import MissingResult
