@@ -13,6 +13,7 @@ from rigrunner.api import (
     DeviceRejectedError,
     DriveInfo,
     Identity,
+    find_unit,
     unit,
 )
 from rigrunner.api.units import si_symbol
@@ -156,7 +157,12 @@ class Replay:
                 raw = read_csv(path, columns, self._settings.table)
             values = {}
             for name, column in raw.items():
-                known = unit(chosen[name].unit)
+                known, stated = unit(chosen[name].unit), find_unit(column.unit)
+                if stated is not None and stated.symbol != known.symbol:
+                    raise DeviceRejectedError(
+                        f"'{entry.file}' states '{column.unit}' for '{name}', not '{known.symbol}'",
+                        hint="correct the unit of the channel in the settings",
+                    )
                 values[name] = column.values * known.factor + known.offset
             self._last = entry, values
         return self._last[1]

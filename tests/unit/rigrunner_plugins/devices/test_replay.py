@@ -110,6 +110,25 @@ def test_other_names_units_delimiter_and_decimal_comma_give_the_same(folder):
     assert played["angle"] == pytest.approx(ANGLE, rel=1e-14)
 
 
+@pytest.mark.parametrize("of", ["csv", "hdf5"])
+def test_a_unit_that_the_file_states_otherwise_is_refused(folder, of):
+    """12.5 of a column in mN·m was played as 12.5 N·m."""
+    name = "torque [mNm]" if of == "csv" else "torque"
+    if of == "csv":
+        write_csv(folder / "data" / "plain.csv", ["angle", name], [ANGLE, TORQUE])
+    else:
+        with h5py.File(folder / "data" / "runs" / "all.h5", "a") as file:
+            file["loaded/10/torque"].attrs["units"] = "mNm"
+    at = {"csv": 0.0, "hdf5": 1000.0}[of]
+    torque = {"column": name, "unit": "N·m"}
+    device = connect(folder, channels=CHANNELS | {"torque": torque})
+    with pytest.raises(DeviceRejectedError, match="states 'mNm' for 'torque', not 'N·m'"):
+        play(device, 10.0, at)
+    torque["unit"] = "mN·m"
+    played = play(connect(folder, channels=CHANNELS | {"torque": torque}), 10.0, at)
+    assert played["torque"] == pytest.approx((1 if of == "csv" else 2) * TORQUE / 1e3)
+
+
 def test_columns_may_be_numbered_where_no_line_names_them(folder):
     text = "made by hand\nJan 1\n" + "\n".join(f"{k}\t{k / 4}\t{-k}" for k in range(300)) + "\n"
     (folder / "data" / "plain.csv").write_text(text)
