@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass, field, replace
 from datetime import datetime
 from typing import TYPE_CHECKING
@@ -40,19 +41,20 @@ class Group:
     labels: tuple[tuple[int, ...], ...] = ()
     """Of rows: for each label or counter with several values, which one each row has."""
 
-    zeros: Mapping[str, Array] = field(default_factory=dict)
-    """By channel, the zero reading that was subtracted from each value, shape (n,)."""
+    zeros: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    """By channel, the zero reading that was subtracted from each recording or row."""
 
     def zero_errors(self, run: RunData, channel: str) -> Iterator[tuple[ReadingError, Array]]:
         """Yield the error of each zero of a channel, with 1 for the values that have it, else 0.
 
         Of several rows, a zero of one row alone is left out: their scatter shows it.
         """
-        zeros = self.zeros.get(channel, np.empty(0))
-        for zero, count in zip(*np.unique(zeros, return_counts=True), strict=True):
-            error = run.zero_error(channel, float(zero))
+        zeros = self.zeros.get(channel, ())
+        for zero, count in Counter(zeros).items():
+            error = run.zero_error(channel, zero)
             if error is not None and (self.in_a_row or count > 1 or len(zeros) == 1):
-                yield error, np.equal(zeros, zero).astype(np.float64)
+                sizes = np.diff([0, *self.starts, len(self.times_s)])
+                yield error, np.repeat(np.equal(zeros, zero).astype(np.float64), sizes)
 
     def series(self, values: Array) -> Series:
         """Return the values of the group as a series."""
@@ -183,10 +185,7 @@ def _group(
         set_points=set_points,
         starts=tuple(np.cumsum([count[id(part)] for part in parts])[:-1].tolist()),
         labels=tuple(_labels(parts)),
-        zeros={
-            name: np.concatenate([np.full(count[id(part)], part.zeros[name]) for part in parts])
-            for name in parts[0].zeros
-        },
+        zeros={name: tuple(part.zeros[name] for part in parts) for name in parts[0].zeros},
     )
 
 
