@@ -99,8 +99,9 @@ class Database:
 
     def _make(self, connection: Connection) -> None:
         if inspect(connection).has_table(ABOUT.name):
-            if self._version(connection) in _OLDER:
-                upgrade(connection)
+            version = self._version(connection)
+            if version in _OLDER:
+                upgrade(connection, version)
             self._check(connection)
             return
         METADATA.create_all(connection)

@@ -33,7 +33,7 @@ from rigrunner_fleet.archive.documents import key
 if TYPE_CHECKING:
     from sqlalchemy import BindParameter, ColumnElement, Dialect
 
-VERSION = 3
+VERSION = 4
 """Version of the tables; indexing brings an older archive up to date."""
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from sqlalchemy import Column, MetaData, Table, inspect, or_, select, text, update
+from sqlalchemy import Column, MetaData, Table, delete, inspect, or_, select, text, update
 
 from rigrunner.runfile.scan import FoundRun
 from rigrunner_fleet.archive.run_facts import RunFacts
@@ -13,6 +13,7 @@ from rigrunner_fleet.archive.schema import (
     ABOUT,
     METADATA,
     PARTS,
+    RESULTS,
     RUNS,
     TEXT,
     VERSION,
@@ -25,11 +26,22 @@ if TYPE_CHECKING:
     from sqlalchemy import Connection
 
 
-def upgrade(connection: Connection) -> None:
-    """Create the tables again, with only those runs whose files are gone or damaged.
+def upgrade(connection: Connection, version: str) -> None:
+    """Keep only those runs whose files are gone or damaged, in tables of this version.
 
-    All others are read again when they are indexed.
+    All others are read again when they are indexed. Before version 4 one limit of a result stood
+    for several, such as a minimum alone: what is kept has limits only where it has both.
     """
+    if version == "3":  # its tables are those of this version
+        connection.execute(delete(RUNS).where(~RUNS.c.missing, RUNS.c.problem == ""))
+    else:
+        _create_again(connection)
+    one_sided = or_(RESULTS.c.lower.is_(None), RESULTS.c.upper.is_(None))
+    connection.execute(update(RESULTS).where(one_sided).values(lower=None, upper=None))
+    connection.execute(update(ABOUT).where(ABOUT.c.name == "version").values(value=str(VERSION)))
+
+
+def _create_again(connection: Connection) -> None:
     known = inspect(connection).get_table_names()
     runs, *parts = (_put_aside(connection, t) for t in (RUNS, *PARTS) if t.name in known)
     METADATA.create_all(connection)
@@ -38,7 +50,6 @@ def upgrade(connection: Connection) -> None:
         _store(connection, run, runs, parts)
     for table in (*parts, runs):
         table.drop(connection)
-    connection.execute(update(ABOUT).where(ABOUT.c.name == "version").values(value=str(VERSION)))
 
 
 def _put_aside(connection: Connection, table: Table) -> Table:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from contextlib import closing
 from pathlib import Path
 
@@ -10,13 +11,13 @@ import pytest
 from rigrunner.api.errors import DataError
 from rigrunner_fleet.archive import index, open_archive, query, rebuild
 from unit.rigrunner_fleet.archive.helpers_archive import store_run
+from unit.rigrunner_fleet.archive.helpers_named_results import LIMITS_OHM, store_resistances
 
 SCRIPT = Path(__file__).parents[3] / "data" / "archives" / "version-2.sql"
 ON_POSTGRESQL = {
     " WITHOUT ROWID": "", "DOUBLE": "DOUBLE PRECISION", "DATETIME": "TIMESTAMP",
     "9e999": "'Infinity'", "id INTEGER NOT NULL": "id SERIAL",
 }  # fmt: skip
-LIMITS_OHM = (99.883, 100.117), (138.203, 138.808)
 
 
 @pytest.fixture(params=[1, 2])
@@ -81,6 +82,30 @@ def test_the_rows_of_a_run_without_files_stay(old, runs):
     assert of("inputs", "gone", "name", "value") == [("specimen", "Pt-1")]
     ((name, sha256), (_, none)) = of("files", "gone", "name", "sha256")
     assert (name, sha256[:8], none) == ("note.txt", "47a8dea6", "")
+
+
+def test_limits_of_version_3_are_read_again(database, runs):
+    """Of a minimum and a maximum in two entries it has one: a Cpl of 2.5 for a Cpk of 0.8."""
+    there, gone = [store_resistances(runs, name, {0.0: 100.0}) for name in ("there", "gone")]
+    with closing(open_archive(database=database)) as archive:
+        index(archive, [runs])
+        shutil.rmtree(gone)
+        index(archive, [runs])
+        with archive.writing() as connection:
+            connection.exec_driver_sql("UPDATE results SET upper = NULL")
+            connection.exec_driver_sql("UPDATE archive SET value = '3'")
+
+    with pytest.raises(DataError, match="is of version 3, this program's is 4") as caught:
+        query("results", database=database)
+    assert "archive index" in caught.value.hint
+    with closing(open_archive(database=database)) as archive:
+        index(archive, [runs])
+    rows = query("results", database=database)
+    assert {row["run_id"]: (row["lower"], row["upper"]) for row in rows} == {
+        "there": LIMITS_OHM[0.0],
+        "gone": (None, None),
+    }
+    assert there.exists()
 
 
 def test_it_can_be_rebuilt_as_well(old, runs):
