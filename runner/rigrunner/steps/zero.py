@@ -67,8 +67,7 @@ class Zero(Action):
         blocks = doing.stream(self.role, (self.channel,), self.duration_s)
         samples = [block.channels[name] for block in blocks if block.samples]
         if not samples:
-            missing = f"no sample of {self.channel} came in {self.duration_s:g} s"
-            raise DataError(f"{self.role}: {missing}")
+            raise DataError(f"{name}: no sample came in {self.duration_s:g} s")
         mean = sum(float(each.sum()) for each in samples) / sum(map(len, samples))
         if abs(mean) > self.within:
             raise DataError(

@@ -202,7 +202,7 @@ def test_zero_needs_samples():
     action = Zero("tester", "torque", "N·m", within=0.05, duration_s=0.0)
     summary, _ = outcome_of(lambda blocks: blocks, action)
     assert isinstance(summary.error, DataError)
-    assert "no sample of torque came" in summary.reason
+    assert "tester.torque: no sample came in 0 s" in summary.reason
 
 
 @pytest.mark.parametrize("of", [np.float32, np.int16, ">f8", np.bool_])
