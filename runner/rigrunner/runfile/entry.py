@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rigrunner.api.errors import DataError
+from rigrunner.hdf5_reading import members, open_file
 from rigrunner.runfile.added_units import define_units_of
 from rigrunner.runfile.attempts import superseded
 from rigrunner.runfile.codec import event_text
@@ -22,9 +23,7 @@ from rigrunner.runfile.elapsed import (
 from rigrunner.runfile.hdf5 import (
     AsciiColumn,
     free_name,
-    members,
     new_group,
-    open_file,
     pieces_of,
     read_long,
     read_text,

@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, TypeVar
 from rigrunner.api.errors import DataError
 from rigrunner.api.events import Answer, Outcome, Scanned, StepEnded, StepStarted
 from rigrunner.clock import utc_text
+from rigrunner.hdf5_reading import objects, open_file
 from rigrunner.runfile.added_units import define_units_of
 from rigrunner.runfile.attempts import superseded
 from rigrunner.runfile.codec import block_from, event_record, header_from, truth_from
 from rigrunner.runfile.compressed import LongText
 from rigrunner.runfile.digest import run_digest
 from rigrunner.runfile.elapsed import with_elapsed
-from rigrunner.runfile.hdf5 import objects, open_file
 from rigrunner.runfile.journal import Kind, read_records, unread_bytes
 from rigrunner.runfile.measurements import measurement_digest
 from rigrunner.runfile.model import RunHeader, RunInfo, StoredRun

@@ -18,7 +18,8 @@ import numpy as np
 
 from rigrunner.api.analysis.requirements import partner_words
 from rigrunner.api.errors import DataError
-from rigrunner.runfile.hdf5 import UNREADABLE, members, objects, write_verbatim
+from rigrunner.hdf5_reading import UNREADABLE, members, objects
+from rigrunner.runfile.hdf5 import write_verbatim
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

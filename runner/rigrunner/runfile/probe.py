@@ -10,18 +10,24 @@ from __future__ import annotations
 import subprocess
 import sys
 from functools import lru_cache
-from pathlib import Path
+from typing import TYPE_CHECKING
 
-import h5py
+from rigrunner.api.errors import DataError
+from rigrunner.hdf5_reading import is_checksummed
 
-from rigrunner.api.errors import DataError, RigrunnerError
-from rigrunner.runfile.hdf5 import UNREADABLE, is_checksummed, objects, open_file
+if TYPE_CHECKING:
+    from pathlib import Path
 
 _LEAST_S = 60.0
 """The child first has to start Python and load HDF5, on a busy machine too."""
 _BYTES_PER_S = 1e6
 """Far slower than any machine on which a run file was verified."""
-_CHILD = "import sys; from rigrunner.runfile.probe import walk; walk(sys.argv[1])"
+_CHILD = """\
+import sys
+from pathlib import Path
+from rigrunner.hdf5_reading import walk
+walk(Path(sys.argv[1]))
+"""
 
 
 def refuse_crashing(path: Path) -> None:
@@ -60,20 +66,3 @@ def refuse_unprotected_crashing(path: Path) -> None:
 def _refuse_once(path: Path, _mtime_ns: int, _size: int) -> None:
     """Try an unchanged file once only, however often it is opened."""
     refuse_crashing(path)
-
-
-def walk(path: str) -> None:
-    """Read all of a file; its errors are reported by the process that opens it."""
-    try:
-        with open_file(Path(path)) as file:
-            dict(file.attrs)
-            for _, item in objects(file):
-                try:
-                    dict(item.attrs)
-                    if isinstance(item, h5py.Dataset):
-                        for part in item.iter_chunks() if item.chunks else [()]:
-                            item[part]
-                except UNREADABLE:
-                    continue
-    except RigrunnerError:
-        return

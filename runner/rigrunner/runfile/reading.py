@@ -6,6 +6,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import DataError
+from rigrunner.hdf5_reading import members, must_not_be_read, objects, open_file
 from rigrunner.runfile.codec import check_format
 from rigrunner.runfile.entry import (
     FORMAT_ATTRIBUTE,
@@ -14,7 +15,6 @@ from rigrunner.runfile.entry import (
     read_entry_truth,
 )
 from rigrunner.runfile.folder import RunFolder
-from rigrunner.runfile.hdf5 import members, must_not_be_read, objects, open_file
 from rigrunner.runfile.loose import read_journal, read_loose, read_loose_info
 from rigrunner.runfile.manifest import differences
 from rigrunner.runfile.probe import refuse_unprotected_crashing

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import h5py
 
 from rigrunner.api.errors import DataError
+from rigrunner.hdf5_reading import UNREADABLE, members, open_file
 from rigrunner.runfile.codec import check_format
 from rigrunner.runfile.compressed import LongText
 from rigrunner.runfile.entry import (
@@ -28,15 +29,7 @@ from rigrunner.runfile.entry import (
     read_events,
     write_entry,
 )
-from rigrunner.runfile.hdf5 import (
-    UNREADABLE,
-    members,
-    new_file,
-    new_group,
-    open_file,
-    read_text,
-    read_texts,
-)
+from rigrunner.runfile.hdf5 import new_file, new_group, read_text, read_texts
 from rigrunner.runfile.loose import Journal
 from rigrunner.runfile.manifest import (
     ENTRY_ITEM,

@@ -9,6 +9,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.errors import DataError
+from rigrunner.hdf5_reading import open_file
 from rigrunner.runfile.entry import (
     FORMAT_ATTRIBUTE,
     PARTNER,
@@ -19,7 +20,7 @@ from rigrunner.runfile.entry import (
     write_entry,
 )
 from rigrunner.runfile.folder import RunFolder
-from rigrunner.runfile.hdf5 import free_name, new_file, new_group, open_file
+from rigrunner.runfile.hdf5 import free_name, new_file, new_group
 from rigrunner.runfile.interrupts import uninterrupted
 from rigrunner.runfile.loose import PART_GROUP, read_journal, unfolded
 from rigrunner.runfile.manifest import write_manifest

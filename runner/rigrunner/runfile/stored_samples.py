@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigrunner.api.errors import DataError
-from rigrunner.runfile.hdf5 import open_file, there_is_none
+from rigrunner.hdf5_reading import open_file, there_is_none
 from rigrunner.runfile.scratch import PIECE
 
 if TYPE_CHECKING:

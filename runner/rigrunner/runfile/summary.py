@@ -13,11 +13,12 @@ from typing import TYPE_CHECKING, Any
 import h5py
 
 from rigrunner.api.errors import DataError
+from rigrunner.hdf5_reading import open_file, refuse_odd
 from rigrunner.runfile.added_units import define_units_of
 from rigrunner.runfile.codec import check_format
 from rigrunner.runfile.entry import FORMAT_ATTRIBUTE
 from rigrunner.runfile.folder import RunFolder
-from rigrunner.runfile.hdf5 import open_file, read_text, read_values, refuse_odd
+from rigrunner.runfile.hdf5 import read_text, read_values
 from rigrunner.runfile.loose import read_loose_info
 from rigrunner.runfile.manifest import MANIFEST, manifest_sha256
 from rigrunner.runfile.model import DRAFT

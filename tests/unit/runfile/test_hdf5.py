@@ -8,12 +8,10 @@ import h5py
 import pytest
 
 from rigrunner.api.errors import DataError
+from rigrunner.hdf5_reading import is_checksummed, objects, open_file
 from rigrunner.runfile.hdf5 import (
-    is_checksummed,
     new_file,
     new_group,
-    objects,
-    open_file,
     pieces_of,
     read_text,
     write_ascii,

@@ -4,6 +4,7 @@ import h5py
 import pytest
 
 from rigrunner.api.errors import DataError
+from rigrunner.hdf5_reading import is_checksummed, walk
 from rigrunner.runfile import (
     file_differences,
     probe,
@@ -14,7 +15,6 @@ from rigrunner.runfile import (
     read_with_truth,
     refuse_crashing,
 )
-from rigrunner.runfile.hdf5 import is_checksummed
 from unit.runfile.helpers_runfile import TWO, write_run
 
 
@@ -88,9 +88,9 @@ def test_a_damaged_byte_of_the_structure_is_told_by_its_checksum(tmp_path):
 
 def test_the_child_reads_attributes_and_data_of_all_there_is(tmp_path):
     sealed = write_run(tmp_path / "run", TWO).seal()
-    probe.walk(str(sealed))
+    walk(sealed)
     (tmp_path / "text.h5").write_text("hello")
-    probe.walk(str(tmp_path / "text.h5"))
+    walk(tmp_path / "text.h5")
 
 
 def test_a_module_beside_a_strangers_file_is_not_imported(tmp_path, monkeypatch):
@@ -115,6 +115,6 @@ def test_the_child_reads_the_data_of_every_dataset(tmp_path, monkeypatch):
         return read_part(dataset, *arguments, **more)
 
     monkeypatch.setattr(h5py.Dataset, "__getitem__", noted)
-    probe.walk(str(sealed))
+    walk(sealed)
     assert found == wanted
     assert f"/entry/recordings/_{TWO[1].name}/tester_torque" in found
