@@ -16,9 +16,16 @@ from pydantic import (
     model_validator,
 )
 
-from rigrunner.api import calibration_curve
 from rigrunner.api.accuracy import MOST_OF_SOURCE, Accuracy, ErrorLimit, StatedAccuracy
 from rigrunner.api.calibration import CalibratedRange, CalibrationConditions, CalibrationPoint
+from rigrunner.api.calibration_curve import (
+    DEGREE,
+    cubic,
+    linear,
+    off_cubic,
+    off_linear,
+    too_few_for_cubic,
+)
 from rigrunner.api.errors import did_you_mean
 from rigrunner.api.filters import AnyFilter
 from rigrunner.api.member import Member
@@ -214,9 +221,9 @@ class Instrument(Settings):
             yield from self._objections_to_cubic()
 
     def _objections_to_cubic(self) -> Iterator[str]:
-        count = calibration_curve.too_few_for_cubic(self._known)
+        count = too_few_for_cubic(self._known)
         if count is not None:
-            least = calibration_curve.DEGREE + 1
+            least = DEGREE + 1
             yield f"a cubic needs {least} points in each direction that has any, got {count}"
             return
         for (low, low_off), (high, high_off) in pairwise(self.deviations):
@@ -341,8 +348,8 @@ class Instrument(Settings):
         both.
         """
         if self.interpolation == "cubic":
-            return calibration_curve.cubic(self._known)
-        return calibration_curve.linear(self._known, through_zero=self.quantity in ZEROED)
+            return cubic(self._known)
+        return linear(self._known, through_zero=self.quantity in ZEROED)
 
     def corrected(self, values: NDArray[float64], zero: float = 0.0) -> NDArray[float64]:
         """Return indicated values minus zero reading and deviations, shape (n,), in SI.
@@ -372,8 +379,8 @@ class Instrument(Settings):
     @property
     def _off_the_curve(self) -> float:
         if self.interpolation == "cubic":
-            return calibration_curve.off_cubic(self._known)
-        return calibration_curve.off_linear(self.deviations)
+            return off_cubic(self._known)
+        return off_linear(self.deviations)
 
 
 def is_stored(info: ValidationInfo) -> bool:

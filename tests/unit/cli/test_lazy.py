@@ -73,10 +73,12 @@ def packages_and_floors(modules):
 
 @pytest.mark.parametrize("arguments", COMMANDS, ids=" ".join)
 def test_a_command_imports_no_more_than_is_listed(arguments):
-    packages, floors = packages_and_floors(modules_of(*arguments))
+    modules = modules_of(*arguments)
+    packages, floors = packages_and_floors(modules)
     may_be_packages, of_ours = COMMANDS[arguments]
     assert packages <= may_be_packages
     assert floors == of_ours
+    assert not {name for name in modules if name.endswith(".moved")} - {"rigrunner.moved"}
 
 
 def test_the_help_of_no_command_imports_a_package_beside_click_and_that_of_events():
