@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import h5py
 
@@ -106,11 +106,16 @@ def members(group: h5py.Group) -> list[str]:
 
     A run file has no soft or external links: they could lead out of the file, or round in it.
     """
-    names = sorted(group)
-    for name in names:
-        if group.id.links.get_info(name.encode()).type != h5py.h5l.TYPE_HARD:
+    kinds: dict[str, int] = {}
+
+    def note(name: bytes, link: Any) -> None:
+        kinds[name.decode()] = link.type
+
+    group.id.links.iterate(note, info=True)
+    for name in sorted(kinds):
+        if kinds[name] != h5py.h5l.TYPE_HARD:
             raise DataError(f"{group.file.filename}: {group.name}/{name} is a link, not data")
-    return names
+    return sorted(kinds)
 
 
 def objects(group: h5py.Group) -> Iterator[tuple[str, h5py.Group | h5py.Dataset]]:
@@ -120,7 +125,8 @@ def objects(group: h5py.Group) -> Iterator[tuple[str, h5py.Group | h5py.Dataset]
     places, values that are kept in another file, or that say they are more than the file can hold.
     """
     size, claimed, texts = group.file.id.get_filesize(), 0.0, 0
-    for path, item in _below(group, "", {_address(group)}):
+    is_read_only = group.file.mode == "r"
+    for path, item in _below(group, "", {_address(group)}, is_read_only=is_read_only):
         if isinstance(item, h5py.Dataset):
             is_packed = item.chunks is not None
             if is_packed and item.dtype.kind in "uS":
@@ -137,18 +143,18 @@ def objects(group: h5py.Group) -> Iterator[tuple[str, h5py.Group | h5py.Dataset]
 
 
 def _below(
-    group: h5py.Group, prefix: str, seen: set[int]
+    group: h5py.Group, prefix: str, seen: set[int], *, is_read_only: bool
 ) -> Iterator[tuple[str, h5py.Group | h5py.Dataset]]:
     if prefix.count("/") > _DEEPEST:
         raise DataError(f"{group.file.filename}: its groups are nested deeper than those of a run")
     for name in members(group):
-        path, item = f"{prefix}{name}", _member(group, name)
+        path, item = f"{prefix}{name}", _member(group, name, is_read_only=is_read_only)
         yield path, item
         if isinstance(item, h5py.Group):
             if _address(item) in seen:
                 raise DataError(f"{group.file.filename}: {item.name} is given twice")
             seen.add(_address(item))
-            yield from _below(item, f"{path}/", seen)
+            yield from _below(item, f"{path}/", seen, is_read_only=is_read_only)
 
 
 def refuse_odd(item: h5py.Dataset) -> None:
@@ -161,17 +167,20 @@ def refuse_odd(item: h5py.Dataset) -> None:
         )
 
 
-def _member(group: h5py.Group, name: str) -> h5py.Group | h5py.Dataset:
+def _member(group: h5py.Group, name: str, *, is_read_only: bool) -> h5py.Group | h5py.Dataset:
+    # As group[name] does, which asks for the mode of the file each time: most of what it takes.
     try:
-        item = group[name]
+        found = h5py.h5o.open(group.id, name.encode())
     except UNREADABLE as error:
         raise DataError(
             f"{group.file.filename}: {group.name}/{name} cannot be read: it is damaged",
             hint=str(error),
         ) from error
-    if not isinstance(item, (h5py.Group, h5py.Dataset)):
-        raise DataError(f"{group.file.filename}: {group.name}/{name} is neither group nor dataset")
-    return item
+    if isinstance(found, h5py.h5g.GroupID):
+        return h5py.Group(found)
+    if isinstance(found, h5py.h5d.DatasetID):
+        return h5py.Dataset(found, readonly=is_read_only)
+    raise DataError(f"{group.file.filename}: {group.name}/{name} is neither group nor dataset")
 
 
 def _address(group: h5py.Group) -> int:

@@ -71,7 +71,7 @@ def test_ctrl_c_while_a_file_is_walked_through_is_not_taken_for_damage(tmp_path,
         raise KeyboardInterrupt
 
     with h5py.File(path) as file:
-        monkeypatch.setattr(h5py.Group, "__getitem__", interrupted)
+        monkeypatch.setattr(h5py.h5o, "open", interrupted)
         with pytest.raises(KeyboardInterrupt):
             list(objects(file))
 
