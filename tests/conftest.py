@@ -33,14 +33,16 @@ from e2e.helpers_served import served_command
 from helpers_cli import Called, call, shell
 from helpers_figures import BLANK_FIGURES, blank, drawn
 from helpers_tester import both, installed
+from helpers_thorough import ALL_EXAMPLES, FEWER_EXAMPLES
 from helpers_workflow import START, quick_procedure, run
 from rigrunner.api import units
 from rigrunner.clock import SimulatedClock
 from rigrunner.registry.installed import installed as providers
 
 # How long an example takes is a matter of what else the machine does.
-settings.register_profile("busy", deadline=None, suppress_health_check=[HealthCheck.too_slow])
-settings.load_profile("busy")
+settings.register_profile(ALL_EXAMPLES, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.register_profile(FEWER_EXAMPLES, settings.get_profile(ALL_EXAMPLES), max_examples=33)
+settings.load_profile(ALL_EXAMPLES)
 
 pytest_plugins = ["rigrunner_testing.pytest_plugin"]
 
@@ -97,6 +99,8 @@ def pytest_configure(config) -> None:
     interrupt themselves and what they start: a shell that starts pytest in the background has it
     ignore SIGINT and SIGQUIT.
     """
+    if not (config.option.all or _files_are_named(config)):
+        settings.load_profile(FEWER_EXAMPLES)
     gc.disable()  # until all is collected, which stays to the end
     signal.signal(signal.SIGINT, signal.default_int_handler)
     if hasattr(signal, "SIGQUIT"):

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from helpers_thorough import examples
 from rigrunner.api.devices import DriveInfo
 from rigrunner.api.quantity import (
     Quantity,
@@ -159,7 +160,7 @@ def test_messages_stay_short():
     assert len(caught.value.message) < 100
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=examples(300), deadline=None)
 @given(st.floats(-1e15, 1e15), st.sampled_from(UNITS))
 def test_a_quantity_comes_back_from_its_text(number, of_unit):
     quantity = Quantity(number, of_unit)
@@ -168,7 +169,7 @@ def test_a_quantity_comes_back_from_its_text(number, of_unit):
     assert parse_quantity(str(quantity), of_unit.dimension) == quantity
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=examples(300), deadline=None)
 @given(st.text(max_size=20) | st.from_regex(r"[-+0-9.,eE _']{0,8} ?[a-zA-Z·µ%°/]{0,4}"))
 def test_any_text_is_a_quantity_or_refused(text):
     with contextlib.suppress(QuantityError):
@@ -208,7 +209,7 @@ def test_a_value_is_written_in_the_unit_that_suits_it(si, dimension, text):
 
 
 @given(st.floats(-1e8, 1e8), st.sampled_from(DIMENSIONS))
-@settings(deadline=None, max_examples=200)
+@settings(deadline=None, max_examples=examples(200))
 def test_what_is_written_readably_is_read_as_it_was(si, dimension):
     back = parse_quantity(str(readable(si, dimension)), dimension).si
     assert back == pytest.approx(si, rel=1e-10, abs=1e-10)
@@ -222,7 +223,7 @@ def test_what_is_written_readably_is_read_as_it_was(si, dimension):
     ),
     st.sampled_from([None, *DIMENSIONS]),
 )  # fmt: skip
-@settings(deadline=None, max_examples=500)
+@settings(deadline=None, max_examples=examples(500))
 def test_the_pattern_takes_what_is_read_and_no_other_unit_of_one_name(text, dimension):
     """It does not know what is too large, nor the kinds of products and quotients."""
     matches = re.search(quantity_pattern(dimension), text) is not None
@@ -310,7 +311,7 @@ _FACTORS = st.lists(
 
 
 @given(_FACTORS, _FACTORS)
-@settings(deadline=None, max_examples=100)
+@settings(deadline=None, max_examples=examples(100))
 def test_the_factor_of_a_quotient_is_that_of_its_parts(above, below):
     def written(parts):
         product = "·".join(f"{name}{power if power > 1 else ''}" for name, power in parts)

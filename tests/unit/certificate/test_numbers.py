@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from helpers_thorough import examples
 from rigrunner.api.errors import DataError
 from rigrunner.certificate.numbers import Numbers
 
@@ -98,7 +99,7 @@ def test_a_folder_that_cannot_be_written_is_named(tmp_path):
         Numbers(tmp_path, "RR").reserve(2026, KNOWN)
 
 
-@settings(deadline=None, max_examples=25)  # each number is synced to the disk
+@settings(deadline=None, max_examples=examples(25))  # each number is synced to the disk
 @given(st.lists(st.sampled_from(["RR", "R", "RRX"]), max_size=12))
 def test_however_prefixes_mix_all_are_different(tmp_path_factory, prefixes):
     folder = tmp_path_factory.mktemp("lab")

@@ -13,6 +13,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from helpers_cli import call
+from helpers_thorough import examples
 from rigrunner.api.errors import DataError, RigrunnerError, UsageError
 from rigrunner.documents.packing.contents import LISTING, is_safe, parse_contents
 from rigrunner.documents.packing.pack import _listed, pack
@@ -221,7 +222,7 @@ def test_a_bomb_is_refused_before_anything_is_taken_out(packed, tmp_path):
     assert not (tmp_path / "runs").exists()
 
 
-@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=examples(60), suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(change=st.tuples(st.floats(0, 1, exclude_max=True), st.integers(0, 7), st.booleans()))
 def test_one_flipped_bit_or_a_cut_gives_the_same_run_or_an_error(
     run, packed, tmp_path_factory, change

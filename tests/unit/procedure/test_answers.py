@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from helpers_thorough import examples
 from rigrunner.api.quantity import parse_quantity
 from rigrunner.procedure.answers import AnswerError, Expected
 
@@ -82,7 +83,7 @@ def test_what_is_allowed_is_told_with_the_question(expected, words):
     assert expected.words == words
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(200), deadline=None)
 @given(st.sampled_from([SIDE, ROOM, LOAD, ANY_LOAD]), st.text(max_size=30))
 def test_any_answer_is_taken_or_refused(expected, answer):
     try:

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from starlette.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
 
+from helpers_thorough import examples
 from rigrunner.registry import load_registry
 from rigrunner.run.locate import find_station
 from rigrunner.tools.labfolder import make_lab
@@ -235,7 +236,9 @@ POSTS = [each for each in OPERATIONS if each.body is not None and each.path != "
 
 
 @settings(
-    max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+    max_examples=examples(150),
+    deadline=None,
+    suppress_health_check=[HealthCheck.function_scoped_fixture],
 )
 @given(data=st.data())
 def test_whatever_is_sent_the_answer_is_one_of_the_known_ones(client, data):

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from helpers_thorough import examples
 from rigrunner.api.data import Estimate
 from rigrunner_reports.numbers import (
     fixed,
@@ -61,7 +62,7 @@ def test_large_uncertainties_round_to_tens():
     st.floats(-1e4, 1e4, allow_nan=False),
     st.floats(1e-6, 1e3, allow_nan=False),
 )
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(200), deadline=None)
 def test_rounding_keeps_value_and_interval_within_half_a_step(value, u):
     shown = stated(Estimate(value, u))
     step = 10.0 ** -places(1.959964 * u)

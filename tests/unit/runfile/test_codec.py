@@ -13,6 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from helpers_thorough import examples
 from rigrunner.api.data import Block
 from rigrunner.api.errors import DataError
 from rigrunner.api.events import Answer, Outcome, RunEnded, StepEnded
@@ -91,7 +92,7 @@ def test_text_for_the_run_file_is_ascii_alone():
 
 
 @pytest.mark.parametrize("kind", KINDS.values(), ids=lambda one: one.__name__)
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 @given(data=st.data())
 def test_every_kind_of_event_is_kept_with_its_name_and_all_its_fields(kind, data):
     types = {each.name: st.from_type(each.type) for each in msgspec.structs.fields(kind)}

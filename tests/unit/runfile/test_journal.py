@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from helpers_devices import NthCall
+from helpers_thorough import examples
 from rigrunner.api.data import Block
 from rigrunner.api.errors import DataError
 from rigrunner.api.events import Samples
@@ -189,7 +190,7 @@ def test_journal_is_never_written_over(journal):
         JournalWriter(journal)
 
 
-@settings(deadline=None, max_examples=40)
+@settings(deadline=None, max_examples=examples(40))
 @given(st.lists(st.binary(max_size=200), max_size=6))
 def test_any_payload_comes_back(tmp_path_factory, payloads):
     path = tmp_path_factory.mktemp("journal") / "a.journal"

@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as npst
 
+from helpers_thorough import examples
 from rigrunner.api.data import Recording, ZeroScatter
 from rigrunner.api.events import (
     Alarm,
@@ -329,7 +330,7 @@ def recordings(draw):
     )
 
 
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=examples(60))
 @given(found=st.lists(recordings(), max_size=3, unique_by=lambda one: one.name), data=st.data())
 def test_whatever_was_recorded_comes_back(tmp_path_factory, found, data):
     folder: Path = tmp_path_factory.mktemp("runs") / "run"

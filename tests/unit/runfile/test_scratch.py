@@ -14,6 +14,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from helpers_thorough import examples
 from rigrunner.api.errors import DataError
 from rigrunner.runfile import read, scratch, seal
 from rigrunner.runfile.stored_samples import StoredSamples
@@ -71,7 +72,7 @@ def test_what_was_unpacked_is_not_unpacked_again(folder, unpacked):
         st.tuples(st.integers(0, 12_500), st.integers(0, 4000)), min_size=1, max_size=20
     )
 )
-@settings(max_examples=30, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=examples(30), suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_any_slices_are_those_of_the_recording(folder, slices):
     channels = read(folder).recordings[0].channels
     for begin, count in slices:

@@ -10,6 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from helpers_long import BLOCK, short_blocks
+from helpers_thorough import examples
 from rigrunner.signal.blocks import Less, blocks, cycle_groups, groups, limits
 from rigrunner.signal.crossings import rises
 from rigrunner.signal.extremes import extremes
@@ -46,7 +47,7 @@ def swing(samples=40_000, frequency_hz=10.3, noise=0.01):
 
 
 @given(period=st.floats(30, 9000), noise=st.sampled_from([0.01, 0.3]), block=st.integers(500, 7000))
-@settings(max_examples=30, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=examples(30), suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_rises_go_on_over_the_ends_of_blocks(monkeypatch, period, noise, block):
     values = swing(20_000, RATE_HZ / period, noise)
     wanted = rises(values, -0.01, 0.01)
@@ -66,7 +67,9 @@ def test_extremes_are_those_of_parts_over_several_blocks(monkeypatch, block, edg
 
 @given(seed=st.integers(0, 99), block=st.integers(20, 400))
 @settings(
-    max_examples=10, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+    max_examples=examples(10),
+    deadline=None,
+    suppress_health_check=[HealthCheck.function_scoped_fixture],
 )
 def test_spikes_are_those_of_the_whole_recording(monkeypatch, seed, block):
     rng = np.random.default_rng(seed)

@@ -6,6 +6,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from helpers_long import short_blocks
+from helpers_thorough import examples
 from rigrunner.signal import order
 from rigrunner.signal.blocks import blocks
 from rigrunner.signal.order import median, percentiles
@@ -19,7 +20,9 @@ VALUES = st.one_of(
 @pytest.mark.parametrize("kept", [1 << 21, 3])
 @given(values=VALUES, percent=st.lists(st.floats(0, 100), min_size=1, max_size=3))
 @settings(
-    max_examples=15, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+    max_examples=examples(15),
+    deadline=None,
+    suppress_health_check=[HealthCheck.function_scoped_fixture],
 )
 def test_order_statistics_in_parts_are_those_of_the_whole(monkeypatch, kept, values, percent):
     array = np.array(values)

@@ -4,6 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import signal
 
+from helpers_thorough import examples
 from rigrunner.signal.spikes import hampel
 
 
@@ -20,7 +21,7 @@ def by_the_book(values, window, threshold):
 
 
 @given(st.integers(0, 2**32 - 1), st.sampled_from([3, 5, 11]), st.sampled_from([2.0, 3.5, 6.0]))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 def test_equals_the_definition(seed, window, threshold):
     rng = np.random.default_rng(seed)
     values = rng.standard_normal(200) + 5 * (rng.random(200) < 0.03)

@@ -12,6 +12,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from helpers_language import only_problem, problems_of
+from helpers_thorough import examples
 from rigrunner.api.errors import InvalidFileError
 from rigrunner.yamlfile import parse, read
 
@@ -160,7 +161,7 @@ TREES = st.recursive(
 )
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 @given(TREES)
 def test_what_a_json_writer_writes_comes_back(tree):
     text = json.dumps({"tree": tree}, ensure_ascii=False, indent=1)
@@ -168,7 +169,7 @@ def test_what_a_json_writer_writes_comes_back(tree):
     assert parse(text, "f.yaml").data == {"tree": tree}
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=examples(300), deadline=None)
 @given(st.text(alphabet="ab01 \n\t:-[]{},'\"#&*!|>%@`?.~\r\x85\u2028é", max_size=40))
 @example("a: >-1x\n")
 def test_any_text_is_read_or_refused_with_a_place(text):
@@ -180,7 +181,7 @@ def test_any_text_is_read_or_refused_with_a_place(text):
     assert all(problem.location.file == "f.yaml" for problem in problems)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(200), deadline=None)
 @given(st.binary(max_size=60))
 def test_any_bytes_are_read_or_refused(tmp_path_factory, content):
     path = tmp_path_factory.getbasetemp() / "any.yaml"

@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from helpers_language import only_problem
+from helpers_thorough import examples
 from rigrunner.yamlfile import parse
 
 
@@ -66,7 +67,7 @@ def test_numbers_without_end_are_refused(text):
     assert str(problem.location) == "f.yaml:1:6"
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(200), deadline=None)
 @given(st.integers(-(10**15), 10**15) | st.floats(allow_nan=False, allow_infinity=False))
 def test_numbers_come_back(number):
     got = value_of(repr(number))

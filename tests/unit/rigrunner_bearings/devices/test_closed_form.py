@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.signal import lsim
 
+from helpers_thorough import examples
 from rigrunner_bearings.devices.swing_tester_sim.parameters import RigParameters
 from rigrunner_bearings.devices.swing_tester_sim.rig import (
     peak_level_nm,
@@ -53,7 +54,7 @@ def test_friction_of_the_stroke_before_is_no_starting_torque():
     assert truth == pytest.approx(0.9 * (1 - 2 * np.exp(-1 / 0.4)), abs=2e-3)
 
 
-@settings(deadline=None, max_examples=25)
+@settings(deadline=None, max_examples=examples(25))
 @given(
     kinetic=st.floats(0.1, 1.0),
     excess=st.floats(0.01, 0.5),

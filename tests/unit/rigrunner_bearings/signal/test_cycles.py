@@ -3,6 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from helpers_thorough import examples
 from rigrunner.api.errors import DataError
 from rigrunner_bearings.signal.cycles import find_cycles, resample
 
@@ -43,7 +44,7 @@ def true_starts(phase):
     start=st.floats(0.2, 6.0),
     offset=st.floats(-0.2 * DEG, 0.2 * DEG),
 )
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 def test_finds_every_whole_cycle_where_it_starts(frequency, start, offset):
     phase = recorded(frequency, 8, start)
     angle = encoder(swing(phase), np.random.default_rng(3), offset)

@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from helpers_thorough import examples
 from rigrunner_bearings.signal import kinematics
 
 RATIO = 2 / 45
@@ -23,7 +24,7 @@ def test_both_together_have_the_bits_of_each():
     np.testing.assert_array_equal(velocity, kinematics.angular_velocity(PHASE, 7.0, RATIO))
 
 
-@settings(deadline=None, max_examples=30)
+@settings(deadline=None, max_examples=examples(30))
 @given(ratio=ratios, phase=st.floats(0, 2 * math.pi))
 def test_velocity_and_acceleration_are_the_derivatives(ratio, phase):
     step, frequency = 1e-4, 7.0
@@ -37,7 +38,7 @@ def test_velocity_and_acceleration_are_the_derivatives(ratio, phase):
     assert acceleration == pytest.approx(slope, rel=1e-5, abs=1e-2)
 
 
-@settings(deadline=None, max_examples=20)
+@settings(deadline=None, max_examples=examples(20))
 @given(ratio=ratios)
 def test_extremes_are_those_of_the_sampled_motion(ratio):
     angle = kinematics.swing_angle(PHASE, ratio)

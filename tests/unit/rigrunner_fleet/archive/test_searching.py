@@ -13,6 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from sqlalchemy import text
 
+from helpers_thorough import examples
 from rigrunner.api.errors import UsageError
 from rigrunner.runfile.scan import FoundRun
 from rigrunner_fleet.archive import open_archive, query
@@ -189,7 +190,7 @@ def test_a_query_finds_what_fits_and_nothing_else(database):
     with closing(open_archive(database=database)) as archive:
         stored(archive, every)
 
-        @settings(max_examples=60, deadline=None)
+        @settings(max_examples=examples(60), deadline=None)
         @given(words=WORDS)
         def check(words):
             compare(archive, every, words)

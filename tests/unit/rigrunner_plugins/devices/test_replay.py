@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
+from helpers_thorough import examples
 from rigrunner.api.devices import DeviceContext
 from rigrunner.api.errors import (
     DataError,
@@ -342,7 +343,7 @@ def test_settings_that_make_no_sense_are_refused(folder, wrong):
 numbers = st.floats(allow_nan=False, allow_infinity=False)
 
 
-@settings(deadline=None, max_examples=40)
+@settings(deadline=None, max_examples=examples(40))
 @given(
     rows=st.lists(st.tuples(numbers, numbers), min_size=1, max_size=5),
     marks=st.sampled_from([(",", "."), (";", ","), ("|", ".")]),
@@ -358,7 +359,7 @@ def test_what_is_written_is_read_exactly(tmp_path_factory, rows, marks):
     assert read["second"].values.tolist() == [row[1] for row in rows]
 
 
-@settings(deadline=None, max_examples=150)
+@settings(deadline=None, max_examples=examples(150))
 @given(text=st.text(st.sampled_from("ab:-[]{},&*?!|>'\"#%@\n\t 0é\\"), max_size=40))
 def test_any_text_is_read_or_refused_never_worse(tmp_path_factory, text):
     path = Path(tmp_path_factory.getbasetemp()) / "fuzz.yaml"

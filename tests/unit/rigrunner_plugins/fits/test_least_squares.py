@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from helpers_thorough import examples
 from reference.helpers_exact import exact_least_squares
 from rigrunner.api.errors import DataError
 from rigrunner_plugins.fits.least_squares import solve
@@ -70,7 +71,7 @@ def test_what_is_no_number_is_refused(bad):
         solve(extended([[1, 0], [1, 1], [1, 2]]), extended([0, bad, 1]))
 
 
-@settings(deadline=None, max_examples=50)
+@settings(deadline=None, max_examples=examples(50))
 @given(
     st.lists(st.floats(-1e6, 1e6), min_size=4, max_size=12),
     st.floats(-100, 100),
@@ -109,7 +110,7 @@ def nearly_equal_columns(draw):
     ]
 
 
-@settings(deadline=None, max_examples=150)
+@settings(deadline=None, max_examples=examples(150))
 @given(data=st.data(), design=st.one_of(powers_of_distant_numbers(), nearly_equal_columns()))
 def test_ill_conditioned_designs_against_rational_arithmetic(data, design):
     """Errors stay below 2 k eps of the coefficients or, if larger, of their uncertainty.

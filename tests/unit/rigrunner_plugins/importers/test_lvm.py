@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from helpers_thorough import examples
 from rigrunner.api.errors import DataError, RigrunnerError
 from rigrunner.api.importing import NotInFileError
 from rigrunner_plugins.importers.lvm_file import LvmImporter
@@ -183,7 +184,7 @@ def test_what_is_wrong_is_told_with_its_line(tmp_path, text, told):
     assert "r.lvm" in str(caught.value)
 
 
-@settings(deadline=None, max_examples=150)
+@settings(deadline=None, max_examples=examples(150))
 @given(cuts=st.lists(st.tuples(st.integers(0, len(ROWS)), st.text(max_size=4)), max_size=4))
 def test_a_damaged_file_is_read_or_refused(tmp_path_factory, cuts):
     text = ROWS
