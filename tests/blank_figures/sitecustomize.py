@@ -1,12 +1,14 @@
 """Leaves figures blank in programs that tests start: this folder is on their PYTHONPATH.
 
 It is what helpers_figures does in the process of the tests. A test that looks at the figures of
-such a program takes the folder off the path.
+such a program takes the folder off the path. Nor do these programs wait for the disk.
 """
 
+import os
 import sys
 from importlib.machinery import PathFinder
 
+os.fsync = os.fstat  # as in conftest.py
 BLANK = b'<svg xmlns="http://www.w3.org/2000/svg"/>'
 
 
