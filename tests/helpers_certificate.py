@@ -10,7 +10,7 @@ from rigrunner.certificate.letterhead import read_letterhead
 from rigrunner.certificate.numbers import SPECIMEN, Numbers
 from rigrunner.certificate.order import Order
 from rigrunner.documents.certifying.certify import Request, certify
-from rigrunner.registry import load_registry
+from rigrunner.registry import Registry, load_registry
 from rigrunner.tools.labfolder import TEMPLATE
 
 NOW = datetime(2026, 11, 22, 9, 30, tzinfo=UTC)
@@ -33,6 +33,11 @@ def make_letterhead(folder):
     shutil.copytree(TEMPLATE / "letterhead", folder)
     (folder / "README.md").unlink()
     return folder
+
+
+def without_pdf() -> Registry:
+    """Return a registry whose certificates are JSON and HTML alone: the PDF takes seconds."""
+    return Registry([each for each in load_registry().plugins if each.record.name != "pdf"])
 
 
 def request(letterhead, **changes):

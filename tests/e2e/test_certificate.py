@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from pypdf import PdfReader
 
-from helpers_certificate import issue, make_letterhead
+from helpers_certificate import issue, make_letterhead, without_pdf
 from helpers_cli import call
 from helpers_lacking import require_pdf
 from rigrunner.api.calibration import CalibratedRange
@@ -251,7 +251,7 @@ def test_a_page_without_a_part_lacks_its_item(english, quick, tmp_path, template
     lab = make_letterhead(tmp_path / "letterhead")
     (lab / "templates").mkdir(exist_ok=True)
     (lab / "templates" / template).write_text("", encoding="utf-8")
-    lacking = issue(quick.loaded, lab, tmp_path / "lacking")
+    lacking = issue(quick.loaded, lab, tmp_path / "lacking", registry=without_pdf())
     page = next(each for each in lacking.files if each.suffix == ".html")
     assert words in english[1].words
     assert words not in read_html(page.read_bytes()).words

@@ -11,6 +11,8 @@ from pathlib import Path
 
 import pytest
 
+from helpers_thorough import examples
+
 FUZZ = Path(__file__).resolve().parent.parent / "fuzz"
 sys.path.insert(0, str(FUZZ))
 
@@ -31,7 +33,7 @@ from fuzz import (  # noqa: E402
 )  # fmt: skip
 
 CORPUS = sorted((FUZZ / "corpus").glob("*/*"))
-INPUTS = 60
+INPUTS = examples(60)
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 
 import pytest
 
-from helpers_certificate import issue, make_letterhead
+from helpers_certificate import issue, make_letterhead, without_pdf
 from rigrunner.api.errors import DataError, UsageError
 from rigrunner.certificate.amending import amended, amendment_of
 from rigrunner.certificate.content import Issue
@@ -21,7 +21,7 @@ from rigrunner.documents.verifying.pages import check_page, page_maker
 from rigrunner.documents.verifying.verification import Verification
 from rigrunner.procedure import Acceptance
 from rigrunner.proof.seal import seal, unsealed
-from rigrunner.registry import Registry, load_registry
+from rigrunner.registry import load_registry
 from rigrunner.run.decisions import Decider, decide_again
 from rigrunner.runfile import read
 
@@ -44,9 +44,8 @@ def made(quick_copy, tmp_path_factory):
     loaded = quick_copy.loaded
     who = Decider(by="A. Person", reason="the drawing was <changed>", at=DECIDED)
     decide_again(loaded, load_registry(), who, lambda *_: TIGHT)
-    kept = [each for each in load_registry().plugins if each.record.name != "pdf"]
     letterhead = make_letterhead(folder / "letterhead")
-    return loaded, issue(loaded, letterhead, folder / "certificates", registry=Registry(kept))
+    return loaded, issue(loaded, letterhead, folder / "certificates", registry=without_pdf())
 
 
 @pytest.fixture

@@ -9,6 +9,7 @@ import h5py
 import numpy as np
 import pytest
 
+from helpers_thorough import examples
 from rigrunner.api.errors import DataError
 from rigrunner.runfile import file_differences, read, read_info, seal
 from rigrunner.runfile.manifest import differences, object_digest, stored_items
@@ -241,7 +242,7 @@ def test_what_could_lead_a_reader_astray_is_refused(copy, edit, message):
 def test_a_flipped_bit_anywhere_gives_an_answer_or_a_data_error(copy):
     """HDF5 libraries say many things of damaged files; none of them is to get through."""
     content, rng = copy.read_bytes(), random.Random(4)  # noqa: S311  (seeded, to be repeated)
-    for _ in range(25):
+    for _ in range(examples(25)):
         damaged = bytearray(content)
         damaged[rng.randrange(len(content))] ^= 1 << rng.randrange(8)
         copy.write_bytes(damaged)

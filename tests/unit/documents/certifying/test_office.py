@@ -6,16 +6,8 @@ import json
 
 import pytest
 
-from helpers_certificate import issue, make_letterhead
+from helpers_certificate import issue, make_letterhead, without_pdf
 from rigrunner.api.errors import DataError
-from rigrunner.registry import Registry, load_registry
-
-
-@pytest.fixture(scope="module")
-def without_pdf():
-    """Return a registry whose certificates are JSON and HTML alone: the PDF takes seconds."""
-    kept = [each for each in load_registry().plugins if each.record.name != "pdf"]
-    return Registry(kept)
 
 
 @pytest.fixture
@@ -23,8 +15,8 @@ def lab(tmp_path):
     return make_letterhead(tmp_path / "letterhead")
 
 
-def test_the_digests_of_what_was_issued_stand_with_the_number(quick, lab, tmp_path, without_pdf):
-    issued = issue(quick.loaded, lab, tmp_path / "out", registry=without_pdf)
+def test_the_digests_of_what_was_issued_stand_with_the_number(quick, lab, tmp_path):
+    issued = issue(quick.loaded, lab, tmp_path / "out", registry=without_pdf())
     assert [path.suffix for path in issued.files] == [".json", ".html"]
     number = issued.certificate.number
     record = json.loads((lab / "numbers" / f"{number}.issued.json").read_text(encoding="utf-8"))
@@ -32,29 +24,29 @@ def test_the_digests_of_what_was_issued_stand_with_the_number(quick, lab, tmp_pa
 
 
 @pytest.mark.thorough
-def test_a_number_under_which_nothing_could_be_written_is_void(quick, lab, tmp_path, without_pdf):
+def test_a_number_under_which_nothing_could_be_written_is_void(quick, lab, tmp_path):
     (tmp_path / "out").write_text("a file")
     with pytest.raises(DataError, match="the certificate cannot be written"):
-        issue(quick.loaded, lab, tmp_path / "out", registry=without_pdf)
+        issue(quick.loaded, lab, tmp_path / "out", registry=without_pdf())
     void = json.loads((lab / "numbers" / "SPECIMEN-DEMO-2026-0001.void.json").read_text("utf-8"))
     assert "cannot be written" in void["reason"]
-    issued = issue(quick.loaded, lab, tmp_path / "other", registry=without_pdf)
+    issued = issue(quick.loaded, lab, tmp_path / "other", registry=without_pdf())
     assert issued.certificate.number == "SPECIMEN-DEMO-2026-0002"
     assert issued.notes == ()
 
 
-def test_a_number_that_a_crash_broke_off_is_told_at_the_next(quick, lab, tmp_path, without_pdf):
+def test_a_number_that_a_crash_broke_off_is_told_at_the_next(quick, lab, tmp_path):
     (lab / "numbers").mkdir()
     (lab / "numbers" / "SPECIMEN-DEMO-2026-0001.json").write_text("")
-    issued = issue(quick.loaded, lab, tmp_path / "out", registry=without_pdf)
+    issued = issue(quick.loaded, lab, tmp_path / "out", registry=without_pdf())
     assert issued.certificate.number == "SPECIMEN-DEMO-2026-0002"
     assert issued.notes == ("SPECIMEN-DEMO-2026-0001 was reserved, but not issued",)
 
 
-def test_nothing_is_overwritten(quick, lab, tmp_path, without_pdf):
+def test_nothing_is_overwritten(quick, lab, tmp_path):
     mine = tmp_path / "out" / "SPECIMEN-DEMO-2026-0001.html"
     mine.parent.mkdir()
     mine.write_text("mine")
     with pytest.raises(DataError, match="File exists"):
-        issue(quick.loaded, lab, tmp_path / "out", registry=without_pdf)
+        issue(quick.loaded, lab, tmp_path / "out", registry=without_pdf())
     assert mine.read_text() == "mine"

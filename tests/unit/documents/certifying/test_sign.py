@@ -7,7 +7,7 @@ import shutil
 import pytest
 
 from e2e.helpers_forgery import forged_pdf, resealed
-from helpers_certificate import issue, make_letterhead
+from helpers_certificate import issue, make_letterhead, without_pdf
 from helpers_cli import call
 from helpers_lacking import require_pdf
 from rigrunner.proof.signature import parse_signature
@@ -15,12 +15,12 @@ from rigrunner.proof.signature import parse_signature
 
 @pytest.fixture(scope="module")
 def issued(quick, tmp_path_factory):
-    """Issue two specimens on one run; return the letterhead and the folder of the files."""
+    """Issue two specimens on one run, one with a PDF; return letterhead and folder of the files."""
     require_pdf()
     folder = tmp_path_factory.mktemp("laboratory")
     letterhead = make_letterhead(folder / "letterhead")
-    for _ in range(2):
-        issue(quick.loaded, letterhead, folder / "certificates")
+    issue(quick.loaded, letterhead, folder / "certificates")
+    issue(quick.loaded, letterhead, folder / "certificates", registry=without_pdf())
     return letterhead, folder / "certificates"
 
 

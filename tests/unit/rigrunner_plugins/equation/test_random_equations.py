@@ -13,6 +13,7 @@ import GTC
 import numpy as np
 import pytest
 
+from helpers_thorough import examples
 from rigrunner.signal.coverage import factor
 from unit.rigrunner_plugins.equation.helpers_equation import findings, run_of
 
@@ -103,7 +104,7 @@ class Case:
 
 
 def test_value_u_and_degrees_of_freedom_are_those_of_gtc():
-    for case in map(Case, range(COUNT)):
+    for case in map(Case, range(examples(COUNT))):
         ours, y = case.ours(), case.by_gtc()
         assert ours.value == pytest.approx(y.x, rel=1e-12), case.text
         assert ours.u == pytest.approx(y.u, rel=1e-11), case.text
