@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import sys
 import threading
 from datetime import UTC, datetime
+from functools import lru_cache
 
 from rigrunner.clock import SimulatedClock
 from rigrunner.engine import UnattendedAnswers
@@ -17,6 +19,20 @@ from rigrunner.run.record import execute
 START = datetime(2026, 3, 1, 12, 0, tzinfo=UTC)
 ALL_FREQUENCIES = "[1 Hz, 3 Hz, 5 Hz, 8 Hz, 10 Hz, 15 Hz, 18 Hz, 20 Hz, 25 Hz, 30 Hz, 33 Hz, 35 Hz]"
 FEW_FREQUENCIES = "[8 Hz, 15 Hz, 20 Hz, 25 Hz, 35 Hz]"
+
+
+def registry():
+    """Return the plugins that are installed, loaded once for each sys.path.
+
+    A plugin that defines a unit defines it for its test alone: it is loaded each time.
+    """
+    found = _registry((*sys.path,))
+    return load_registry() if any(each.kind == "unit" for each in found.plugins) else found
+
+
+@lru_cache
+def _registry(_path):
+    return load_registry()
 
 
 def edited(source, target, **replacements):
@@ -69,7 +85,7 @@ def run(
     partners = partners or ({"no_load": str(no_load)} if no_load else {})
     clock = clock or SimulatedClock(START)
     answers = UnattendedAnswers()
-    planned = plan_run(procedure, station or find_station("simulated"), load_registry(), clock)
+    planned = plan_run(procedure, station or find_station("simulated"), registry(), clock)
     return execute(
         planned,
         runs=runs,

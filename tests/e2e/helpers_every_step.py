@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from unittest.mock import patch
 
 from helpers_devices import Listener
-from helpers_workflow import START, edited
+from helpers_workflow import START, edited, registry
 from rigrunner.api import calling
 from rigrunner.api.errors import DeviceTimeoutError
 from rigrunner.api.events import StepStarted
@@ -19,7 +19,6 @@ from rigrunner.bus import Bus
 from rigrunner.cli.stopping import stop_on_signals
 from rigrunner.clock import SimulatedClock
 from rigrunner.engine import UnattendedAnswers, run_plan
-from rigrunner.registry import load_registry
 from rigrunner.run.locate import find_procedure, find_station
 from rigrunner.run.prepare import plan_run
 from rigrunner.run.record import execute, rig_of
@@ -215,7 +214,7 @@ def planned_moment(folder: Path, name: str, does: str = "abort", scan: str = "")
     procedure, station = moment_procedure(folder, name), moment_station(folder, does)
     if scan:
         edited(procedure, procedure, scan=("\nmain:\n", f"\nmain:\n  - scan: {scan}\n"))
-    return plan_run(procedure, station, load_registry(), SimulatedClock(START))
+    return plan_run(procedure, station, registry(), SimulatedClock(START))
 
 
 def run_with_fault(

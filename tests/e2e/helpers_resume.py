@@ -6,10 +6,9 @@ import shutil
 import threading
 from typing import TYPE_CHECKING
 
-from helpers_workflow import quick_procedure, run
+from helpers_workflow import quick_procedure, registry, run
 from rigrunner.clock import SimulatedClock
 from rigrunner.engine import UnattendedAnswers
-from rigrunner.registry import load_registry
 from rigrunner.run.interrupted import read_interrupted
 from rigrunner.run.prepare import plan_run
 from rigrunner.run.resume import prepare_resume, resume, run_files
@@ -63,7 +62,7 @@ def interrupted_at(tmp_path, instants, *, station=None, changes=(), procedure=No
 def resumable(folder, by="A. Jones", *, procedure=None, station=None):
     stored = read_interrupted(folder)
     files = run_files(stored, procedure, station)
-    planned = plan_run(*files, load_registry(), SimulatedClock())
+    planned = plan_run(*files, registry(), SimulatedClock())
     return prepare_resume(folder, stored, planned, by)
 
 

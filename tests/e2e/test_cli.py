@@ -254,9 +254,9 @@ def test_python_m_rigrunner_is_the_same_program():
 @pytest.mark.parametrize(
     ("number", "code"),
     [
-        (signal.SIGTERM, ExitCode.ABORTED),
-        (signal.SIGHUP, ExitCode.ABORTED),
-        (signal.SIGINT, ExitCode.INTERRUPTED),
+        (signal.SIGHUP, ExitCode.ABORTED),  # the others are sent in test_signals.py too
+        pytest.param(signal.SIGTERM, ExitCode.ABORTED, marks=pytest.mark.thorough),
+        pytest.param(signal.SIGINT, ExitCode.INTERRUPTED, marks=pytest.mark.thorough),
     ],
 )
 def test_a_signal_stops_a_run_and_leaves_a_sealed_folder(tmp_path, number, code):

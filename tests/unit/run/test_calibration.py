@@ -275,7 +275,7 @@ def test_nothing_is_connected_before_the_register_is_in_order(tmp_path):
 
 @pytest.mark.parametrize(
     "wanted",
-    first(2, [["T-1", "tester.angle", "L-1"], ["overdue"], ["tester.torque", "A-1", "LC-3"]]),
+    first(1, [["T-1", "tester.angle", "L-1"], ["overdue"], ["tester.torque", "A-1", "LC-3"]]),
 )
 def test_an_override_stands_in_run_file_and_report(tmp_path, wanted):
     plan = overdue(tmp_path)

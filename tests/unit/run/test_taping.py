@@ -13,6 +13,7 @@ import pytest
 
 from helpers_tester import STATION, procedure_file, station_file
 from helpers_workflow import START
+from helpers_workflow import registry as installed_plugins
 from rigrunner.api.devices import ChannelInfo, Identity
 from rigrunner.api.driver import Driver
 from rigrunner.api.errors import (
@@ -50,7 +51,7 @@ def run(tape, procedure, runs, *, station=None, registry=None, answers=None, sto
     """Run on a tape; `people` are listeners and pauses."""
     clock = SimulatedClock(START if isinstance(tape, RecordedTape) else tape.manifest.began_utc)
     where = station or STATION
-    planned = plan_run(procedure, where, registry or load_registry(), clock, tape)
+    planned = plan_run(procedure, where, registry or installed_plugins(), clock, tape)
     answers = answers or UnattendedAnswers()
     with tape:
         return execute(

@@ -92,7 +92,7 @@ def test_another_filter_in_the_loaded_run_alone_is_told(rig):
     assert not check_of(compensate(changed_under_load(rig, low_pass_hz=400.0))).ok
 
 
-@pytest.mark.parametrize("rig", first(2, [rigs()[0], *rigs(stribeck=True), rigs()[1]]))
+@pytest.mark.parametrize("rig", first(1, [rigs()[0], *rigs(stribeck=True), rigs()[1]]))
 def test_a_healthy_rig_passes_whatever_its_law_of_friction(rig):
     found = compensate(sweep(rig, FREQUENCIES))
     assert check_of(found).ok

@@ -14,6 +14,7 @@ import h5py
 import numpy as np
 import pytest
 
+from helpers_thorough import first
 from rigrunner.api.errors import DataError, UsageError
 from rigrunner.jobs import Processes
 from rigrunner.jobs.done import Answer, Done
@@ -187,6 +188,7 @@ def test_a_file_that_ends_the_process_that_reads_it_is_one_more_that_cannot_be_r
     assert [each["problem"] for each in found(archive)] == ["", ""]
 
 
+@pytest.mark.parametrize("database", first(1, ["sqlite", "postgresql"]), indirect=True)
 def test_processes_read_the_same_as_this_one(archive, runs):
     for name in ("one", "two", "three"):
         store_run(runs, name, inputs={"specimen": name})

@@ -8,6 +8,7 @@ import time
 import pytest
 
 from helpers_tester import procedure_file, run, station_file
+from helpers_thorough import first
 from rigrunner.api import PluginError
 from rigrunner.api.events import Alarm, Outcome, Samples
 from rigrunner.runfile import read
@@ -56,7 +57,7 @@ def test_a_receiver_is_told_of_a_real_run_and_its_secret_is_in_no_file_of_it(tmp
     assert not [each for each in files if SECRET.encode() in each.read_bytes()]
 
 
-@pytest.mark.parametrize("closes", [True, False])
+@pytest.mark.parametrize("closes", first(1, [False, True]))
 def test_a_receiver_that_hangs_or_closes_changes_nothing_of_the_run(tmp_path, closes, caplog):
     (tmp_path / "quiet").mkdir()
     quiet = run(procedure_file(tmp_path / "quiet", "idle"), tmp_path / "q")
