@@ -51,8 +51,6 @@ LIKE_ANOTHER = {("compensation", "model_inverse")}
 """It takes as long as template_inverse, of which it has all but how the bearing is found."""
 SAME_RULE = "guard_band_fraction"
 """The class of guard_band_u, with another factor."""
-WITHOUT_A_BAND = ("simple", "stated_risks_are_those_of_its_verdicts")
-"""Its risks are those of guard_band_u at a band of nothing."""
 
 
 def case(kind, name, check):
@@ -61,7 +59,6 @@ def case(kind, name, check):
         (kind, name) in LIKE_ANOTHER
         or check.name in LONG
         or (name == SAME_RULE and check.name in SCANS)
-        or (name, check.name) == WITHOUT_A_BAND
     )
     marks = [pytest.mark.thorough] * is_long
     return pytest.param(kind, name, check, id=f"{kind}-{name}-{check}", marks=marks)

@@ -29,6 +29,7 @@ NAMES_BEARINGS = {
 """Modules of the core that name what is of bearings, each with its reason."""
 OF_TORQUE = re.compile(r"(?<!tester[._])(?<!press\.)torque", re.IGNORECASE)
 """But for channels in examples: 'tester.torque', 'press.torque', in a file 'tester_torque'."""
+FROM = re.compile(r"^ *from ([\w.]+) import (\([^)]*\)|.*)$", re.MULTILINE)
 NAMES_TORQUE = {
     "api/__init__.py": "a field with a unit of torque",
     "api/calibration.py": "the register: a range of torque without `min` is symmetrical",
@@ -136,12 +137,17 @@ def test_a_room_hands_out_what_others_use_and_no_more():
     for folder in ("runner", "plugins", "reports", "tests"):
         for path in (ROOT / folder).rglob("*.py"):
             room = ".".join(path.relative_to(ROOT / folder).parent.parts)
-            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-                match node:
-                    case ast.ImportFrom(module=module, names=names) if module != room:
-                        used |= {(module, each.name) for each in names}
-                    case ast.Assign(targets=[ast.Name("__all__")]) if path.stem == "__init__":
-                        handed_out[room] = ast.literal_eval(node.value)
+            text = re.sub(r" #.*", "", path.read_text(encoding="utf-8"))
+            for module, names in FROM.findall(text):
+                if module != room:
+                    used |= {(module, each) for each in re.findall(r"(?<! as )\b\w+", names)}
+            if path.stem == "__init__" and "\n__all__ = " in text:
+                (listed,) = (
+                    node.value
+                    for node in ast.parse(text).body
+                    if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "__all__"
+                )
+                handed_out[room] = ast.literal_eval(listed)
     assert "rigrunner.runfile" in handed_out
     assert [
         f"{room}.{name}"
