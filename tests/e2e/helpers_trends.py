@@ -21,7 +21,7 @@ def store_results(runs, torques, *, frequencies=None, **inputs):
         if frequencies is not None:
             figures["natural frequency"] = estimate(frequencies[day], 0.07, "Hz")
         store_run(
-            runs, f"day-{day:02d}", document, started_utc=on_day(day),
+            runs, f"day-{day:02d}", document, started_utc=on_day(day), recordings=0,
             inputs={"specimen": f"SN-{day}", "type": "GE20", "lot": "L1", **inputs},
         )  # fmt: skip
 

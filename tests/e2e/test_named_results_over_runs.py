@@ -105,7 +105,7 @@ def test_limits_that_differ_from_run_to_run_have_to_be_given(tmp_path):
         document = resistance_document({100.0: 138.5 + 0.001 * day})
         if day > 6:
             document["decision"]["parts"][0]["upper_limit"]["value"] = 139.0
-        store_run(tmp_path, f"day-{day:02d}", document, started_utc=on_day(day))
+        store_run(tmp_path, f"day-{day:02d}", document, started_utc=on_day(day), recordings=0)
     index_all(tmp_path)
     refused = call("capability", "resistance", "--runs", tmp_path)
     assert refused.code == 5
@@ -142,7 +142,7 @@ def gauge_runs(runs, temperatures=(100.0,)):
             for result in document["results"]
         ]
         inputs = {"specimen": f"P{p}", "operator": f"O{o}"}
-        store_run(runs, f"{p}-{o}", document, inputs=inputs)
+        store_run(runs, f"{p}-{o}", document, inputs=inputs, recordings=0)
     index_all(runs)
     return readings
 
@@ -179,7 +179,7 @@ def test_a_value_that_is_missing_at_one_place_is_told(tmp_path):
         )
         if day == 3:
             document["results"][1]["estimate"]["value"] = None
-        store_run(runs, f"day-{day:02d}", document, started_utc=on_day(day))
+        store_run(runs, f"day-{day:02d}", document, started_utc=on_day(day), recordings=0)
     index_all(runs)
     found = json.loads(
         call("trend", "resistance", "--runs", runs, "--baseline", "10", "--json").out
@@ -196,7 +196,7 @@ def test_a_session_with_a_trial_without_a_value_is_excluded(tmp_path):
             document = resistance_document({0.0: 100 + 0.01 * session, 100.0: 138.5})
             document["results"][1]["estimate"]["value"] = None
             inputs = {"specimen": part, "operator": by}
-            store_run(runs, f"{part}-{by}-{session}", document, inputs=inputs)
+            store_run(runs, f"{part}-{by}-{session}", document, inputs=inputs, recordings=0)
     index_all(runs)
     done = call("gauge-rr", "resistance", "--runs", runs)
     assert done.code != 0
@@ -216,7 +216,7 @@ def test_a_minimum_and_a_maximum_that_are_stated_apart_are_both_limits(tmp_path)
             part | bound | {"upper_limit": {"value": 102.0, "unit": "Ω"}},
             part | bound | {"upper_limit": {"value": 101.0, "unit": "Ω"}},
         ]
-        store_run(runs, f"day-{day:02d}", document, started_utc=on_day(day))
+        store_run(runs, f"day-{day:02d}", document, started_utc=on_day(day), recordings=0)
     index_all(runs)
     (series,) = json.loads(call("capability", "resistance", "--runs", runs, "--json").out)["series"]
     indices = {each["name"]: each["value"] for each in series["capability"]["indices"]}
@@ -232,7 +232,7 @@ def test_equal_temperatures_in_two_units_do_not_scatter(tmp_path):
         document = resistance_document({0.0: 100.0})
         value, unit = (298.45, "K") if day % 2 == 0 else (25.3, "°C")
         document["results"][0]["estimate"] = estimate(value, 0.1, unit)
-        store_run(runs, f"day-{day:02d}", document, started_utc=on_day(day))
+        store_run(runs, f"day-{day:02d}", document, started_utc=on_day(day), recordings=0)
     index_all(runs)
     for command in (["capability", "--upper", "30 °C"], ["trend", "--baseline", "10"]):
         done = call(command[0], "resistance", *command[1:], "--runs", runs)

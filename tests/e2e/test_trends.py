@@ -115,6 +115,7 @@ def test_results_of_several_procedures_are_not_mixed(tmp_path):
             f"r{number}",
             result_document(0.7 + number / 1000),
             procedure_id=procedure,
+            recordings=0,
         )
     index_all(tmp_path / "runs")
     done = call("trend", "torque", "--runs", tmp_path / "runs")
@@ -131,7 +132,7 @@ def of_two_rigs(tmp_path_factory):
         document["no_load_run"] = {"id": f"no-load {number}"}
         document["run"] = {"mandrel": "M-01" if number % 4 < 2 else "M-02"}
         store_run(runs, f"r{number}", document, started_utc=on_day(number),
-                  station_id="a" if number % 2 else "b")  # fmt: skip
+                  station_id="a" if number % 2 else "b", recordings=0)  # fmt: skip
     index_all(runs)
     return runs
 
@@ -175,7 +176,9 @@ def test_a_figure_of_two_compensations_is_asked_for_by_both_names(tmp_path):
         inertia = {"inertia": estimate(0.0023 + 1e-6 * (5 * number % 7), 1e-6, "kg·m²")}
         document["compensations"]["template_inverse"]["parameters"] = inertia
         document["compensations"]["energy"] = {"checks": [], "parameters": inertia, "points": []}
-        store_run(tmp_path / "runs", f"r{number}", document, started_utc=on_day(number))
+        store_run(
+            tmp_path / "runs", f"r{number}", document, started_utc=on_day(number), recordings=0
+        )
     index_all(tmp_path / "runs")
     asked = ("--baseline", "12", "--runs", tmp_path / "runs")
     done = call("trend", "J", *asked)
@@ -291,7 +294,7 @@ def test_a_figure_in_two_units_is_not_one_chart(tmp_path):
         value, unit = (0.9 + day / 1000, "N·m") if day < 12 else (900.0 + day, "mN·m")
         coefficients = {"c0": estimate(value, value / 10, unit)}
         document["fits"][0]["curve"]["coefficients"] = coefficients
-        store_run(runs, f"day-{day:02d}", document, started_utc=on_day(day))
+        store_run(runs, f"day-{day:02d}", document, started_utc=on_day(day), recordings=0)
     index_all(runs)
     done = call("trend", "c0", "--runs", runs)
     assert done.code == 2

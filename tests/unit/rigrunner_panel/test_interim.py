@@ -171,12 +171,11 @@ analyst.main()
 """
 
 
-def test_the_process_ends_with_the_run_though_a_thread_is_in_hdf5(watched, tmp_path):
+def test_the_process_ends_with_the_run_though_a_thread_is_in_hdf5(quick, tmp_path):
     """The interpreter's end waits for the lock of HDF5, which such a thread never releases."""
-    _, finished = watched
     begun = tmp_path / "begun"
     command = [sys.executable, "-c", IN_HDF5, str(begun)]
-    messages = (Follow(finished.folder, find_station("simulated")), Analyse())
+    messages = (Follow(quick.loaded, find_station("simulated")), Analyse())
     with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.DEVNULL) as process:
         for each in messages:
             process.stdin.write(pickle.dumps(each))

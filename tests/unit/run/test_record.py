@@ -38,11 +38,9 @@ def finished(tmp_path_factory):
     """A no-load run and a loaded one, quick forms of what ships: (folder, no-load, loaded)."""
     folder = tmp_path_factory.mktemp("finished")
     clock = SimulatedClock(START)
+    no_load = run(quick_procedure(folder, "no_load_inertia_sweep"), folder / "runs", clock=clock)
     with drawn():
-        no_load, loaded = (
-            run(quick_procedure(folder, name), folder / "runs", clock=clock)
-            for name in ("no_load_inertia_sweep", "starting_torque_1000n")
-        )
+        loaded = run(quick_procedure(folder, "starting_torque_1000n"), folder / "runs", clock=clock)
     return folder, no_load, loaded
 
 

@@ -53,4 +53,4 @@ def store_resistances(
     runs: Path, name: str, ohms: Mapping[float, float], unit: str = "Ω", **header: object
 ) -> Path:
     """Store a run with these resistances by temperature in °C."""
-    return store_run(runs, name, resistance_document(ohms, unit), **header)
+    return store_run(runs, name, resistance_document(ohms, unit), recordings=0, **header)
