@@ -211,7 +211,8 @@ def _attribute(item: h5py.Group | h5py.Dataset, name: bytes) -> object:
     """Return a text as it is; for numbers the type, shape and bytes."""
     attribute = h5py.h5a.open(item.id, name)
     kind = attribute.get_type()
-    if isinstance(kind, h5py.h5t.TypeStringID) and kind.is_variable_str() and not attribute.shape:
+    is_text = isinstance(kind, h5py.h5t.TypeStringID) and kind.is_variable_str()
+    if is_text and attribute.shape == ():
         # As item.attrs[name] does, which takes twice as long for a text: most attributes are texts.
         text = np.empty((), object)
         attribute.read(text, mtype=_TEXTS[kind.get_cset()])
