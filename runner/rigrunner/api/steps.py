@@ -109,6 +109,8 @@ class Action:
     reads anything.
     """
 
+    __slots__ = ()  # an action of which a plan may have very many can have slots of its own
+
     kind: ClassVar[str]
     """The keyword of the step, used by its events."""
     reads: ClassVar[bool] = False

@@ -54,8 +54,8 @@ class Terms:
 class PlannedStep:
     """One explicit action of a plan."""
 
-    path: str
-    """Where it stands in the procedure, such as 'main[1].sweep[3].record'."""
+    within: str
+    """Where it stands in the innermost of its points, or in the procedure if it has none."""
     phase: Phase
     action: Action
     text: str
@@ -76,6 +76,11 @@ class PlannedStep:
 
     leaves: int = 0
     """Of a condition: how many of the steps that follow hang on it."""
+
+    @property
+    def path(self) -> str:
+        """Where it stands in the procedure, such as 'main[1].sweep[3].record'."""
+        return f"{self.points[-1]}{self.within}" if self.points else self.within
 
     @property
     def limits(self) -> tuple[ValueLimit, ...]:

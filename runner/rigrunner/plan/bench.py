@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import TYPE_CHECKING, TypeVar
 
 from rigrunner.api.devices import (
@@ -68,8 +69,9 @@ class Bench:
             return None
         return self._find(device.channels, "channel", member, path, key=key)
 
-    def shown_in(self) -> dict[str, str]:
-        """Return the unit in which people see each channel, 'role.name', where it says one."""
+    @cached_property
+    def shown_in(self) -> Mapping[str, str]:
+        """The unit in which people see each channel, 'role.name', where it says one."""
         return {
             Member(role, info.name): info.shown_in
             for role, device in self._devices.items()

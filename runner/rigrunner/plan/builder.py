@@ -103,8 +103,8 @@ class _Walker:
         )
         for section in Phase:
             phase = section if section is Phase.TEARDOWN else place.phase
-            label = f"{place.label}.{section}"
-            at = replace(place, phase=phase, path=(section.value,), label=label, calls=calls)
+            within = f"{place.within}.{section}"
+            at = place._replace(phase=phase, path=(section.value,), within=within, calls=calls)
             _Walker(called, scene).section(section.value, at)
 
 

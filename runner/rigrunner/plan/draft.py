@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, TypeVar
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from rigrunner.api.coordinates import is_told
 from rigrunner.api.quantity import LONGEST_S, readable
+from rigrunner.api.steps import NONE
 from rigrunner.plan.actions import PlannedStep, Terms
 
 if TYPE_CHECKING:
@@ -28,61 +29,53 @@ _T = TypeVar("_T")
 _TERMS = Terms()
 
 
-@dataclass(frozen=True)
-class Place:
+class Place(NamedTuple):
     """A step in its file, and in the run, where steps within others come several times."""
 
+    # A tuple: each step of a loop has several places, and a dataclass takes three times as long.
     phase: Phase
     path: Path
-    label: str
+    within: str
+    """As `within` of a PlannedStep."""
     calls: tuple[str, ...] = ()
     points: tuple[str, ...] = ()
-    coordinates: Mapping[str, Coordinate] = field(default_factory=dict)
+    coordinates: Mapping[str, Coordinate] = NONE
     """Counters and labels that hold here, by name, the outermost first."""
-    coordinate_units: Mapping[str, str] = field(default_factory=dict)
-    written_in: Mapping[str, str] = field(default_factory=dict)
+    coordinate_units: Mapping[str, str] = NONE
+    written_in: Mapping[str, str] = NONE
     """The units in which coordinates are written, where that is not SI."""
+
+    @property
+    def label(self) -> str:
+        """The whole place in the run, as `path` of a PlannedStep."""
+        return f"{self.points[-1]}{self.within}" if self.points else self.within
 
     def inside(self, *parts: str) -> Place:
         """Return the place of a part of the step."""
-        label = ".".join((self.label, *parts))
-        return self._moved((*self.path, *parts), label, self.points)
+        within = ".".join((self.within, *parts))
+        return self._replace(path=(*self.path, *parts), within=within)
 
     def step(self, index: int) -> Place:
         """Return the place of a step in the list that stands here."""
-        return self._moved((*self.path, index), f"{self.label}[{index}]", self.points)
+        return self._replace(path=(*self.path, index), within=f"{self.within}[{index}]")
 
     def time(self, index: int) -> Place:
         """Return the place of steps repeated for the n-th time; in the file it is the same."""
-        label = f"{self.label}[{index}]"
-        return self._moved(self.path, label, (*self.points, label))
+        return self._replace(within="", points=(*self.points, f"{self.label}[{index}]"))
 
     def outside(self) -> Place:
         """Return the same place, no longer as a part of the innermost set-point or time."""
-        return replace(self, points=self.points[:-1])
+        outer = self._replace(within="", points=self.points[:-1])
+        return outer._replace(within=self.label.removeprefix(outer.label))
 
     def at(self, name: str, value: Coordinate, unit: str = "", written_in: str = "") -> Place:
         """Return the same place with a coordinate more."""
         written = {name: written_in} if written_in and is_told(written_in, unit or "1") else {}
         units = {**self.coordinate_units, name: unit} if unit else self.coordinate_units
-        return replace(
-            self,
+        return self._replace(
             coordinates={**self.coordinates, name: value},
             coordinate_units=units,
             written_in={**self.written_in, **written},
-        )
-
-    def _moved(self, path: Path, label: str, points: tuple[str, ...]) -> Place:
-        # Not `replace`, which takes three times as long: each step of a loop has several places.
-        return Place(
-            self.phase,
-            path,
-            label,
-            self.calls,
-            points,
-            self.coordinates,
-            self.coordinate_units,
-            self.written_in,
         )
 
 
@@ -162,21 +155,22 @@ class Scene:
             most = readable(LONGEST_S, "time")
             self.complain(place.path, f"it would take {seconds:.3g} s; the limit is {most}")
         written = {
-            **(self.bench.shown_in() if action.reads else {}),
+            **(self.bench.shown_in if action.reads else {}),
             **self.drives.written(),
             **place.written_in,
         }
+        within, written = self.once(place, "written", (place.within, written))
         step = PlannedStep(
-            place.label,
+            within,
             place.phase,
             action,
-            text,
+            self.once(place, "text", text),
             seconds,
             self.once(place, "terms", terms),
             place.calls,
             place.points,
             place.coordinates,
             place.coordinate_units,
-            self.once(place, "written", written),
+            written,
         )
         self.draft.steps.append(step)

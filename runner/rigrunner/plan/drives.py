@@ -107,8 +107,9 @@ class DriveStates:
     def move(self, member: Member, drive: DriveInfo, value: float, written: str = "") -> float:
         """Set the drive and return how many seconds it takes; it starts from its safe value."""
         distance = abs(value - self.standing(member, drive))
-        self._standing.values[member], self._standing.units[member] = value, drive.unit
-        self._standing.written[member] = written or drive.unit
+        name = str(member)  # a mapping with plain texts as keys is smaller, and each step has one
+        self._standing.values[name], self._standing.units[name] = value, drive.unit
+        self._standing.written[name] = written or drive.unit
         return distance / drive.rate_per_s if drive.rate_per_s else 0.0
 
     def known_cycle_frequency_hz(self, role: str) -> float | None:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from statistics import fmean
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from pydantic import Field
 
@@ -17,9 +18,12 @@ from rigrunner.procedure.options import Channels, Limits, OnFail, Repeatable, Re
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from rigrunner.api.devices import ReadingInfo
     from rigrunner.api.member import Member
     from rigrunner.engine.session import Session
+    from rigrunner.plan.bench import Bench
     from rigrunner.plan.planning import Planning
+    from rigrunner.procedure.options import ValueBand
 
 
 class MeasureStep(StepSettings):
@@ -39,7 +43,7 @@ class MeasureStep(StepSettings):
     on_fail: OnFail = "stop"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Measure(Action):
     """Reads channels once, or averages them over a time."""
 
@@ -97,19 +101,44 @@ class Measure(Action):
         return {name: fmean(reading[name] for reading in readings) for name in self.channels}
 
 
+class _Listed(NamedTuple):
+    """What a step lists: the same each time that it is planned."""
+
+    numbers: tuple[Member, ...]
+    told: Mapping[Member, ReadingInfo]
+    """Readings that are not numbers."""
+    told_units: Mapping[Member, str]
+    limits_of_numbers: Mapping[Member, ValueBand]
+    limits_of_told: Mapping[Member, ValueBand]
+    text: str
+
+    @classmethod
+    def of(cls, measure: MeasureStep, bench: Bench) -> _Listed:
+        infos = {each: bench.reading(each) for each in measure.channels}
+        told = {member: info for member, info in infos.items() if info is not None}
+        how = f"mean over {measure.duration:.3g} s" if measure.duration else "once"
+        return cls(
+            tuple(each for each in measure.channels if each not in told),
+            told,
+            {member: info.unit for member, info in told.items() if info.unit},
+            {member: band for member, band in measure.limits.items() if member not in told},
+            {member: band for member, band in measure.limits.items() if member in told},
+            f"Measure {', '.join(measure.channels)}, {how}",
+        )
+
+
 def plan(measure: MeasureStep, planning: Planning) -> None:
     """Plan single readings, or an average."""
-    infos = {each: planning.scene.bench.reading(each) for each in measure.channels}
-    told = {member: info for member, info in infos.items() if info is not None}
-    numbers = tuple(each for each in measure.channels if each not in told)
+    scene, place, seconds = planning.scene, planning.place, measure.duration or 0.0
+    listed = scene.alike(place, "listed", partial(_Listed.of, measure, scene.bench))
+    numbers, told = listed.numbers, listed.told
     units = planning.units(numbers)
-    twice = len(infos) < len(measure.channels)
+    twice = len(set(measure.channels)) < len(measure.channels)
     if twice or (numbers and not units):
         # Numbers that are listed twice are a problem of `planning.units` already.
         if twice and len(set(numbers)) == len(numbers):
             planning.complain(("channels",), "a channel is listed twice", "name it once")
         return
-    seconds = measure.duration or 0.0
     if seconds and told:
         message = f"{', '.join(told)}: what is not a number has no mean"
         planning.complain(("channels",), message, "a measure step of its own, without a duration")
@@ -117,26 +146,20 @@ def plan(measure: MeasureStep, planning: Planning) -> None:
     # Without a stream the channels are read one by one, so their devices must be readable.
     if rate_hz is None:
         planning.must_be_read(units)
-    array_units = {member: info.unit for member, info in told.items() if info.unit}
-    known = planning.drive_units() | units | array_units
     action = Measure(
         name=measure.name,
         channels=numbers,
         duration_s=seconds,
         setpoints=planning.setpoints(),
-        units=planning.scene.once(planning.place, "units", known),
+        units=scene.once(place, "units", planning.drive_units() | units | listed.told_units),
         told=tuple(told),
         sample_rate_hz=rate_hz,
     )
-    how = f"mean over {seconds:.3g} s" if seconds else "once"
-    of_told = {member: band for member, band in measure.limits.items() if member in told}
-    of_numbers = {member: band for member, band in measure.limits.items() if member not in told}
-    limits = planning.limits(of_numbers, numbers)
+    limits = planning.limits(listed.limits_of_numbers, numbers)
     from rigrunner.plan.terms import reading_limits  # noqa: PLC0415  (numpy: to check a procedure needs none)
 
-    expected = reading_limits(of_told, told, planning.place, planning.scene)
-    text = f"Measure {', '.join(measure.channels)}, {how}"
-    planning.emit(action, text, seconds, limits, expected=expected)
+    expected = reading_limits(listed.limits_of_told, told, place, scene)
+    planning.emit(action, listed.text, seconds, limits, expected=expected)
 
 
 def _averaging_rate_hz(channels: Sequence[Member], planning: Planning) -> float | None:

@@ -66,7 +66,7 @@ _member = cache(Member)
 """A sweep sets one drive many times."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class SetDrive(Action):
     """Sets one drive, in its SI unit."""
 

@@ -38,13 +38,16 @@ class SweepStep(StepSettings):
 
 def plan(sweep: SweepStep, planning: Planning) -> None:
     """Plan drive and steps for each set-point."""
+    # A sweep within a loop sets the same each time.
+    sets: dict[int, tuple[SetDrive, str]] = planning.scene.alike(planning.place, "sets", dict)
     for index, quantity in enumerate(sweep.over):
         at = planning.place.time(index)
         moved = planning.move(sweep.set, quantity, ("set",), ("over", index))
         if moved is not None:
-            action = SetDrive(sweep.set.role, sweep.set.name, quantity.si, moved[0])
-            text = f"Set {sweep.set} to {quantity}"
-            planning.emit(action, text, moved[1], at=at.inside("set"))
+            if index not in sets:
+                action = SetDrive(sweep.set.role, sweep.set.name, quantity.si, moved[0])
+                sets[index] = action, f"Set {sweep.set} to {quantity}"
+            planning.emit(*sets[index], moved[1], at=at.inside("set"))
         # Also at an invalid set-point: all problems are reported at once.
         planning.walker.steps(sweep.steps, at.inside("steps"))
 

@@ -57,7 +57,7 @@ def sweep(points: int = POINTS, **terms: object) -> Plan:
         )
         for action in actions:
             kind = type(action).__name__.lower()
-            step = PlannedStep(f"{name}.{kind}", Phase.MAIN, action, "", 1.0, points=(name,))
+            step = PlannedStep(f".{kind}", Phase.MAIN, action, "", 1.0, points=(name,))
             if kind == "record":
                 step = replace(step, terms=Terms(**terms))
             steps.append(step)

@@ -99,7 +99,7 @@ def test_a_device_at_rest_has_nothing_to_pause():
 
 def test_a_repeated_point_begins_with_its_set_point_and_keeps_all_attempts():
     plan = sweep()
-    settled = replace(plan.steps[3], action=Settle(0.5), path=f"{SECOND}.after")
+    settled = replace(plan.steps[3], action=Settle(0.5), within=".after")
     plan = replace(plan, steps=(*plan.steps[:6], settled, *plan.steps[6:]))
     summary, listener, _, _ = pausing_run(f"{SECOND}.after", decided(Choice.REPEAT), plan=plan)
     assert summary.outcome is Outcome.COMPLETED
@@ -194,7 +194,7 @@ def test_a_drive_that_cannot_be_read_back_while_paused_ends_nothing():
 
 def test_the_last_point_of_a_sweep_is_skipped_only_where_its_drive_is_led_anew():
     plan = sweep()
-    record_after = replace(plan.steps[-3], path="main[1]", points=(), action=record("after"))
+    record_after = replace(plan.steps[-3], within="main[1]", points=(), action=record("after"))
     last = "main[0].sweep[2]"
     with_more = replace(plan, steps=(*plan.steps[:9], record_after, *plan.steps[9:]))
     for at, offered in ((f"{last}.setdrive", False), (f"{last}.settle", True)):
@@ -235,7 +235,7 @@ def test_a_pause_inside_a_step_that_cannot_be_repeated_aborts():
 
 def test_a_point_whose_step_cannot_be_repeated_is_not_offered_again():
     plan = sweep(repeatable=False)
-    after = replace(plan.steps[4], path=f"{SECOND}.after")
+    after = replace(plan.steps[4], within=".after")
     plan = replace(plan, steps=(*plan.steps[:6], after, *plan.steps[6:]))
     _, _, person, _ = pausing_run(
         f"{SECOND}.after", decided(Choice.REPEAT), decided(Choice.RESUME), plan=plan

@@ -261,8 +261,8 @@ def test_a_setup_step_that_failed_and_must_not_be_done_twice_is_not_taken_as_don
 def test_what_settled_before_settles_again_where_a_run_goes_on_inside_a_set_point():
     point = "main[0].sweep[0]"
     plan = unrepeatable(sweep(1), f"{point}.settle")
-    once = replace(plan.steps[1], path=f"{point}.first")
-    settle = replace(sweep(1).steps[1], path=f"{point}.again")
+    once = replace(plan.steps[1], within=".first")
+    settle = replace(sweep(1).steps[1], within=".again")
     plan = replace(plan, steps=(plan.steps[0], once, settle, *plan.steps[2:]))
     begun = until(plan, f"{point}.record")
     assert find_resume_point(plan.steps, begun, "Ada").start == 3
@@ -287,7 +287,7 @@ def test_drives_that_a_set_point_sets_itself_are_not_set_before_it():
     for step in plan.steps:
         if step.path.endswith(".setdrive"):
             load = replace(step.action, drive="load", unit="N")
-            steps.append(replace(step, path=f"{step.points[0]}.load", action=load))
+            steps.append(replace(step, within=".load", action=load))
         steps.append(step)
     plan = replace(plan, steps=tuple(steps))
     led = [each.action.drive for each in plan.steps[4:6] if isinstance(each.action, SetDrive)]
