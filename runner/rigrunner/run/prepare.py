@@ -77,6 +77,8 @@ class Planned:
 
     def expected(self) -> tuple[ExpectedReading, ...]:
         """Return what channels will probably show, as the analyses say."""
+        if not self.procedure.model.analysis:
+            return ()
         return tuple(expected_readings(self.procedure.model, self.to_come(), self.registry))
 
 
@@ -133,8 +135,11 @@ def plan_run_in(
     problems.without(lambda: check_result_limits(loaded_procedure, registry))
     # A plan lacks the steps of devices that could not be made: what analyses miss follows from it.
     if plan is not None and not missing:
-        to_come = run_to_come(loaded_procedure.model, loaded_station, plan, devices)
-        problems.without(lambda: check_plan(loaded_procedure, loaded_station, to_come, registry))
+        if loaded_procedure.model.analysis:
+            to_come = run_to_come(loaded_procedure.model, loaded_station, plan, devices)
+            problems.without(
+                lambda: check_plan(loaded_procedure, loaded_station, to_come, registry)
+            )
         problems.without(lambda: check_analyses(loaded_procedure, loaded_station, plan, registry))
     if plan is not None:
         problems.without(lambda: check_partners(loaded_procedure, loaded_station, registry))
