@@ -89,16 +89,22 @@ def _write_limits(table: h5py.Group, rows: Sequence[Measurement]) -> None:
     """
     group = new_group(table, "limits", "NXcollection")
     units = {member: unit for one in rows for member, unit in one.units.items()}
-    decided = [_decided(one) for one in rows]
-    for name in dict.fromkeys(name for each in decided for name in each):
-        column = [each.get(name) for each in decided]
+    passes = np.ones(len(rows), np.uint8)
+    columns: dict[str, tuple[Array, Array, Array]] = {}
+    for at, row in enumerate(rows):
+        for name, (limits, within) in _decided(row).items():
+            if name not in columns:
+                columns[name] = (*np.full((2, len(rows)), np.nan), np.full(len(rows), -1, np.int8))
+            for column, cell in zip(
+                columns[name], (limits.lower, limits.upper, within), strict=True
+            ):
+                column[at] = cell
+            passes[at] &= within
+    for name, (lowest, highest, each) in columns.items():
         one = new_group(group, free_name(group, name), "NXcollection")
         one.attrs.update({"name": str(name), "units": units.get(name, "")})
-        one["minimum"] = _bounds(None if each is None else each[0].lower for each in column)
-        one["maximum"] = _bounds(None if each is None else each[0].upper for each in column)
-        one["passes"] = np.array([-1 if each is None else each[1] for each in column], np.int8)
-    passes = [all(passes for _, passes in one.values()) for one in decided]
-    table["passes"] = np.array(passes, np.uint8)
+        one["minimum"], one["maximum"], one["passes"] = _bounds(lowest), _bounds(highest), each
+    table["passes"] = passes
 
 
 def _decided(row: Measurement) -> dict[str, tuple[Limits, bool]]:
