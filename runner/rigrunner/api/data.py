@@ -120,7 +120,7 @@ class Recording:
         return {name: np.asarray(values) for name, values in self.channels.items()}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Measurement:
     """Single values of a step at one set-point, in SI units: a row of a table.
 

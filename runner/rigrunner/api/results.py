@@ -37,7 +37,7 @@ REPLAYED = "replayed"
 """Key in the provenance of a run: the tape that it replayed, without instruments."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class JudgedValue:
     """A measured value or reading that has a limit, and its place in the run."""
 

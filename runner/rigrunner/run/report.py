@@ -71,7 +71,8 @@ def report_input(
     progress: Progress = unseen,
 ) -> ReportInput:
     """Return the input of a report format for a stored run."""
-    stored, truth = read_with_truth(path)
+    # What was analysed just now is not held a second time; all of the file is checked.
+    stored, truth = read_with_truth(path, rows=result is None)
     found = result or analyse_stored(stored, registry, progress=progress)
     return ReportInput(
         result=found,

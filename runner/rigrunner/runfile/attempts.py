@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from array import array
 from dataclasses import dataclass, field, replace
+from itertools import chain, pairwise
+from sys import intern
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from rigrunner.api.data import Measurement
@@ -12,17 +15,16 @@ from rigrunner.api.member import channel_of
 from rigrunner.api.steps import NONE
 from rigrunner.api.units import unit
 from rigrunner.runfile.codec import packed
+from rigrunner.runfile.digest import lines_of
 from rigrunner.runfile.elapsed import cycles_of, moment, seconds_since
 from rigrunner.runfile.parts import Zeros
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Callable, Iterable, Iterator, Mapping
     from datetime import datetime
 
     from rigrunner.api.events import Event
     from rigrunner.api.readings import Reading
-
-    _Step = tuple[str, int]
 
 _T = TypeVar("_T")
 _MAIN = "main"
@@ -32,13 +34,12 @@ ZEROED = "zeroed"
 
 def superseded(events: Iterable[Event]) -> frozenset[str]:
     """Return the names of the recordings whose point was repeated successfully."""
-    replaced, latest = set[str](), dict[tuple[str, int], str]()
+    replaced, latest = set[str](), dict[int, str]()
     for event in events:
         if isinstance(event, StepEnded) and event.ok and event.recording:
-            step = (event.step, event.index)
-            if step in latest:
-                replaced.add(latest[step])
-            latest[step] = event.recording
+            if event.index in latest:
+                replaced.add(latest[event.index])
+            latest[event.index] = event.recording
     return frozenset(replaced)
 
 
@@ -54,15 +55,21 @@ class Measured(NamedTuple):
 
     By date and time, which continue while a run is interrupted, and over a restart.
     """
+    digests: str | None = None
+    """The digests of the rows that count, one a line, where the rows themselves are not held."""
 
 
 class Attempts:
     """Collects the rows of a run from its events, which it takes one by one."""
 
-    def __init__(self) -> None:
+    def __init__(self, digest: Callable[[Measurement], str] | None = None) -> None:
+        """Hold the rows, or the `digest` of each in its place."""
+        self._digest = digest
         self._make = _Rows()
-        self._attempts: list[_Attempt] = []
-        self._counting: dict[_Step, _Attempt] = {}
+        self._held: list[Any] = []
+        # Of each attempt in order: the index of its step, which is its own among all steps of a
+        # run, the number of its first row, and whether it was completed.
+        self._steps, self._first, self._completed = array("q"), array("q"), bytearray()
 
     def take(self, event: Event) -> None:
         """Take the next event."""
@@ -72,14 +79,14 @@ class Attempts:
                 self._make.start(event)
                 # Its rows come one by one, before it is known whether it will be completed.
                 if event.action == "scan":
-                    self._add(_Attempt((event.step, event.index)))
-            case Scanned() if self._attempts:
-                self._attempts[-1].rows.append(self._make.of_point(event))
-            case StepEnded(ok=True, action="scan") if self._attempts:
-                self._attempts[-1].completed = True
-                self._count(self._attempts[-1])
+                    self._begin(event.index, completed=False)
+            case Scanned() if self._steps:
+                self._hold(self._make.of_point(event))
+            case StepEnded(ok=True, action="scan") if self._steps:
+                self._completed[-1] = True
             case StepEnded(ok=True) if row := self._make.of_step(event):
-                self._add(_Attempt((event.step, event.index), [row], completed=True))
+                self._begin(event.index, completed=True)
+                self._hold(row)
 
     def measured(self) -> Measured:
         """Return the rows, of each step those of its last completed attempt.
@@ -87,33 +94,32 @@ class Attempts:
         Of a scan without a completed attempt the points of the last one count: each of them was
         completed.
         """
-        last, timed = set(self._counting.values()), self._make.timed
-        return Measured(
-            tuple(timed(row) for each in self._counting.values() for row in each.rows),
-            tuple(timed(row) for each in self._attempts if each not in last for row in each.rows),
-            self._make.began,
-        )
+        latest: dict[int, int] = {}
+        counts = bytearray(len(self._steps))
+        for number, step in enumerate(self._steps):
+            before = latest.get(step, number)
+            if self._completed[number] or not self._completed[before]:
+                counts[before], counts[number], latest[step] = False, True, number
+        began, timed = self._make.began, self._make.timed
+        if self._digest is not None:
+            return Measured((), (), began, lines_of(self._rows(counts, which=True)))
+        counting, others = (map(timed, self._rows(counts, which=each)) for each in (True, False))
+        return Measured(tuple(counting), tuple(others), began)
 
-    def _add(self, attempt: _Attempt) -> None:
-        self._attempts.append(attempt)
-        self._count(attempt)
+    def _begin(self, step: int, *, completed: bool) -> None:
+        self._steps.append(step)
+        self._first.append(len(self._held))
+        self._completed.append(completed)
 
-    def _count(self, attempt: _Attempt) -> None:
-        """Let an attempt count, in its order, unless only an earlier one was completed."""
-        before = self._counting.get(attempt.step)
-        if attempt.completed or before is None or not before.completed:
-            # To the end: the rows stand in the order in which they were measured.
-            self._counting.pop(attempt.step, None)
-            self._counting[attempt.step] = attempt
+    def _hold(self, row: Measurement) -> None:
+        self._held.append(row if self._digest is None else self._digest(row))
 
-
-@dataclass(eq=False, slots=True)
-class _Attempt:
-    """The rows of one attempt at a step."""
-
-    step: _Step
-    rows: list[Measurement] = field(default_factory=list)
-    completed: bool = False
+    def _rows(self, counts: bytearray, *, which: bool) -> Iterator[Any]:
+        """Yield the rows of the attempts that count, or of the others, in order."""
+        ends = pairwise(chain(self._first, (len(self._held),)))
+        for (first, end), count in zip(ends, counts, strict=True):
+            if count == which:
+                yield from self._held[first:end]
 
 
 _UNKNOWN = StepStarted(seq=0, monotonic_s=0.0, utc="", step="", index=0, action="", text="")
@@ -198,7 +204,7 @@ class _Rows:
             self._common[of] = [self._once(each) for each in (units, started.limits, shown)]
         units, limits, shown = self._common[of]
         return Measurement(
-            table,
+            intern(table),
             utc,
             setpoints,
             values,

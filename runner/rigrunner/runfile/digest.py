@@ -58,6 +58,11 @@ class RecordingDigest:
         return hashlib.sha256(text.encode()).hexdigest()
 
 
-def run_digest(digests: Iterable[str]) -> str:
-    """Return the SHA-256 over digests, one a line: of recordings, then of measurements."""
-    return hashlib.sha256("".join(f"{one}\n" for one in digests).encode()).hexdigest()
+def lines_of(digests: Iterable[str]) -> str:
+    """Return digests as text, one a line."""
+    return "".join(f"{one}\n" for one in digests)
+
+
+def run_digest(recordings: Iterable[str], rows: str) -> str:
+    """Return the SHA-256 over the digests of recordings, then over the lines of measurements."""
+    return hashlib.sha256((lines_of(recordings) + rows).encode()).hexdigest()

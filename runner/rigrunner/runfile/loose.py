@@ -20,7 +20,6 @@ from rigrunner.runfile.compressed import LongText
 from rigrunner.runfile.digest import run_digest
 from rigrunner.runfile.elapsed import with_elapsed
 from rigrunner.runfile.journal import Kind, read_records, unread_bytes
-from rigrunner.runfile.measurements import measurement_digest
 from rigrunner.runfile.model import RunHeader, RunInfo, StoredRun
 from rigrunner.runfile.parts import end_of, zeros_in_force
 from rigrunner.runfile.recordings import (
@@ -263,8 +262,7 @@ def _info(
     replaced = superseded(journal.events.outline)
     counted = (one for one in found if one[0].complete and one[0].name not in replaced)
     finished = sorted(counted, key=lambda one: one[0].number)
-    rows = journal.events.measured.rows
-    digests = [measurement_digest(row, journal.format) for row in rows]
+    rows = journal.events.row_digests(journal.format)
     ended_utc, outcome, reason = journal.end()
     return RunInfo(
         path=files.path,
@@ -274,7 +272,7 @@ def _info(
         outcome=outcome,
         reason=reason,
         recording_names=tuple(facts.name for facts, _ in finished),
-        digest=run_digest([*(digest for _, digest in finished), *digests]),
+        digest=run_digest((digest for _, digest in finished), rows),
         format=journal.format,
     )
 

@@ -48,13 +48,16 @@ def read(path: Path) -> StoredRun:
         return _read(entry, sealed)
 
 
-def read_with_truth(path: Path) -> tuple[StoredRun, Truth]:
-    """Read a run with the truth of its simulator, like `read` and `read_truth`, in one pass."""
+def read_with_truth(path: Path, *, rows: bool = True) -> tuple[StoredRun, Truth]:
+    """Read a run with the truth of its simulator, like `read` and `read_truth`, in one pass.
+
+    Without `rows`, those of a sealed run are checked but not held, and so are the events of steps.
+    """
     sealed = sealed_file_of(path)
     if sealed is None:
         return read_loose(RunFolder(path)), read_truth(path)
     with _entry_of(sealed, walk=False) as entry:
-        return _read(entry, sealed), read_entry_truth(entry)
+        return _read(entry, sealed, rows=rows), read_entry_truth(entry)
 
 
 def read_without_samples(folder: Path) -> StoredRun:
@@ -127,11 +130,11 @@ def _entry_of(path: Path, *, walk: bool = True) -> Iterator[h5py.Group]:
         yield file[ENTRY]
 
 
-def _read(entry: h5py.Group, path: Path) -> StoredRun:
+def _read(entry: h5py.Group, path: Path, *, rows: bool = True) -> StoredRun:
     """Read a run, and refuse one of which anything differs from its manifest."""
     # First: it walks through the file, and so refuses what could lead us astray.
     found = _differences(entry, samples=False)
-    run = read_entry(entry, path)
+    run = read_entry(entry, path, rows=rows)
     if found:
         raise DataError(
             f"{path}: {found[0]}",

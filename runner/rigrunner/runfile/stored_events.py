@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import chain
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +11,9 @@ from rigrunner.api.events import Event, Scanned, StepEnded, StepStarted
 from rigrunner.runfile.attempts import Attempts
 from rigrunner.runfile.codec import event_from, event_record, event_unpacked
 from rigrunner.runfile.compressed import Compressed
+from rigrunner.runfile.digest import lines_of
 from rigrunner.runfile.journal import Kind
+from rigrunner.runfile.measurements import measurement_digest
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -30,11 +32,18 @@ _PIECE = 1000
 class StoredEvents(Sequence[Event]):
     """All events of a run, in order, and the rows that they measured."""
 
-    def __init__(self, events: Iterable[Event] = ()) -> None:
+    def __init__(self, events: Iterable[Event] = (), *, passed: int | None = None) -> None:
+        """Hold events and rows; or, `passed` for a version of the layout, only what checks need.
+
+        These are the outline and the digests of the rows.
+        """
+        self._is_held = passed is None
+        self._digests: str | None = None
         self._records = Compressed()
         """Each with its kind as its first byte."""
         self._latest: list[bytes] = []
-        self._attempts = Attempts()
+        digest = None if passed is None else partial(measurement_digest, version=passed)
+        self._attempts = Attempts(digest)
         self.outline: list[Event] = []
         """All but points of scans, and steps that neither record nor take a zero."""
         for each in events:
@@ -46,7 +55,8 @@ class StoredEvents(Sequence[Event]):
         if event is None:
             return None
         self._attempts.take(event)
-        self._latest.append(bytes((kind,)) + payload)
+        if self._is_held:
+            self._latest.append(bytes((kind,)) + payload)
         if len(self._latest) == _PIECE:
             self._records.add(self._latest)
             self._latest = []
@@ -65,6 +75,14 @@ class StoredEvents(Sequence[Event]):
         measured = self._attempts.measured()
         del self._attempts  # they hold more than the rows
         return measured
+
+    def row_digests(self, version: int) -> str:
+        """Return the digests of the rows that count, one a line; they are made once."""
+        if self._digests is None:
+            rows, digests = self.measured.rows, self.measured.digests
+            made = (measurement_digest(row, version) for row in rows)
+            self._digests = lines_of(made) if digests is None else digests
+        return self._digests
 
     def __len__(self) -> int:
         return len(self._records) + len(self._latest)

@@ -5,9 +5,10 @@ from __future__ import annotations
 import h5py
 import pytest
 
+from rigrunner.api.errors import DataError
 from rigrunner.api.events import Outcome, RunEnded, RunStarted, Scanned, StepEnded, StepStarted
 from rigrunner.api.limits import ValueLimit
-from rigrunner.runfile import RunWriter, read, seal
+from rigrunner.runfile import RunWriter, read, read_with_truth, seal, stored_events
 from rigrunner.runfile.attempts import superseded
 from rigrunner.runfile.stored_events import StoredEvents
 from unit.runfile.helpers_runfile import (
@@ -38,6 +39,29 @@ def written(folder, attempts, measured=()):
             )  # fmt: skip
         emit(RunEnded, outcome=Outcome.COMPLETED)
     return folder
+
+
+def test_the_rows_of_a_sealed_run_can_be_checked_without_being_held(tmp_path):
+    folder = written(tmp_path / "run", [("a", True), ("b", True)], measured=[1.0, 2.0, 3.0])
+    seal(folder)
+    whole = read(folder)
+    checked, _ = read_with_truth(folder, rows=False)
+    assert (checked.measurements, checked.superseded_measurements) == ((), ())
+    assert (checked.info, checked.outline) == (whole.info, whole.outline)
+    assert len(checked.events) == len(whole.outline) < len(whole.events)
+    # The digest of the file is over the rows: with one more it would be another.
+    seal(written(tmp_path / "other", [("a", True), ("b", True)], measured=[1.0, 2.0, 3.5]))
+    assert read_with_truth(tmp_path / "other", rows=False)[0].digest != whole.digest
+
+
+def test_a_file_with_other_rows_than_its_digest_says_is_refused_without_holding_them(
+    tmp_path, monkeypatch
+):
+    folder = written(tmp_path / "run", [("a", True)], measured=[1.0, 2.0])
+    seal(folder)
+    monkeypatch.setattr(stored_events, "measurement_digest", lambda *_, **__: 64 * "0")
+    with pytest.raises(DataError, match="SHA-256 over all differs"):
+        read_with_truth(folder, rows=False)
 
 
 @pytest.mark.parametrize("sealed", [False, True])
