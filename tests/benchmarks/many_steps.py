@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 MICRO, KILO = 1e6, 1e3
 TIME = "the record is written to the file as JSON, and read twice: for the analysis and the report"
-MEMORY = "the steps of the plan are held, and rows twice: as analysed, and as the report reads them"
+MEMORY = "the steps of the plan and the rows of the result are held"
 MOST = 10_000
 """Steps of one pass; of more there are several passes."""
 
@@ -126,7 +126,7 @@ def work() -> list[Work]:
     few, many = counted(1000), counted(3000)
     return [
         Work("bytes of run.h5 for a step", (many[0] - few[0]) / 2000, 350),
-        Work("bytes of memory for a step", (many[1] - few[1]) / 2000, 2_900),
+        Work("bytes of memory for a step", (many[1] - few[1]) / 2000, 2_500),
     ]
 
 
