@@ -107,7 +107,7 @@ class _Listed(NamedTuple):
     numbers: tuple[Member, ...]
     told: Mapping[Member, ReadingInfo]
     """Readings that are not numbers."""
-    told_units: Mapping[Member, str]
+    told_units: dict[Member, str]
     limits_of_numbers: Mapping[Member, ValueBand]
     limits_of_told: Mapping[Member, ValueBand]
     text: str
