@@ -130,6 +130,29 @@ def test_check_refuses_what_would_give_no_verdict_with_its_line(tmp_path, change
     assert re.search(r"(supply|station)\.yaml:\d+:\d+: error", called.err)
 
 
+@pytest.mark.parametrize(
+    ("volt", "entry", "wrong"),
+    [
+        ("V", "measures: temperature, accuracy: 2 mK", "got a temperature; bench.voltage is a v"),
+        ("dBm", "measures: level, accuracy: {gain: 3 %}",  # 0 dB at 0 dBm, and not 0.13 dB
+         "got a level; bench.voltage is a power level"),
+    ],
+)  # fmt: skip
+def test_an_instrument_of_another_quantity_than_its_channel_is_refused(
+    tmp_path, volt, entry, wrong
+):
+    """Its 2 mK would count as 2 mV, also where the result has no limit."""
+    instruments = f"  - {{channel: bench.voltage, serial: X, calibration: recorded, {entry}}}\n"
+    station = STATION.partition("  - {channel")[0] + instruments
+    station = re.sub(r"(voltage: [0-9.]+) V", rf"\1 {volt}", station)
+    procedure = PROCEDURE.partition("  - readings:\n      of: bench.voltage\n      statistic")[0]
+    files = written(tmp_path, ("unit: V", f"unit: {volt}"), procedure=procedure, station=station)
+    called = call("check", files[0], "--station", files[1])
+    assert called.code == 3
+    assert re.match(r".*station\.yaml:17:\d+: error: instruments\[0\]\.measures: ", called.err)
+    assert wrong in called.err
+
+
 @pytest.fixture(scope="module")
 def certified(passed, tmp_path_factory):
     """Certify the run: the letterhead and the folder of the certificate, to be read."""
