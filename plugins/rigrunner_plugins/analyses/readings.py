@@ -63,8 +63,8 @@ class Readings:
             of = run.partners[compared.name]
             partner = Partner(
                 of,
-                groups(of, names, per=compared.per, where=compared.where, table=told.table),
-                tuple(compared.per),
+                groups(of, names, per=compared.per or (), where=compared.where, table=told.table),
+                tuple(compared.per or ()),
                 partner_words(compared.name),
             )
         notes = list(self._of_another_specimen(run))

@@ -108,9 +108,9 @@ class ComparedRun(PartnerRun):
 
     name: PartnerName
     """The name used by `--partner` and in documents."""
-    per: Per = ()
-    """One value for each of these coordinates, which must be in the analysis' own `per`; if
-    omitted, one value over all."""
+    per: Per | None = None
+    """One value for each of these coordinates, which must be in the analysis' own `per`; `[]` for
+    one value over all, which is the default if that run has but one value of each."""
     where: Place = Field(default_factory=dict)
     """Use only what was measured in that run under this condition."""
 
@@ -161,7 +161,7 @@ class ReadingsSettings(Settings):
     def _fits_together(self) -> Self:
         if self.tare is not None and self.relative_to is not None:
             raise ValueError("one of 'tare' and 'relative_to' is allowed, not both")
-        if self.compared is not None and not set(self.compared.per) <= set(self.per):
+        if self.compared is not None and not set(self.compared.per or ()) <= set(self.per):
             raise ValueError("a partner run's 'per' names coordinates of the analysis' own 'per'")
         if self.minus is not None and self.divided_by is not None:
             raise ValueError("one of 'minus' and 'divided_by' is allowed, not both")
@@ -206,7 +206,7 @@ class ReadingsSettings(Settings):
         if self.compared is not None:
             key = ("tare",) if self.tare else ("relative_to",)
             needed = self.compared.needed(
-                self.compared.name, key, channels=channels, at=tuple(self.compared.per)
+                self.compared.name, key, channels=channels, at=tuple(self.compared.per or ())
             )
             partners = (needed,)
         return Requirements(channels=channels, partners=partners)
