@@ -31,7 +31,15 @@ from rigrunner.api.member import NAME
 from rigrunner.api.partners import PartnerName  # noqa: TC001  (pydantic reads it)
 from rigrunner.api.places import CoordinateKey, Place
 from rigrunner.api.settings import Difference
-from rigrunner.api.units import is_coherent, of_difference, si_symbol, with_article
+from rigrunner.api.unit_tables import LEVELS
+from rigrunner.api.units import (
+    exponents_of,
+    is_coherent,
+    kind_of,
+    of_difference,
+    si_symbol,
+    with_article,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -47,8 +55,10 @@ Statistic = Literal[
     "standard_deviation",
     "percentile",
     "slope",
+    "integral",
     "settling_time",
 ]
+_POINTS_ON_A_SCALE = {"temperature", *LEVELS}
 _KEY = TypeAdapter(CoordinateKey).json_schema()
 _VALUE = rf"{NAME}\.{NAME}(\.(mean|minimum|maximum|peak_to_peak|rms))?"
 
@@ -266,6 +276,10 @@ class ReadingsSettings(Settings):
                 message = f"{self.minus} is {with_article(other)}, and {self.of} {with_article(of)}"
                 yield ("minus",), message, "subtract quantities of one kind"
             return
+        if self.statistic == "integral" and not self.divided_by and of in _POINTS_ON_A_SCALE:
+            message = f"the integral of {with_article(of)} depends on the zero of its scale"
+            yield ("statistic",), message, "subtract another channel with 'minus'"
+            return
         named = [self.of, *([self.divided_by] if self.divided_by else [])]
         kinds = {name: unit(units[name]).dimension for name in named}
         for name, kind in kinds.items():
@@ -321,5 +335,8 @@ def si_unit(statistic: str, value: str, *, is_difference: bool = False) -> str:
         return "s"
     if statistic == "slope":
         return quotient(value, "s")
+    if statistic == "integral":
+        own, of_time = exponents_of(unit(value).dimension), exponents_of("time")
+        return si_symbol(kind_of(tuple(a + b for a, b in zip(own, of_time, strict=True))))
     assert is_coherent(unit(value)), value  # noqa: S101  (values are in SI units)
     return unit_of_errors(value) if is_difference else value
