@@ -276,6 +276,15 @@ def test_a_recording_that_is_none_is_told_and_nothing_is_left(lab, spoil, told):
     assert not list((lab / "runs").iterdir())
 
 
+def test_a_second_import_of_a_specimen_is_noted(lab):
+    """In trends and capabilities it counts as one more specimen."""
+    assert "already" not in bring_in(lab).err
+    (first,) = (lab / "runs").iterdir()
+    again = bring_in(lab)
+    assert again.code == 0
+    assert f"note: SN-17 has already been tested: run {first.name}" in again.err
+
+
 def test_only_of_a_motion_in_cycles_one_more_is_asked_for(lab):
     write_recording(lab / "b.csv", 540)
     assert "needs one cycle more" in bring_in(lab).err
