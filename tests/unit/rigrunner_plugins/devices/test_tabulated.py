@@ -114,6 +114,6 @@ def test_a_temperature_does_not_rest_at_absolute_zero():
     device.connect(1.0)
     assert [info.range_text for info in device.drives] == ["-20 to 50 °C"]
     assert device.make_safe() == {"bath": pytest.approx(253.15)}
+    device.set("bath", 303.15)
     with pytest.raises(DeviceRejectedError, match=r"no row for bath 30 °C"):
-        device.set("bath", 303.15)
         device.read(["resistance"])
