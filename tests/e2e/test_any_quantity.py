@@ -8,6 +8,7 @@ import re
 import shutil
 from math import sqrt
 
+import numpy as np
 import pytest
 
 from helpers_any_quantity import PROCEDURE, STATION, written
@@ -24,8 +25,8 @@ K_RECTANGLE = 0.95 * sqrt(3)
 """Of one rectangular error: the middle 95 % of it."""
 
 
-def run(folder, *changes, code=0, procedure=PROCEDURE):
-    procedure_file, station = written(folder, *changes, procedure=procedure)
+def run(folder, *changes, code=0, procedure=PROCEDURE, station=STATION):
+    procedure_file, station = written(folder, *changes, procedure=procedure, station=station)
     called = call("run", procedure_file, "--station", station, "--unattended", "--runs",
                   folder / "runs")  # fmt: skip
     assert called.code == code, called.err
@@ -128,6 +129,29 @@ def test_check_refuses_what_would_give_no_verdict_with_its_line(tmp_path, change
     assert words in called.err
     assert hint in called.err
     assert re.search(r"(supply|station)\.yaml:\d+:\d+: error", called.err)
+
+
+@pytest.mark.parametrize(
+    ("volt", "entry", "wrong"),
+    [
+        ("V", "measures: temperature, accuracy: 2 mK", "got a temperature; bench.voltage is a v"),
+        ("dBm", "measures: level, accuracy: {gain: 3 %}",  # 0 dB at 0 dBm, and not 0.13 dB
+         "got a level; bench.voltage is a power level"),
+    ],
+)  # fmt: skip
+def test_an_instrument_of_another_quantity_than_its_channel_is_refused(
+    tmp_path, volt, entry, wrong
+):
+    """Its 2 mK would count as 2 mV, also where the result has no limit."""
+    instruments = f"  - {{channel: bench.voltage, serial: X, calibration: recorded, {entry}}}\n"
+    station = STATION.partition("  - {channel")[0] + instruments
+    station = re.sub(r"(voltage: [0-9.]+) V", rf"\1 {volt}", station)
+    procedure = PROCEDURE.partition("  - readings:\n      of: bench.voltage\n      statistic")[0]
+    files = written(tmp_path, ("unit: V", f"unit: {volt}"), procedure=procedure, station=station)
+    called = call("check", files[0], "--station", files[1])
+    assert called.code == 3
+    assert re.match(r".*station\.yaml:17:\d+: error: instruments\[0\]\.measures: ", called.err)
+    assert wrong in called.err
 
 
 @pytest.fixture(scope="module")
@@ -424,3 +448,65 @@ def test_a_slope_in_volts_per_ampere_is_no_statistic_of_readings_and_check_says_
     called = call("check", file, "--station", station)
     assert called.code == 3
     assert "a slope over a channel or set-point is a result of the analysis 'curve'" in called.err
+
+
+LEAK = """\
+rigrunner: station/1
+id: leak
+title: A chamber with a leak
+devices:
+  chamber:
+    type: chamber
+    plugin: tabulated
+    settings:
+      title: a chamber, written down
+      set_points: [reading]
+      rows:
+        - {reading: 1 1, pressure: 3.000 bar, temperature: 20.0 °C}
+        - {reading: 2 1, pressure: 3.002 bar, temperature: 20.5 °C}
+        - {reading: 3 1, pressure: 3.005 bar, temperature: 21.1 °C}
+        - {reading: 4 1, pressure: 3.006 bar, temperature: 21.4 °C}
+"""
+DECAY = """\
+rigrunner: procedure/2
+id: LEAK
+revision: "A"
+title: Leak rate by pressure decay, at 20 °C
+uses: {chamber: chamber}
+main:
+  - sweep:
+      set: chamber.reading
+      over: [1 1, 2 1, 3 1, 4 1]
+      steps:
+        - wait: {time: 5 min}
+        - measure: {channels: [chamber.pressure, chamber.temperature]}
+analysis:
+  - equation:
+      result: {name: p_20, unit: Pa}
+      model: p_20 = p * (t_20 - t_0) / (t - t_0)
+      inputs: {p: chamber.pressure, t: chamber.temperature}
+      constants: {t_20: 20 °C, t_0: -273.15 °C}
+      per: elapsed
+  - curve:
+      of: p_20
+      over: elapsed
+      fit: {polynomial: {degree: 1}}
+      results: {slope: {name: decay, unit: Pa/s}}
+  - equation:
+      result: {name: leak, unit: mbar·L/s}
+      model: leak = -V * dp
+      inputs: {dp: decay}
+      constants: {V: 50 L}
+"""
+
+
+def test_a_leak_rate_by_a_fit_over_time_of_a_pressure_that_an_equation_corrects(tmp_path):
+    _, found = run(tmp_path, procedure=DECAY, station=LEAK)
+    *corrected, decay, leak = document(found)["results"]
+    times = [each["coordinates"]["elapsed"]["value"] for each in corrected]
+    assert np.diff(times) == pytest.approx(300, abs=1)
+    kelvin = np.array([20.0, 20.5, 21.1, 21.4]) + 273.15
+    pressures = np.array([3.000, 3.002, 3.005, 3.006]) * 1e5 * 293.15 / kelvin
+    slope = np.polyfit(times, pressures, 1)[0]
+    assert decay["estimate"]["value"] == pytest.approx(slope, rel=1e-6)
+    assert leak["estimate"]["value"] == pytest.approx(-slope * 0.05 * 10, rel=1e-6)

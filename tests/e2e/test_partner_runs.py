@@ -236,3 +236,18 @@ def test_a_tare_needs_no_python(lab):
     results = document(ran(lab, "tared"))["results"]
     u = sqrt(2) * 0.005 / sqrt(3)
     assert results[0]["estimate"]["standard_uncertainty"] == pytest.approx(u, rel=1e-6)
+
+
+def test_a_tare_of_several_places_is_not_averaged_unless_told(lab):
+    """A through connection at nine frequencies: its mean was subtracted at each of them."""
+    dark, tared = (lab / f"{name}.yaml" for name in ("dark", "tared"))
+    dark.write_text(DARK.replace("[0 A]", "[1 A, 2 A]"), encoding="utf-8")
+    ran(lab, "dark")
+    refused = on(lab, "check", "tared")
+    assert refused.code == 3
+    assert "analysis[0].readings.tare: there is no dark run" in refused.err
+    assert "it has 2 values of diode.lamp: write 'per: diode.lamp'" in refused.err
+    for per, differences in (("diode.lamp", [0.0, 0.0]), ("[]", [-0.75, 0.75])):
+        tared.write_text(TARED.replace("{name: dark", f"{{per: {per}, name: dark"), "utf-8")
+        results = document(ran(lab, "tared"))["results"]
+        assert [each["estimate"]["value"] for each in results] == pytest.approx(differences)

@@ -14,13 +14,16 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api import DataError
 from rigrunner.api.member import channel_of
-from rigrunner.api.places import SAME
+from rigrunner.api.places import SAME, is_at
+from rigrunner_plugins.analyses.sources import parts
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from rigrunner.api import Component, RunData
     from rigrunner.api.coordinates import CoordinateValue
+    from rigrunner.api.planned import PlannedRun
+    from rigrunner_plugins.analyses.settings import ReadingsSettings
     from rigrunner_plugins.analyses.sources import Group
 
 
@@ -50,6 +53,26 @@ class Partner:
             for name, channel in channels.items()
             if ours.get(channel) is None or theirs.get(channel) != ours[channel]
         }
+
+
+def partner_problems(settings: ReadingsSettings, _: PlannedRun, partner: RunData) -> Iterator[str]:
+    """Yield why a run cannot be subtracted or divided by: it would be a mean over several places.
+
+    Such as of a reading without a filter at each frequency, where that at one is meant.
+    """
+    compared = settings.compared
+    if compared is None or compared.per is not None:
+        return
+    names = [settings.of, *([settings.other] if settings.other else [])]
+    measured = parts(partner, names, settings.table)
+    places = [each.place for each in measured if is_at(compared.where, each.place)]
+    for name in settings.per:
+        count = len({place[name].usual for place in places if name in place})
+        if count > 1:
+            yield (
+                f"it has {count} values of {name}: write 'per: {name}' for the one at each, or"
+                " 'per: []' for one over all"
+            )
 
 
 def joined(

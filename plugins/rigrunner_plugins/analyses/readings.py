@@ -24,7 +24,12 @@ from rigrunner.signal.uncertainty import combine
 from rigrunner_plugins.analyses.partner import Partner, joined
 from rigrunner_plugins.analyses.settings import quotient, si_unit, unit_of_errors
 from rigrunner_plugins.analyses.sources import groups
-from rigrunner_plugins.analyses.statistics import STATISTICS, percentile, settling_time
+from rigrunner_plugins.analyses.statistics import (
+    STATISTICS,
+    percentile,
+    settling_time,
+    why_no_integral,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -63,8 +68,8 @@ class Readings:
             of = run.partners[compared.name]
             partner = Partner(
                 of,
-                groups(of, names, per=compared.per, where=compared.where, table=told.table),
-                tuple(compared.per),
+                groups(of, names, per=compared.per or (), where=compared.where, table=told.table),
+                tuple(compared.per or ()),
                 partner_words(compared.name),
             )
         notes = list(self._of_another_specimen(run))
@@ -198,6 +203,10 @@ class Readings:
         told, measured = self.settings, [group]
         if partner is not None:
             measured.append(partner.at(group))
+        if told.statistic == "integral":
+            found = (why_no_integral(each.series(each.times_s)) for each in measured)
+            if why := next(filter(None, found), ""):
+                return why
         below = told.divided_by
         if below is not None and not all(each.values[below].all() for each in measured):
             return f"{below} is 0, and nothing can be divided by it"

@@ -30,6 +30,7 @@ def rigrunner_analyses() -> list[AnalysisRecord]:
             yields=_yields,
             requires=_requires,
             objections=_objections,
+            partner_problems=Imported("rigrunner_plugins.analyses.partner:partner_problems"),
             trial={
                 "of": "meter.voltage",
                 "per": ["load.current"],

@@ -31,7 +31,15 @@ from rigrunner.api.member import NAME
 from rigrunner.api.partners import PartnerName  # noqa: TC001  (pydantic reads it)
 from rigrunner.api.places import CoordinateKey, Place
 from rigrunner.api.settings import Difference
-from rigrunner.api.units import is_coherent, of_difference, si_symbol, with_article
+from rigrunner.api.unit_tables import LEVELS
+from rigrunner.api.units import (
+    exponents_of,
+    is_coherent,
+    kind_of,
+    of_difference,
+    si_symbol,
+    with_article,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -47,8 +55,10 @@ Statistic = Literal[
     "standard_deviation",
     "percentile",
     "slope",
+    "integral",
     "settling_time",
 ]
+_POINTS_ON_A_SCALE = {"temperature", *LEVELS}
 _KEY = TypeAdapter(CoordinateKey).json_schema()
 _VALUE = rf"{NAME}\.{NAME}(\.(mean|minimum|maximum|peak_to_peak|rms))?"
 
@@ -108,9 +118,9 @@ class ComparedRun(PartnerRun):
 
     name: PartnerName
     """The name used by `--partner` and in documents."""
-    per: Per = ()
-    """One value for each of these coordinates, which must be in the analysis' own `per`; if
-    omitted, one value over all."""
+    per: Per | None = None
+    """One value for each of these coordinates, which must be in the analysis' own `per`; `[]` for
+    one value over all, which is the default if that run has but one value of each."""
     where: Place = Field(default_factory=dict)
     """Use only what was measured in that run under this condition."""
 
@@ -161,7 +171,7 @@ class ReadingsSettings(Settings):
     def _fits_together(self) -> Self:
         if self.tare is not None and self.relative_to is not None:
             raise ValueError("one of 'tare' and 'relative_to' is allowed, not both")
-        if self.compared is not None and not set(self.compared.per) <= set(self.per):
+        if self.compared is not None and not set(self.compared.per or ()) <= set(self.per):
             raise ValueError("a partner run's 'per' names coordinates of the analysis' own 'per'")
         if self.minus is not None and self.divided_by is not None:
             raise ValueError("one of 'minus' and 'divided_by' is allowed, not both")
@@ -206,7 +216,7 @@ class ReadingsSettings(Settings):
         if self.compared is not None:
             key = ("tare",) if self.tare else ("relative_to",)
             needed = self.compared.needed(
-                self.compared.name, key, channels=channels, at=tuple(self.compared.per)
+                self.compared.name, key, channels=channels, at=tuple(self.compared.per or ())
             )
             partners = (needed,)
         return Requirements(channels=channels, partners=partners)
@@ -266,6 +276,10 @@ class ReadingsSettings(Settings):
                 message = f"{self.minus} is {with_article(other)}, and {self.of} {with_article(of)}"
                 yield ("minus",), message, "subtract quantities of one kind"
             return
+        if self.statistic == "integral" and not self.divided_by and of in _POINTS_ON_A_SCALE:
+            message = f"the integral of {with_article(of)} depends on the zero of its scale"
+            yield ("statistic",), message, "subtract another channel with 'minus'"
+            return
         named = [self.of, *([self.divided_by] if self.divided_by else [])]
         kinds = {name: unit(units[name]).dimension for name in named}
         for name, kind in kinds.items():
@@ -321,5 +335,8 @@ def si_unit(statistic: str, value: str, *, is_difference: bool = False) -> str:
         return "s"
     if statistic == "slope":
         return quotient(value, "s")
+    if statistic == "integral":
+        own, of_time = exponents_of(unit(value).dimension), exponents_of("time")
+        return si_symbol(kind_of(tuple(a + b for a, b in zip(own, of_time, strict=True))))
     assert is_coherent(unit(value)), value  # noqa: S101  (values are in SI units)
     return unit_of_errors(value) if is_difference else value

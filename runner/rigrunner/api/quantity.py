@@ -16,6 +16,7 @@ from rigrunner.api.units import (
     QuantityError,
     clip,
     find_unit,
+    from_si,
     spellings_of,
     unit,
     units_of,
@@ -110,8 +111,11 @@ def readable(si: float, dimension: str) -> Quantity:
 def legible(si: float, symbol: str) -> str:
     """Return an SI value as text, in a smaller or larger unit where its number has an exponent.
 
-    '450 nm' of 4.5e-07 in 'm'; 24.5 in 'N' stays '24.5 N'.
+    '450 nm' of 4.5e-07 in 'm'; 24.5 in 'N' stays '24.5 N'. A temperature, not a difference, is in
+    °C, as people write it.
     """
+    if symbol == "K":
+        return f"{from_si(si, '°C'):.6g} °C"
     text = f"{si:.6g}"
     if symbol and "e" in text:
         for known in usual_and_prefixed(symbol):

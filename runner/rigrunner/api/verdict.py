@@ -244,14 +244,16 @@ class LimitDecision:
     def badness(self) -> tuple[int, float, float]:
         """Sort key of the limits of a run; the deciding one comes first.
 
-        Verdict, probability and, if this is nearly 1 for several, the distance from the limit in
-        standard uncertainties.
+        Verdict, probability and, if this is nearly 1 or nearly 0 for several, the distance from the
+        limit in standard uncertainties.
         """
         found, within = self.result, -inf
         if found is not None and found.u > 0:
             within = self.limits.margin(found.value) / found.u
-        # Where it is not known, the limit comes before those with a known probability.
-        probability = self.probability if isfinite(self.probability) else -inf
+        # Where it is not known, the limit comes before those with a known probability. Beyond what
+        # is printed only the tails of two distributions differ, and the last digits of a computer.
+        known = min(max(self.probability, 1 - CERTAIN), CERTAIN)
+        probability = known if isfinite(self.probability) else -inf
         return WORST_FIRST.index(self.verdict), probability, within
 
 

@@ -61,8 +61,11 @@ def converse(jog: Jog, stop: SignalStop) -> None:
 def show_values(jog: Jog, values: Mapping[str, float]) -> None:
     """Print values with their units, and which are relative to a zero."""
     for name, value in values.items():
-        zeroed = "  (less its zero)" if name in jog.zeros else ""
-        result(f"{name} {legible(value, jog.channels[name].unit)}{zeroed}")
+        symbol = jog.channels[name].unit
+        if name in jog.zeros:  # a difference, also of two temperatures
+            result(f"{name} {value:.6g} {symbol}  (less its zero)")
+        else:
+            result(f"{name} {legible(value, symbol)}")
 
 
 def show_set(jog: Jog, drive: str, actual: float) -> None:

@@ -15,7 +15,7 @@ from rigrunner.api.coordinates import CoordinateValue
 from rigrunner.api.errors import PluginError, did_you_mean
 from rigrunner.api.fit_choice import FitChoice
 from rigrunner.api.member import channel_of
-from rigrunner.api.units import unit, with_article
+from rigrunner.api.units import of_difference, unit, with_article
 from rigrunner.plan.limits import objections_to_limit
 from rigrunner.plan.measured import all_measured, has_all, where_of
 from rigrunner.procedure.named_results import all_named, definitions_of
@@ -298,18 +298,30 @@ class _Use:
             return 0  # told by the check of the plugins
 
     def check_register(self, station: LoadedStation, limited: set[str]) -> None:
-        """Add a problem for a channel that enters a result with a limit without an instrument.
+        """Add a problem for an instrument of another quantity than its channel.
 
-        A set-point that is not in the register counts as exact.
+        Its limits of error, such as 0.1 K, would be taken in the unit of the channel. So for a
+        channel without an instrument that enters a result with a limit. A set-point that is not in
+        the register counts as exact.
         """
-        register = {each.channel for each in station.model.instruments}
-        read = frozenset[str]().union(*(each.units.keys() for each in self.measured))
+        register = {each.channel: at for at, each in enumerate(station.model.instruments)}
+        units = {name: of for each in self.measured for name, of in each.units.items()}
         for each in self.needed:
-            result = next((name for name in each.enters if name in limited), None)
-            if result is None or each.name not in read:
+            if each.name not in units:
                 continue
-            channel = channel_of(each.name)
+            channel, read = channel_of(each.name), unit(units[each.name]).dimension
             if channel in register:
+                at = register[channel]
+                measures = station.model.instruments[at].quantity
+                is_spread = channel != each.name and read == of_difference(measures)
+                if read != measures and not is_spread:
+                    message = f"got {with_article(measures)}; {channel} is {with_article(read)}"
+                    hint = f"write 'measures: {read}', and its accuracy as of {with_article(read)}"
+                    path: Path = ("instruments", at, "measures")
+                    self.problems.add(station.document, path, message, hint)
+                continue
+            result = next((name for name in each.enters if name in limited), None)
+            if result is None:
                 continue
             message = f"{channel} enters the result '{result}', which has a limit: there is no "
             hint = "enter its accuracy: {channel: " + channel + ", measures: ..., accuracy: ...}"

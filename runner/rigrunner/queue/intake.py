@@ -8,7 +8,7 @@ import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from rigrunner.api.errors import DataError, Location, Problem, UsageError
+from rigrunner.api.errors import DataError, Location, Problem, UsageError, did_you_mean
 from rigrunner.procedure.answers import AnswerError
 from rigrunner.queue.entries import SPECIMEN
 
@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
     from rigrunner.procedure import Input
 
+_NEARLY = 0.8
+"""Similarity of a misspelt name of a column."""
 MOST_LINES = 1000
 LONGEST_LINE = 2000
 DELIMITERS = ("\t", ";", ",")
@@ -125,8 +127,12 @@ def _header(line: str, asked: Mapping[str, Input]) -> tuple[list[str], str]:
 def _refuse_table(lines: list[str], asked: Mapping[str, Input]) -> None:
     """Raise UsageError if the lines are rows of a table: its columns are not known.
 
-    A serial number may have a comma or a semicolon, so it takes two rows to tell.
+    A serial number may have a comma or a semicolon, so it takes two rows to tell. A first line that
+    is nearly the name of the input, without a digit, is a misspelt name of the only column.
     """
+    first, key = lines[0].strip().casefold(), _key(asked)
+    if not re.search("[0-9]", first) and (hint := did_you_mean(first, [key], cutoff=_NEARLY)):
+        raise UsageError(f"got '{lines[0].strip()}' as the first line", hint=hint)
     for delimiter in DELIMITERS:
         counts = {line.count(delimiter) + 1 for line in lines}
         columns = max(counts)

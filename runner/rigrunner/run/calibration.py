@@ -109,7 +109,8 @@ class _Register:
             return
         if each.calibration is not None and not simulated:
             plugin, _ = self._source(each.channel)
-            message = f"{_named(each)} is entered as {each.calibration}, but '{plugin}' is a device"
+            message = f"{_named(each)} is entered as {each.calibration}, but what '{plugin}' gives"
+            message += " was measured"
             hint = "enter its certificate and due in place of calibration"
             yield self._entered(Lack.MISSING, each, "calibration", message, hint)
         elif each.calibration is None and not simulated:

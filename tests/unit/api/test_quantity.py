@@ -341,6 +341,7 @@ def test_the_factor_of_a_quotient_is_that_of_its_parts(above, below):
         (1e-6, "", "1e-06"),
         (5e-12, "H", "5e-12 H"),
         (float("nan"), "V", "nan V"),
+        (673.15, "K", "400 °C"),
     ],
 )
 def test_a_number_with_an_exponent_is_given_in_another_unit(si, symbol, text):
@@ -353,3 +354,8 @@ def test_a_number_with_an_exponent_is_given_in_another_unit(si, symbol, text):
 )
 def test_the_range_of_a_drive_in_words(low, high, text):
     assert DriveInfo("x", "m", "X", low, high).range_text == text
+
+
+def test_the_range_of_a_temperature_is_in_the_unit_of_people():
+    """'500 °C is out of range (0 to 673.15 K)' compares what nobody can compare at sight."""
+    assert DriveInfo("x", "K", "X", 273.15, 673.15).range_text == "0 to 400 °C"

@@ -17,14 +17,14 @@ from rigrunner.api.verdict import (
 )
 
 
-def part(of, verdict, probability=0.5, raw=Verdict.PASS):
+def part(of, verdict, probability=0.5, raw=Verdict.PASS, value=0.9):
     return LimitDecision(
         of=of,
         verdict=verdict,
         reason=f"It is {of}.",
         limits=Limits(-inf, 1.0),
         source="a drawing",
-        result=Estimate(0.9, 0.1),
+        result=Estimate(value, 0.1),
         probability=probability,
         uncompensated=raw,
     )
@@ -52,6 +52,19 @@ def test_the_worst_limit_decides():
 def test_among_equal_verdicts_the_least_probable_decides(first, second, of):
     found = decided(part("a", Verdict.FAIL, first), part("b", Verdict.FAIL, second))
     assert found.deciding.of == of
+
+
+@pytest.mark.parametrize(
+    ("verdict", "other", "worst"),
+    [
+        (Verdict.PASS, (0.1, 0.9999999999999987), (0.5, 1.0)),
+        (Verdict.FAIL, (1.5, 0.0), (1.9, 4e-16)),
+    ],
+)
+def test_the_rounding_of_a_probability_does_not_decide_which_is_the_worst(verdict, other, worst):
+    """A thermocouple: 1.01 K was called the worst of 1.20 K and 1.01 K, with a limit of 1.5 K."""
+    values = [part(str(value), verdict, p, value=value) for value, p in (other, worst)]
+    assert decided(*values).deciding.result.value == worst[0]
 
 
 def test_the_reason_of_the_only_mean_needs_no_name():

@@ -26,7 +26,8 @@ KEYS = "known keys: "
 LIMIT = "acceptance.limits[0]"
 CASES = [
     ("procedure/2", "procedure/3", "procedure/3", "rigrunner",
-     "got 'procedure/3', expected 'procedure/2'", "did you mean 'procedure/2'?"),
+     "got 'procedure/3', expected 'procedure/2'",
+     "a newer version of the language needs a newer Rigrunner"),
     ("procedure/2", "procedure/1", "procedure/1", "rigrunner",
      "got 'procedure/1', an older form of the language, expected 'procedure/2'",
      "type 'rigrunner upgrade p.yaml'"),

@@ -327,6 +327,7 @@ def test_every_line_that_is_not_accepted_is_named():
         ("specimen,type\n", "a header and no specimen"),
         ("x\n" * 1001, "1001 lines, expected at most 1000"),
         ("No;specimen;Type\n1;SN-1;GE20\n", "got the column 'No'"),
+        ("Specimn\nSN-1\nSN-2\n", "got 'Specimn' as the first line"),
         ("SN-1\tGE20\t22\n", "the list has 3 columns without names"),
         ("SN-1;GE20\nSN-2;GE20\n", "the list has 2 columns without names"),
     ],

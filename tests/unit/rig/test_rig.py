@@ -302,7 +302,7 @@ def test_drive_without_read_back_is_not_safe():
     device = FakeTester()
     device.drives = (*DRIVES, DriveInfo("heater", "K", "heater", 0.0, 500.0, safe_value=293.15))
     (report,) = rig_of(device).make_safe()
-    assert report.problems == ("heater reads back nothing, safe is 293.15 K",)
+    assert report.problems == ("heater reads back nothing, safe is 20 °C",)
 
 
 def test_interrupt_while_making_safe_begins_it_anew():

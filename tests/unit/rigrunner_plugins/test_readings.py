@@ -455,6 +455,50 @@ def test_slope_of_rows_over_time_as_a_straight_line_fit_has_it() -> None:
     assert found.estimate.dof == pytest.approx(3, rel=1e-6)
 
 
+def test_the_integral_of_rows_is_that_of_the_lines_between_them() -> None:
+    at, values = (0, 1, 3, 4, 7), [1.0, 1.2, 1.5, 1.55, 0.9]
+    rows = [row(second, 1.0, meter__voltage=v) for second, v in zip(at, values, strict=True)]
+    each = meter(accuracy={"overall": "30 mV", "gain": "0.3 %", "offset": "12 mV"})
+    found = only(run_of(*rows, instruments=[each]), "mV·min", statistic="integral")
+    area = float(np.trapezoid(values, at))
+    assert found.estimate.value == pytest.approx(1e3 / 60 * area)
+    scatter, reading, gain, offset = (1e-3 * 60 * line.u for line in found.components)
+    # all in V·s; a reading may err one way at each row, as the offset does
+    limits = (7 * 0.03, 0.003 * area, 7 * 0.012)
+    assert (reading, gain, offset) == pytest.approx([each / sqrt(3) for each in limits])
+    off = [1.2 - (2 * 1.0 + 1.5) / 3, 1.5 - (1.2 + 2 * 1.55) / 3, 1.55 - (3 * 1.5 + 0.9) / 4]
+    squares = [1 + 4 / 9 + 1 / 9, 1 + 1 / 9 + 4 / 9, 1 + 9 / 16 + 1 / 16]
+    s = sqrt(np.mean([d**2 / of for d, of in zip(off, squares, strict=True)]))
+    assert scatter == pytest.approx(s * np.linalg.norm([0.5, 1.5, 1.5, 2.0, 1.5]))
+    assert found.components[0].dof == pytest.approx(18 / 35 * 3)
+
+
+def test_the_interval_of_an_integral_holds_while_the_value_changes() -> None:
+    rng, times = np.random.default_rng(3), np.sort(np.random.default_rng(4).uniform(0, 10, 60))
+    values = 5 * np.exp(-times / 4)
+    true = float(np.trapezoid(values, times))
+    noisy = (Series(values + rng.normal(0, 0.1, 60), times, in_a_row=False) for _ in range(400))
+    inside, unknown = held(STATISTICS["integral"], true, noisy)
+    assert not unknown
+    assert 368 <= inside <= 392
+
+
+@pytest.mark.parametrize("seconds", [(0, 1, 2, 30, 31), (0, 1, 20), (0, 20, 21)])
+def test_what_was_not_read_is_in_no_integral(seconds) -> None:
+    """A run that was interrupted, or the time between two recordings."""
+    rows = [row(second, 1.0, meter__voltage=1.0) for second in seconds]
+    (missing,) = analysed(run_of(*rows), "V·s", statistic="integral").missing
+    assert "nothing was read for" in missing.why
+    (alone,) = analysed(run_of(rows[0]), "V·s", statistic="integral").missing
+    assert alone.why == "one value has no integral over time"
+
+
+def test_reading_ever_less_often_is_no_interruption() -> None:
+    rows = [row(second, 1.0, meter__voltage=1.0) for second in (0, 1, 3, 8, 20, 50)]
+    found = only(run_of(*rows), "V·s", statistic="integral")
+    assert found.estimate.value == pytest.approx(50.0)
+
+
 def test_settling_time() -> None:
     times = np.arange(500) / 100.0
     run = run_of(recordings=[recorded(5 * (1 - np.exp(-times / 0.5)))])
@@ -497,6 +541,12 @@ REFUSED = [
         {**LEVEL, "relative_to": {"procedure": "P"}},
         ("relative_to",),
         "in.level is a power level, a logarithm",
+    ),
+    ({"statistic": "integral"}, ("result", "unit"), "the integral is a magnetic flux"),
+    (
+        {"of": "room.temperature", "statistic": "integral", "result": {"name": "x", "unit": "K·s"}},
+        ("statistic",),
+        "the integral of a temperature depends on the zero of its scale",
     ),
     ({**LEVEL, "statistic": "rms"}, ("statistic",), "in.level is a power level, a logarithm"),
     ({**LEVEL, "of": "in.level.rms"}, ("of",), "in.level.rms is a power level, a logarithm"),

@@ -111,7 +111,8 @@ CASES = {
     ),
     "said to be simulated": (
         ("    due: 2026-06-01\n    full_scale", "    calibration: simulated\n    full_scale"),
-        "missing", "TQ-7 (tester.torque) is entered as simulated, but 'bench_tester' is a device",
+        "missing",
+        "TQ-7 (tester.torque) is entered as simulated, but what 'bench_tester' gives was measured",
         "instruments[0].calibration",
     ),
     "calibrated tomorrow": (

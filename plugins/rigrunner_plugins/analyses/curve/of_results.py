@@ -102,8 +102,8 @@ def _source(
         places=tuple(each[0].coordinates for each in points),
         counts=(0,) * len(values.asked),
         errors={},
-        of_zeros=(),
-        exact=tuple(name for name in names if name not in {*settings.x_results, *run.instruments}),
+of_zeros=(),
+        exact=tuple(name for name in names if "." in name and name not in run.instruments),
         lines=lines,
         left_out=left_out,
     )

@@ -255,7 +255,9 @@ class CurveSettings(Settings):
     @property
     def x_results(self) -> tuple[str, ...]:
         """The x that are results of other analyses."""
-        return tuple(name for name in self.over.values() if self.is_of_results and "." not in name)
+        of_run = {"elapsed", "cycles"}  # every row and recording has them
+        names = (name for name in self.over.values() if "." not in name and name not in of_run)
+        return tuple(names) if self.is_of_results else ()
 
     def at(self, value: ValueAt) -> Mapping[str, Quantity]:
         """Return the x of a value by the names of the regressors."""

@@ -45,7 +45,7 @@ class Tabulated:
 
     @property
     def drives(self) -> Sequence[DriveInfo]:
-        """The set-points, each from 0 or its least to its greatest value in the table."""
+        """The set-points, each from 0 (not of a temperature) or its least to its greatest value."""
         return self._drives.infos
 
     def connect(self, timeout_s: float) -> Identity:  # noqa: ARG002  (nobody has to be waited for)
@@ -58,7 +58,7 @@ class Tabulated:
         self._connected = False
 
     def make_safe(self) -> Mapping[str, float]:
-        """Set all set-points to zero."""
+        """Set all set-points to zero, a temperature to its least."""
         return self._drives.make_safe()
 
     def set(self, drive: str, value: float) -> None:
@@ -110,11 +110,14 @@ class Tabulated:
 
 def _drive(settings: TabulatedSettings, name: str) -> DriveInfo:
     values = [row[name].si for row in settings.rows]
+    # Nothing rests at the zero of temperature.
+    rest = min(values) if settings.unit(name) == "K" else 0.0
     return DriveInfo(
         name=name,
         unit=settings.unit(name),
         long_name=name.capitalize(),
-        minimum=min(0.0, *values),
-        maximum=max(0.0, *values),
+        minimum=min(rest, *values),
+        maximum=max(rest, *values),
+        safe_value=rest,
         sets_cycle_frequency=name == settings.cycle_frequency,
     )

@@ -45,6 +45,7 @@ def command(
     from rigrunner.cli.finishing import tell_finished
     from rigrunner.cli.output import message
     from rigrunner.cli.progress import shown_progress
+    from rigrunner.queue import SPECIMEN, tested_before
     from rigrunner.registry import load_registry
     from rigrunner.run.locate import find_station
     from rigrunner.run.overrides import overrides_for
@@ -64,6 +65,9 @@ def command(
     chosen |= partners_after_for(planned, runs, after, planned.clock.utc())
     if planned.approval.is_draft:
         message(f"{planned.procedure.model.id} is a {planned.approval.sentence()}")
+    specimens = [checked.matched.inputs.get(SPECIMEN, "")]
+    for note in tested_before(runs, planned.procedure.model.id, specimens).values():
+        message(f"note: {note}")
     with shown_progress() as progress:
         finished = import_run(
             checked,

@@ -182,11 +182,16 @@ class _Import:
         samples: dict[str, Array] = {member: read.columns[member] for member in members}
         length_s = len(samples[members[0]]) / read.rate_hz
         if length_s < action.duration_s * (1 - _LITTLE):
+            beginning = (
+                "; a recording may begin anywhere in a cycle, so it needs one cycle more than is"
+                " counted"
+                if action.cycle_frequency_hz
+                else ""
+            )
             raise DataError(
                 f"the recording is only {length_s:.6g} s long; asked for is: {step.text}",
                 location=Location(str(self._checked.mapping.file(entry.file))),
-                hint="use a procedure that matches the recording; a recording may begin anywhere"
-                " in a cycle, so it needs one cycle more than is counted",
+                hint="use a procedure that matches the recording" + beginning,
             )
         values, units = _conditions(conditions, read)
         known = {*values, *action.statistics}

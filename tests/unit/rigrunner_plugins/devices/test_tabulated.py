@@ -106,3 +106,14 @@ def test_a_set_point_can_be_the_frequency_of_a_motion():
 def test_what_is_no_table_is_refused(changes, words):
     with pytest.raises(PluginError, match=words):
         made(**changes)
+
+
+def test_a_temperature_does_not_rest_at_absolute_zero():
+    rows = [{"bath": f"{celsius} °C", "resistance": "100 Ω"} for celsius in (-20, 50)]
+    device = made(set_points=["bath"], rows=rows)
+    device.connect(1.0)
+    assert [info.range_text for info in device.drives] == ["-20 to 50 °C"]
+    assert device.make_safe() == {"bath": pytest.approx(253.15)}
+    device.set("bath", 303.15)
+    with pytest.raises(DeviceRejectedError, match=r"no row for bath 30 °C"):
+        device.read(["resistance"])

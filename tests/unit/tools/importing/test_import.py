@@ -276,6 +276,29 @@ def test_a_recording_that_is_none_is_told_and_nothing_is_left(lab, spoil, told):
     assert not list((lab / "runs").iterdir())
 
 
+def test_a_second_import_of_a_specimen_is_noted(lab):
+    """In trends and capabilities it counts as one more specimen."""
+    assert "already" not in bring_in(lab).err
+    (first,) = (lab / "runs").iterdir()
+    again = bring_in(lab)
+    assert again.code == 0
+    assert f"note: SN-17 has already been tested: run {first.name}" in again.err
+
+
+def test_only_of_a_motion_in_cycles_one_more_is_asked_for(lab):
+    write_recording(lab / "b.csv", 540)
+    assert "needs one cycle more" in bring_in(lab).err
+    for name, old, new in (
+        ("bench.yaml", ", sets_cycle_frequency: yes", ""),
+        ("short.yaml", "cycles: 10", "duration: 1 s"),
+    ):
+        text = (lab / name).read_text(encoding="utf-8")
+        (lab / name).write_text(text.replace(old, new), encoding="utf-8")
+    refused = bring_in(lab).err
+    assert "asked for is: Record" in refused
+    assert "one cycle more" not in refused
+
+
 def test_a_gap_in_the_times_is_told_with_its_sample(lab):
     change = ("{rate: 1 kHz}", "{time: {column: Time, unit: s}}")
     lines = (lab / "b.csv").read_text().splitlines(keepends=True)
