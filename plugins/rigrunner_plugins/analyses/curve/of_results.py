@@ -102,7 +102,7 @@ def _source(
         places=tuple(each[0].coordinates for each in points),
         counts=(0,) * len(values.asked),
         errors={},
-of_zeros=(),
+        of_zeros=(),
         exact=tuple(name for name in names if "." in name and name not in run.instruments),
         lines=lines,
         left_out=left_out,
