@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import threading
+import time
 from collections import defaultdict
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Self
@@ -39,6 +40,7 @@ class Recorder:
         self._present = self._lines[""]
         self._seconds: dict[str, float] = defaultdict(float)
         self._fixtures: dict[str, set[str]] = {}
+        self._fixture_s: dict[str, float] = {}
         self._failed: set[str] = set()
 
     def __enter__(self) -> Self:
@@ -55,10 +57,13 @@ class Recorder:
         found = []
         for name in self._seconds.keys() - self._failed:
             lines: Lines = defaultdict(set)
-            for part in {name, *self._fixtures.get(name, ())}:
+            shared = self._fixtures.get(name, set())
+            for part in {name, *shared}:
                 for file, numbers in self._lines.get(part, {}).items():
                     lines[file] |= numbers
-            found.append(Known(name, self._seconds[name], dict(lines)))
+            # Whichever of its users runs first makes a shared fixture.
+            seconds = self._seconds[name] + sum(self._fixture_s.get(each, 0.0) for each in shared)
+            found.append(Known(name, seconds, dict(lines)))
         return sorted(found, key=lambda each: (each.seconds, each.name))
 
     def _called(self, frame: Any, _event: str, _argument: object) -> Callable[..., Any] | None:
@@ -95,13 +100,15 @@ class Recorder:
         self, fixturedef: pytest.FixtureDef[Any]
     ) -> Generator[None, object, object]:
         """Watch for a fixture that several tests share."""
-        before = self._present
+        before, began_s = self._present, time.monotonic()
         if fixturedef.scope != "function":
             self._present = self._lines[_name(fixturedef)]
         try:
             return (yield)
         finally:
             self._present = before
+            if fixturedef.scope != "function":
+                self._fixture_s[_name(fixturedef)] = time.monotonic() - began_s
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         """Take the time; leave out what did not pass."""

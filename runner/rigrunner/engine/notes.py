@@ -126,12 +126,9 @@ class Notes:
         aborted = isinstance(error, (AbortedError, KeyboardInterrupt))
         return Outcome.ABORTED if aborted else Outcome.ERROR, reason
 
-    def _who(self, error: BaseException) -> str:
-        if isinstance(error, KeyboardInterrupt):
-            return _interrupt(error).by
-        if isinstance(error, AbortedError) and error.by:
-            return error.by
-        return "stop request" if self._stop.is_set() else "operator"
+    def _who(self, error: AbortedError | KeyboardInterrupt) -> str:
+        by = _interrupt(error).by if isinstance(error, KeyboardInterrupt) else error.by
+        return by or ("stop request" if self._stop.is_set() else "operator")
 
 
 def words(error: BaseException) -> str:

@@ -267,9 +267,9 @@ class Run:
         # A pause would leave the rig between two states: it has to wait, and aborts a question.
         unpaused = replace(self._session, pauses=None)
         for index, step in zip(resume_at.before, before, strict=True):
-            unpaused.check(read_all=True)
-            self._begun = index
             try:
+                unpaused.check(read_all=True)
+                self._begun = index
                 done = do_step(index, step, unpaused, self.notes, self._attempts)
                 if done.missed:
                     self.notes.stopped_at = done.missed

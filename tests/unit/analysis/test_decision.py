@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import hypot, inf, isnan, nan
 from types import SimpleNamespace
 
@@ -14,7 +14,7 @@ from rigrunner.api import AnalysisDetails
 from rigrunner.api.analysis import Component
 from rigrunner.api.coordinates import CoordinateValue
 from rigrunner.api.data import Estimate
-from rigrunner.api.findings import MeasurementResult, ResultDefinition
+from rigrunner.api.findings import MeasurementResult, MissingResult, ResultDefinition
 from rigrunner.api.verdict import Verdict
 from rigrunner.procedure import Acceptance
 from rigrunner.registry import load_registry
@@ -169,6 +169,35 @@ def test_no_result_at_all_is_inconclusive_and_says_why():
         assert decision.verdict is Verdict.INCONCLUSIVE
         assert "it failed" in decision.reason
         assert isnan(decision.deciding.probability)
+
+
+def no_result_at(hz):
+    place = {"frequency": CoordinateValue(hz, "Hz")}
+    return MissingResult(of=TORQUE, coordinates=place, why="it clips")
+
+
+@pytest.mark.parametrize("kind", ["of the analysis", "of some places", "without a value"])
+def test_the_limit_of_a_mean_stands_before_those_of_its_places_wherever_it_was_written(kind):
+    found = evidence(None if kind != "of the analysis" else 0.7, points={1: 0.5, 20: 0.7, 35: 0.9})
+    mean = limit("0.6 N·m", **({"except": at(35)} if kind == "of some places" else {}))
+    if kind == "without a value":
+        found = replace(found, missing=(no_result_at(50),))
+    decision = decide(accept(each(where=at(1, 20, 35)), mean), found)
+    assert [part.of for part in decision.parts] == ["mean", "1 Hz", "20 Hz", "35 Hz"]
+    value = {"of the analysis": 0.7, "of some places": pytest.approx(0.6)}.get(kind)
+    result = decision.parts[0].result
+    assert (result and result.value) == value
+
+
+def test_a_place_without_a_value_is_named_whatever_stands_before_it():
+    found = replace(evidence(points={1: 0.5}), missing=(no_result_at(20), no_result_at(35)))
+    decision = decide(accept(each()), found)
+    assert [part.of for part in decision.parts] == [
+        "1 Hz", "torque at frequency = 20 Hz", "torque at frequency = 35 Hz",
+    ]  # fmt: skip
+    assert decision.parts[2].reason == (
+        "There is no value of torque at frequency = 35 Hz: it clips."
+    )
 
 
 BREAKAWAY = limit(

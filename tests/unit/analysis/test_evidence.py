@@ -126,18 +126,19 @@ def test_a_running_torque_below_zero_is_decisive(no_load):
 
 
 @pytest.mark.parametrize(
-    ("is_decisive", "consequence", "expected"),
+    ("is_decisive", "consequence", "expected", "ok"),
     [
-        (True, None, Consequence.INCONCLUSIVE),
-        (True, Consequence.NOTE, Consequence.INCONCLUSIVE),
-        (False, None, Consequence.NOTE),
-        (False, Consequence.BUDGET, Consequence.BUDGET),
+        (True, None, Consequence.INCONCLUSIVE, False),
+        (True, Consequence.NOTE, Consequence.INCONCLUSIVE, False),
+        (False, None, Consequence.NOTE, True),
+        (False, Consequence.BUDGET, Consequence.BUDGET, False),
     ],
 )
 def test_a_check_that_is_not_met_forbids_to_decide_where_it_is_decisive(
-    is_decisive, consequence, expected
+    is_decisive, consequence, expected, ok
 ):
     check = Check("spikes", ok=False, text="", decisive=is_decisive, consequence=consequence)
     judged = as_judged(check)
     assert judged.consequence is expected
+    assert judged.ok is ok
     assert bool(forbidden([judged])) == is_decisive

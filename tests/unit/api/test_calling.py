@@ -28,6 +28,14 @@ def test_all_calls_run_in_one_thread_that_is_not_ours(caller):
     assert names == {"device tester"}
 
 
+def test_the_thread_ends_when_it_is_stopped_and_the_next_call_has_another(caller):
+    first = caller.call("ask", threading.current_thread, 5)
+    caller.stop()
+    first.join(10)
+    assert not first.is_alive()
+    assert caller.call("ask", threading.current_thread, 5) is not first
+
+
 def test_result_and_error_come_back(caller):
     def refuse() -> None:
         raise TimeoutError("the instrument's own")

@@ -507,8 +507,8 @@ def test_a_port_that_is_never_silent_is_waited_for_three_times_as_long(monkeypat
             return b"?"
 
     monkeypatch.setattr(line_link, "time", SimpleNamespace(monotonic=lambda: now_s))
-    LineLink("lamp", Chatter(), "\n", 0.2).wait_for_silence(1.0)
-    assert heard == [1.0, 2.0, 3.0]
+    LineLink("lamp", Chatter(), "\n", 0.2).wait_for_silence(0.5)
+    assert heard == [0.5, 1.0, 1.5]
 
 
 @pytest.mark.parametrize(

@@ -228,6 +228,21 @@ def test_a_channel_that_cannot_be_read_trips():
     assert "tester.load cannot be read: tester: cable" in summary.reason
 
 
+def test_ctrl_c_while_an_interlock_is_read_is_not_taken_for_a_channel_that_cannot_be_read():
+    presses = iter([KeyboardInterrupt])
+
+    def load_at(now_s):
+        for each in presses if now_s > 1.0 else ():
+            raise each
+        return 0.0
+
+    summary, listener, _ = run_with(HOT, load_at)
+    assert summary.outcome is Outcome.ABORTED
+    assert listener.of(InterlockTripped) == []
+    (intervention,) = listener.of(Intervention)
+    assert (intervention.action, intervention.by) == ("abort", "keyboard")
+
+
 def test_a_pause_by_an_interlock_aborts_where_nobody_is_there():
     summary, listener, _ = run_with(replace(HOT, does="pause"), steps_over_at(1.0))
     assert summary.outcome is Outcome.ABORTED
@@ -296,6 +311,7 @@ def test_a_drive_that_the_station_wants_slower_is_led_and_watched_on_its_way():
     ("stands_at", "outcome", "sets"),
     [
         (-0.5, Outcome.COMPLETED, ["set load 0", "set load 10", "set load 20"]),
+        (-30.0, Outcome.COMPLETED, ["set load 0", "set load 10", "set load 20"]),  # 1 % of 3000 N
         (-31.0, Outcome.ERROR, []),  # beyond the tolerance: from there it would jump to its range
         (3000.5, Outcome.COMPLETED, None),
     ],

@@ -19,8 +19,9 @@ from rigrunner.api.events import (
 )
 from rigrunner.api.limits import ValueLimit
 from rigrunner.api.member import Member
+from rigrunner.api.units import unit
 from rigrunner.engine import Choice, find_resume_point, streams_before
-from rigrunner.plan.actions import Terms
+from rigrunner.plan.actions import Interlock, Terms
 from rigrunner.steps.measure import Measure
 from rigrunner.steps.set_drives import SetDrive
 from rigrunner.steps.zero import Zero
@@ -95,6 +96,32 @@ def test_a_pause_waits_until_a_resumed_run_has_brought_back_its_state():
     assert [each.step for each in person.seen] == ["main[5]"]
 
 
+@pytest.mark.parametrize("after", ["connect", "stream"])  # before a step, and during one
+def test_an_interlock_that_pauses_while_a_run_is_taken_up_ends_it_before_anything_is_recorded(
+    after,
+):
+    plan = plan_of()
+    events = until(plan, "main[5]")
+    hot = Interlock(
+        name="hot",
+        member=Member("tester", "load"),
+        condition="above 900 N",
+        shown=unit("N"),
+        maximum=900.0,
+        does="pause",
+    )
+    tester = FakeTester()
+    tester.read = lambda names: dict.fromkeys(names, 1000.0 if after in tester.calls else 0.0)
+    summary, listener, device = resumed(replace(plan, interlocks=(hot,)), events, tester)
+    assert ("stream" in device.calls) is (after == "stream")
+    assert summary.outcome is Outcome.ABORTED
+    assert summary.reason.endswith(", while the run was being resumed")
+    ended = [each for each in listener.of(Intervention) if each.action == "abort"]
+    assert [each.by for each in ended] == ["interlock hot"]
+    assert not any(each.recording for each in listener.of(StepEnded))
+    assert device.drives_at == {"load": 0.0, "frequency": 0.0}
+
+
 def unrepeatable(plan, path):
     steps = [
         replace(step, terms=Terms(repeatable=False)) if step.path == path else step
@@ -126,6 +153,13 @@ def test_a_drive_that_must_not_be_led_twice_is_not_taken_to_stand_where_it_stood
 def test_a_completed_step_that_must_not_be_redone_keeps_its_point_from_being_redone():
     plan = unrepeatable(sweep(), f"{SECOND}.settle")
     assert resume_point_at(plan, f"{SECOND}.record").start == 5
+
+
+def test_a_step_that_was_left_out_does_not_keep_its_point_from_being_redone():
+    plan = unrepeatable(sweep(), f"{SECOND}.settle")
+    *events, ended = until(plan, f"{SECOND}.setdrive", ended=True)
+    left_out = msgspec.structs.replace(ended, leaves=1)  # the settling, which was never done
+    assert find_resume_point(plan.steps, [*events, left_out], "Ada").start == 3
 
 
 def test_skipped_and_repeated_points_are_gone_on_with_as_was_decided():
@@ -334,6 +368,14 @@ def test_cycles_are_counted_on_from_the_last_step_that_is_on_record():
         if isinstance(event, (StepStarted, StepEnded)) and event.step.startswith("main")
     )
     assert find_resume_point(plan.steps, events, "Ada").cycles == {"tester": 10.0 * last}
+
+
+def test_cycles_of_setup_are_none_of_main():
+    plan = plan_of()
+    events = [replace_cycles(each, {"tester": 7.0}) for each in until(plan, "setup[3]")]
+    assert find_resume_point(plan.steps, events, "Ada").cycles == {}
+    events = [*events[:-1], *(replace_cycles(e, {"tester": 7.0}) for e in until(plan, "main[0]"))]
+    assert find_resume_point(plan.steps, events, "Ada").cycles == {"tester": 7.0}
 
 
 def replace_cycles(event, cycles):

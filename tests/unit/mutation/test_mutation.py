@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import subprocess
@@ -115,3 +116,36 @@ def test_what_decides_nothing_is_left_alone(project):
         encoding="utf-8",
     )
     assert mutants_of(project, source) == []
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="the tool forks")
+def test_each_user_of_a_shared_fixture_has_the_time_that_it_takes(project):
+    """For a mutant any of them may be the first: it must not be taken for one that hangs."""
+    shared = """
+import time
+import pytest
+import toy
+
+
+@pytest.fixture(scope="module")
+def slow():
+    time.sleep(0.3)
+
+
+def test_first(slow):
+    assert toy.is_open(4.0)
+
+
+def test_second(slow):
+    assert not toy.is_open(2.0)
+
+
+def test_alone():
+    assert toy.is_open(3.0)
+"""
+    (project / "test_toy.py").write_text(shared, encoding="utf-8")
+    tried(project, "--mutants", "1", "--keep", project / "kept.json")
+    kept = json.loads((project / "kept.json").read_text(encoding="utf-8"))
+    seconds = {name.partition("::")[2]: taken for name, taken, _ in kept["tests"]}
+    assert min(seconds["test_first"], seconds["test_second"]) >= 0.3
+    assert set(seconds) == {"test_first", "test_second", "test_alone"}

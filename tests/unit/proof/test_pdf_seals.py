@@ -14,7 +14,7 @@ from rigrunner.api.errors import DataError
 from rigrunner.documents.verifying.document import _check_appended
 from rigrunner.documents.verifying.forms import Form
 from rigrunner.documents.verifying.verification import Verification
-from rigrunner.proof.pdf import first_difference
+from rigrunner.proof.pdf import first_difference, reader
 from rigrunner.proof.pdf_seals import additions_to
 from rigrunner.proof.seal import issued_part
 
@@ -175,6 +175,30 @@ def test_objects_beside_the_tables_are_refused():
     assert hidden != sealed
     with pytest.raises(DataError, match="do not list the objects"):
         additions_to(ISSUED, hidden)
+
+
+def test_a_second_head_is_refused():
+    """A program may take the file to begin there."""
+    with pytest.raises(DataError, match="the PDF's tables do not list the objects in it"):
+        reader(ISSUED.replace(b"startxref", b"%PDF-1.7\nstartxref"))
+
+
+def add_a_field(writer):
+    field = generic.DictionaryObject(
+        {
+            generic.NameObject("/FT"): generic.NameObject("/Tx"),
+            generic.NameObject("/T"): generic.pdf_string("remark"),
+        }
+    )
+    fields = generic.ArrayObject([writer.add_object(field)])
+    writer.root["/AcroForm"] = generic.DictionaryObject({generic.NameObject("/Fields"): fields})
+    writer.update_root()
+
+
+def test_a_field_that_is_no_signature_is_a_change():
+    found = additions_to(ISSUED, appended(ISSUED, add_a_field))
+    assert "a field that is not a signature was added" in found.changed
+    assert found.seals == []
 
 
 @pytest.mark.parametrize("content", [b"", b"%PDF-1.7\n", ISSUED[: len(ISSUED) // 2], ISSUED[9:]])

@@ -163,3 +163,17 @@ def test_wrong_words_are_told(words, said, tmp_path, monkeypatch):
     done = call("sign", *words)
     assert done.code == 2
     assert said in done.err
+
+
+@pytest.mark.parametrize(
+    ("member", "value", "said"),
+    [
+        ("format", "signature/9", "C-1.sig.json is not of the format"),
+        ("signer", 7, "C-1.sig.json is not of the format"),
+        ("files", ["C-1.json"], "C-1.sig.json: 'files' must hold a digest by file name"),
+    ],
+)
+def test_a_signature_of_another_form_is_refused(key, member, value, said):
+    document = json.loads(signature_json(signed(key))) | {member: value}
+    with pytest.raises(DataError, match=said):
+        parse_signature(json.dumps(document).encode(), "C-1.sig.json")

@@ -16,6 +16,7 @@ from rigrunner.api.devices import (
     Identity,
     KnowsTruth,
     Readable,
+    ReadingInfo,
     Settable,
     Streaming,
 )
@@ -476,3 +477,85 @@ def test_drives_that_were_made_safe_stand_where_they_are_read_back():
     rig.make_safe()
     assert rig.standing("tester", "load") == 0.0
     assert list(rig.drives_astray()) == []
+
+
+def test_what_was_paused_counts_its_cycles_again_once_it_is_resumed():
+    class Pauses(FakeTester):
+        def pause(self):
+            self._told("pause")
+
+        def resume(self):
+            self._told("resume")
+
+    clock = SimulatedClock()
+    rig = Rig({"tester": Pauses()}, clock)
+    rig.connect()
+    rig.set("tester", "frequency", 10.0)
+    assert rig.pause() == []
+    clock.sleep(60.0)
+    rig.resume()
+    before = rig.cycles.done()["tester"]
+    clock.sleep(1.0)
+    assert rig.cycles.done()["tester"] - before == pytest.approx(10.0)
+
+
+def test_a_device_that_counts_its_streams_is_told_of_the_earlier_ones():
+    class Counts(FakeTester):
+        def continue_after(self, streams):
+            self.earlier = streams
+
+    counts, plain = Counts(), FakeTester()
+    rig = rig_of(counts, plain)
+    rig.continue_after({"tester": [{"load": 40.0}], "oven": [{"load": 50.0}]})
+    assert counts.earlier == [{"load": 40.0}]
+    assert plain.calls == []
+
+
+class Observes(FakeTester):
+    """A device with readings that are no numbers."""
+
+    readings = (
+        ReadingInfo("firmware", "text", "Firmware"),
+        ReadingInfo("door", "boolean", "Door"),
+        ReadingInfo("spectrum", "array", "Spectrum", "V"),
+    )
+    given: object = None
+
+    def observe(self, names):  # noqa: ARG002
+        return self.given
+
+
+def observed(given):
+    device = Observes()
+    device.given = given
+    return rig_of(device).observe("tester", list(given))
+
+
+def test_readings_that_are_no_numbers_are_of_their_kind():
+    given = {"firmware": "FW2.1", "door": True, "spectrum": [1, Decimal("2.5")]}
+    assert observed(given) == {
+        "tester.firmware": "FW2.1",
+        "tester.door": True,
+        "tester.spectrum": (1.0, 2.5),
+    }
+    assert observed({"spectrum": (1.0,)}) == {"tester.spectrum": (1.0,)}
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "needed"),
+    [
+        ("firmware", 2.1, "a str"),
+        ("firmware", ("1", "2"), "a str"),
+        ("firmware", None, "a str"),
+        ("door", 1, "a bool"),
+        ("door", [1.0], "a bool"),
+        ("spectrum", "1,2", "numbers"),
+        ("spectrum", 1.0, "numbers"),
+        ("spectrum", [1.0, float("nan")], "numbers"),
+        ("spectrum", [1.0, "two"], "number"),
+    ],
+)
+def test_a_reading_of_another_kind_is_the_drivers_fault(name, value, needed):
+    with pytest.raises(DeviceRejectedError, match="tester") as error:
+        observed({name: value})
+    assert needed in str(error.value)

@@ -459,6 +459,33 @@ def test_a_drive_that_fails_by_itself_too_keeps_no_other_one():
     assert "frequency cannot be made safe: ZeroDivisionError: no rate" in report.problems[1]
 
 
+def test_a_drive_that_stays_when_it_is_set_by_itself_is_told_with_its_value():
+    tester = StopsHalfWay(IndexError("bug"), read_back_offset=50.0)
+    rig = Rig({"tester": tester}, SimulatedClock())
+    rig.connect()
+    (report,) = rig.make_safe()
+    assert not report.safe
+    assert "load reads back 50 N, safe is 0 N" in report.problems
+
+
+def test_ctrl_c_while_drives_are_set_one_by_one_begins_making_safe_anew():
+    tester = StopsHalfWay(IndexError("bug"))
+    rig = Rig({"tester": tester}, SimulatedClock())
+    rig.connect()
+    rig.set("tester", "load", 500.0)
+    presses = iter([KeyboardInterrupt])
+
+    def press(call):
+        if call.startswith("set load"):
+            for each in presses:
+                raise each
+
+    tester.before = press
+    (report,) = rig.make_safe()
+    assert tester.raised == 2
+    assert report.read_back == {"load": 0.0, "frequency": 0.0}
+
+
 @pytest.mark.parametrize(
     "error", [AttributeError("no drives"), SystemExit(1), KeyboardInterrupt()], ids=repr
 )

@@ -32,3 +32,20 @@ def test_what_is_no_file_is_refused(tmp_path):
     os.mkfifo(tmp_path / "press.lock")
     with pytest.raises(OSError, match="is a link, or no file"):
         folder.open_plain(tmp_path / "press.lock", os.O_RDWR)
+
+
+def test_a_file_that_is_refused_does_not_stay_open(tmp_path, monkeypatch):
+    (tmp_path / "ours").touch()
+    (tmp_path / "press.lock").hardlink_to(tmp_path / "ours")
+    opened, really = [], os.open
+
+    def remembered(*given):
+        opened.append(really(*given))
+        return opened[-1]
+
+    monkeypatch.setattr(os, "open", remembered)
+    with pytest.raises(OSError, match="is a link, or no file"):
+        folder.open_plain(tmp_path / "press.lock", os.O_RDWR)
+    (descriptor,) = opened
+    with pytest.raises(OSError, match="Bad file descriptor"):
+        os.fstat(descriptor)

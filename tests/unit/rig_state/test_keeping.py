@@ -137,6 +137,20 @@ def test_that_another_process_has_taken_the_rig_is_told_once(energised, lock, to
     assert "two programs may drive the rig" in text
 
 
+def test_trouble_is_told_once_and_its_end_not_at_all(energised, told, monkeypatch):
+    found = iter(["", "a lock was removed", "a lock was removed", "", ""])
+    looks = []
+
+    def made_anew(*_):
+        looks.append(1)
+        return next(found, "")
+
+    monkeypatch.setattr(keeping, "_made_anew", made_anew)
+    with keeping.keeping(energised[0], told.append):
+        until(lambda: len(looks) > 5)
+    assert told == ["a lock was removed"]
+
+
 def test_without_a_marker_the_lock_stays_away_so_that_the_guardian_takes_it_for_energised(
     energised, folder, lock, told, monkeypatch
 ):

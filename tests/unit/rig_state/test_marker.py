@@ -19,6 +19,7 @@ from rigrunner.rig_state import (
     Owner,
     RigMarks,
     hold,
+    marker,
     marks,
     read_marker,
     read_marker_of_held,
@@ -379,6 +380,22 @@ def test_the_marker_is_on_the_disk_before_a_drive_is_first_set(folder, monkeypat
     assert synced_size == size
 
 
+def test_that_a_rig_is_safe_is_on_the_disk_before_the_name_of_its_marker_goes(folder, monkeypatch):
+    """A power cut in between must not bring back a marker that says otherwise."""
+    rig = rig_with(marks_of(), FakeTester())
+    rig.connect()
+    rig.set("tester", "load", 40.0)
+    path, synced = folder / "press.energised", []
+
+    def sync(descriptor):
+        synced.append((os.fstat(descriptor).st_size, path.exists()))
+
+    monkeypatch.setattr(os, "fsync", sync)
+    rig.make_safe()
+    assert synced == [(0, True)]
+    assert not path.exists()
+
+
 def test_the_marker_of_a_rig_that_is_safe_is_no_longer_open(monkeypatch):
     opened, really = [], marks.open_plain
 
@@ -418,6 +435,21 @@ def test_a_marker_without_a_readable_drive_says_that_the_set_points_are_not_know
     assert "its marker cannot be read" in read_marker("press").text
 
 
+def test_ctrl_c_while_a_marker_is_read_is_not_taken_for_a_marker_that_cannot_be_read(
+    folder, monkeypatch
+):
+    rig = rig_with(marks_of(), FakeTester())
+    rig.connect()
+    rig.set("tester", "load", 40.0)
+
+    def press(_text):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("rigrunner.rig_state.marker.json.loads", press)
+    with pytest.raises(KeyboardInterrupt):
+        marker.decode("press", (folder / "press.energised").read_bytes())
+
+
 @pytest.fixture
 def left_by_another_run():
     """Leave a rig with two energised devices; return the marks of the next process."""
@@ -450,3 +482,14 @@ def test_the_marker_of_an_earlier_run_goes_once_a_record_says_what_it_says(left_
     marks.put_on_record()
     assert read_marker("press") is None
     assert marks.left is None
+
+
+def test_a_person_who_says_that_the_rig_is_safe_stands_for_each_of_its_devices(
+    left_by_another_run,
+):
+    marks = left_by_another_run
+    marks.settle("A. Tester says that it is safe: main switch is off")
+    assert marks.unconfirmed == set()
+    assert "main switch is off (process 4712)" in marks.left.safe_by
+    marks.put_on_record()
+    assert read_marker("press") is None

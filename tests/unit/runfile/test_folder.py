@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import re
 from datetime import datetime, timedelta, timezone
+from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -81,3 +82,18 @@ def test_a_run_that_lost_its_header_is_thrown_away_only_where_it_holds_no_sample
     with pytest.raises(DataError, match="ends before the run's header") as caught:
         read(tmp_path)
     assert hint in caught.value.hint
+
+
+def test_ctrl_c_while_the_folder_of_a_run_is_made_is_not_taken_for_one_that_is_there(
+    tmp_path, monkeypatch
+):
+    (tmp_path / "runs").mkdir()
+    presses = iter([KeyboardInterrupt])
+
+    def press(_path):
+        for each in presses:
+            raise each
+
+    monkeypatch.setattr(Path, "mkdir", press)
+    with pytest.raises(KeyboardInterrupt):
+        folder._first_free(tmp_path / "runs", "run")

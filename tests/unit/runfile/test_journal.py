@@ -294,3 +294,9 @@ def test_a_journal_that_is_gone_on_with_ends_with_its_last_record(journal):
     *_, last = read_records(journal)
     assert (last.kind, last.payload) == (Kind.EVENT, b"after")
     assert journal.stat().st_size == last.end
+
+
+def test_the_numbers_of_the_kinds_of_records_stay_those_of_the_journals_that_are_there():
+    assert {each.name: int(each) for each in Kind} == {
+        "HEADER": 1, "EVENT": 2, "TRUTH": 3, "BLOCK": 4, "ROW": 5, "PACKED": 6, "PLAN": 7,
+    }  # fmt: skip

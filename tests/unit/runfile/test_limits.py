@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import h5py
@@ -19,6 +20,7 @@ from rigrunner.api.events import (
     StepStarted,
 )
 from rigrunner.api.limits import ValueLimit
+from rigrunner.api.readings import ReadingLimit
 from rigrunner.runfile import RunWriter, codec, read, seal
 from rigrunner.runfile.measurements import measurement_digest
 from unit.runfile.helpers_runfile import emitter_of, header_of
@@ -74,6 +76,20 @@ OF_VERSION_3 = {
 )
 def test_the_digest_of_a_row_goes_by_the_version(version, document):
     assert measurement_digest(ROW, version) == sha256(document)
+
+
+def test_the_digest_of_a_row_holds_what_its_readings_were_expected_to_be():
+    row = replace(
+        ROW,
+        readings={"press.door": True},
+        expected=(ReadingLimit("press.door", (True,)),),
+    )
+    document = {
+        **OF_VERSION_3,
+        "readings": {"press.door": True},
+        "expected": [{"of": "press.door", "allowed": [True]}],
+    }
+    assert measurement_digest(row, 4) == sha256(document)
 
 
 def test_a_row_out_of_limits_comes_back_sealed_and_not(tmp_path):

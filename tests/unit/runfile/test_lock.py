@@ -19,6 +19,24 @@ def test_a_run_goes_on_only_while_somebody_has_its_lock(tmp_path):
     assert is_in_progress(tmp_path) is False
 
 
+def test_of_a_lock_that_cannot_be_opened_it_is_not_known_and_ctrl_c_ends_the_look(
+    tmp_path, monkeypatch
+):
+    RunFolder(tmp_path).lock.touch()
+
+    def failing(error):
+        def acquire(*_, **__):
+            raise error
+
+        return acquire
+
+    monkeypatch.setattr(FileLock, "acquire", failing(PermissionError(13, "denied")))
+    assert is_in_progress(tmp_path) is False
+    monkeypatch.setattr(FileLock, "acquire", failing(KeyboardInterrupt()))
+    with pytest.raises(KeyboardInterrupt):
+        is_in_progress(tmp_path)
+
+
 def test_who_comes_second_is_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(lock, "PATIENCE_S", 0.01)
     with (

@@ -8,9 +8,11 @@ import h5py
 import numpy as np
 import pytest
 
+from rigrunner.api.data import Measurement
 from rigrunner.api.errors import DataError
-from rigrunner.runfile import read, read_info, read_truth, seal
+from rigrunner.runfile import read, read_info, read_truth, reading, seal
 from rigrunner.runfile.compressed import LongText
+from rigrunner.runfile.measurements import write_measurements
 from unit.runfile.helpers_runfile import DOCUMENT, PLOT, TWO, header_of, recording, write_run
 
 
@@ -276,3 +278,32 @@ def test_the_plot_of_an_embedded_run_is_its_first_recording(tmp_path):
         while "default" in group.attrs:
             group = group[group.attrs["default"]]
         assert group.name == "/entry/no_load/recordings/_001_10Hz"
+
+
+def test_a_run_that_must_not_be_read_is_told_as_such(folder, monkeypatch):
+    def deny(_path):
+        raise PermissionError(13, "denied")
+
+    monkeypatch.setattr(reading, "_sealed_file_of", deny)
+    with pytest.raises(DataError, match=r"no permission to read .*run") as error:
+        reading.sealed_file_of(folder)
+    assert error.value.hint == "ask its owner for permission to read it"
+
+
+def test_arrays_of_one_length_are_a_table_and_others_are_texts(tmp_path):
+    def row(spectrum, wave):
+        given = {"box.spectrum": spectrum, "box.wave": wave}
+        readings = {name: value for name, value in given.items() if value is not None}
+        units = {"box.spectrum": "V", "box.wave": "V"}
+        return Measurement("cell", "2026-03-01T12:00:00.000Z", {}, {}, units, readings=readings)
+
+    with h5py.File(tmp_path / "x.h5", "w") as file:
+        rows = [row((1.0, 2.0), (1.0,)), row(None, (1.0, 2.5)), row((3.0, 4.0), None)]
+        write_measurements(file, rows)
+        tables = [each for each in file["measurements"].values() if "readings" in each]
+        found = {each.attrs["name"]: each for each in tables[0]["readings"].values()}
+        spectrum, wave = found["box.spectrum"], found["box.wave"]
+        np.testing.assert_array_equal(spectrum[()], [[1, 2], [np.nan, np.nan], [3, 4]])
+        assert spectrum.dtype == np.float64
+        assert list(wave.asstr()[()]) == ["1.0", "1.0 2.5", ""]
+        assert spectrum.attrs["units"] == "V"

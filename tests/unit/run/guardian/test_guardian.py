@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import bdb
+import io
+import json
 import subprocess
 import sys
 import threading
@@ -74,8 +76,10 @@ def test_silence_is_over_after_the_limit_and_a_beat_begins_it_anew(patience, clo
 def test_a_computer_that_was_suspended_has_missed_nothing(patience, clock):
     ticks(patience, clock, 1, seconds=8 * 3600.0)
     assert not patience.is_over
-    ticks(patience, clock, 27)
+    ticks(patience, clock, 28)  # one look counts as two seconds at most
     assert not patience.is_over
+    ticks(patience, clock, 1)
+    assert patience.is_over
 
 
 def test_a_hung_process_is_asked_and_then_killed(patience, clock, owner):
@@ -86,6 +90,17 @@ def test_a_hung_process_is_asked_and_then_killed(patience, clock, owner):
     assert patience.is_over
     patience.end()
     assert owner.sent[-1] == "SIGKILL"
+
+
+def test_a_process_that_not_even_a_kill_ends_is_told_to_a_person(patience, clock, monkeypatch):
+    said = []
+    monkeypatch.setattr(main, "say", said.append)
+    monkeypatch.setattr(main, "_dies_within", lambda *_: False)
+    patience.end()
+    patience.end()
+    assert "go to the rig and switch it off by hand" in said[-1]
+    ticks(patience, clock, 60)
+    assert not patience.is_over
 
 
 def test_a_process_that_makes_progress_after_it_was_asked_is_not_killed(patience, clock, owner):
@@ -166,6 +181,36 @@ def test_a_guardian_whose_pipe_was_closed_waits_for_the_death_of_its_owner(owner
     owner.is_dead = True
     waits.join(10)
     assert found == ["the process of a run (7) died"]
+
+
+def test_the_silence_of_a_living_process_ends_it(owner, monkeypatch):
+    for name in ("TICK_S", "GRACE_S"):
+        monkeypatch.setattr(main, name, 0.01)
+    monkeypatch.setattr(main, "_is_energised", lambda _task: True)
+    monkeypatch.setattr(main, "say", lambda _text: None)
+    reason = main._guard({**TASK, "limit_s": 0.05}, owner, SimpleQueue())
+    assert reason == "the process of a run (7) hung, and was ended"
+    assert owner.sent == ["SIGTERM", "SIGCONT", "SIGKILL"]
+
+
+@pytest.mark.parametrize(("words", "acts"), [("end\n", False), ("30.0\n", True)])
+def test_it_acts_for_a_dead_owner_unless_the_rig_was_given_back(monkeypatch, words, acts):
+    with subprocess.Popen([sys.executable, "-c", ""]) as gone:
+        pass
+    told = io.StringIO(json.dumps({**TASK, "process": gone.pid}) + f"\n{words}")
+    acted = []
+    monkeypatch.setattr(main, "IGNORED", ())
+    monkeypatch.setattr(main.sys, "stdin", told)
+    monkeypatch.setattr(acting, "act", lambda _task, reason: acted.append(reason))
+    assert main.main() == 0
+    assert acted == [f"the process of a run ({gone.pid}) died"] * acts
+
+
+def test_an_owner_that_died_before_it_said_what_to_guard_leaves_nothing_to_do(monkeypatch):
+    monkeypatch.setattr(main, "IGNORED", ())
+    monkeypatch.setattr(main.sys, "stdin", io.StringIO())
+    monkeypatch.setattr(acting, "act", lambda *_: pytest.fail("it acted"))
+    assert main.main() == 0
 
 
 @pytest.mark.parametrize(("needed_s", "returns"), [(10.0, True), (0.0, False)])

@@ -1,0 +1,92 @@
+"""What the signature of a document says: who signed which files, and whether the key is trusted."""
+
+from __future__ import annotations
+
+import hashlib
+from types import SimpleNamespace
+
+import pytest
+
+from rigrunner.documents.verifying.signature import UNSIGNED, check_signature_of
+from rigrunner.documents.verifying.verification import Verification
+from rigrunner.proof.keys import new_key, read_private_key
+from rigrunner.proof.signature import sign_files, signature_json
+
+FILES = {"C-1.json": b"{}", "C-1.html": b"<p>"}
+
+
+def form(name, content):
+    return SimpleNamespace(name=name, digests={hashlib.sha256(content).hexdigest()})
+
+
+FORMS = [form(name, content) for name, content in FILES.items()]
+
+
+@pytest.fixture
+def keys(tmp_path):
+    """The key that signed, and another one."""
+    for name in ("lab.key", "other.key"):
+        new_key(tmp_path / name)
+    return tmp_path / "lab.key.pub", tmp_path / "other.key.pub"
+
+
+@pytest.fixture
+def path(tmp_path, keys):
+    signature = sign_files(FILES, read_private_key(keys[0].with_suffix("")), "Zoe", "2026-03-01")
+    (tmp_path / "C-1.sig.json").write_text(signature_json(signature), encoding="utf-8")
+    return tmp_path / "C-1.sig.json"
+
+
+def checked(path, forms=FORMS, trusted=()):
+    found = Verification()
+    return check_signature_of(found, path, forms, trusted), found
+
+
+def test_what_a_trusted_key_signed_whole_is_signed(path, keys):
+    is_signed, found = checked(path, trusted=keys)
+    assert is_signed
+    assert found.differences == []
+    assert found.held[0] == "signature C-1.sig.json"
+    assert found.held[1].startswith("signed by Zoe at 2026-03-01, key ")
+    assert found.held[1].endswith(", which is trusted")
+
+
+def test_of_an_unknown_key_it_is_only_told_and_with_trusted_ones_it_is_a_difference(path, keys):
+    is_signed, found = checked(path)
+    assert not is_signed
+    assert found.differences == []
+    assert "whether that key is theirs is not known" in found.information[0]
+    is_signed, found = checked(path, trusted=keys[1:])
+    assert not is_signed
+    assert found.differences[0].endswith("which is not among the trusted keys")
+
+
+def test_without_a_signature_a_document_with_trusted_keys_differs(path, keys):
+    missing = path.with_name("C-2.sig.json")
+    is_signed, found = checked(missing)
+    assert (is_signed, found.differences, found.information) == (False, [], [UNSIGNED])
+    is_signed, found = checked(missing, trusted=keys)
+    assert (is_signed, found.differences, found.information) == (False, [UNSIGNED], [])
+
+
+@pytest.mark.parametrize(
+    ("forms", "said"),
+    [
+        ([*FORMS, form("C-1.pdf", b"%PDF")], "C-1.pdf is not signed"),
+        ([FORMS[0], form("C-1.html", b"<P>")], "C-1.html is not the file that was signed"),
+    ],
+)
+def test_a_form_that_was_not_signed_as_it_is_makes_the_document_unsigned(path, keys, forms, said):
+    is_signed, found = checked(path, forms, trusted=keys)
+    assert not is_signed
+    assert found.differences == [f"signature C-1.sig.json: {said}"]
+
+
+@pytest.mark.parametrize("change", [('"signer": "Zoe"', '"signer": "Ada"'), ('"files"', '"file"')])
+def test_a_signature_that_does_not_hold_is_none(path, keys, change):
+    path.write_text(path.read_text(encoding="utf-8").replace(*change), encoding="utf-8")
+    is_signed, found = checked(path, trusted=keys)
+    assert is_signed is False
+    assert len(found.differences) == 1
+    assert found.differences[0].startswith("signature C-1.sig.json: ")
+    assert found.held == []

@@ -1,0 +1,164 @@
+"""What a run tells its guardian, and when it starts another one: with no second process."""
+
+from __future__ import annotations
+
+import json
+import os
+from contextlib import contextmanager
+
+import pytest
+
+from e2e.helpers_supply import GUARDED, SupplyLab
+from rigrunner.run.guardian import guarding
+from rigrunner.tools.by_hand.station import ready_station
+
+OVEN = "  oven: {type: supply, plugin: supply, settings: {file: oven.json, serial: '2'}}\n"
+TWO = ("instruments:\n", f"{OVEN}instruments:\n")
+
+
+class FakeProcess:
+    """A guardian that only takes down what it is told."""
+
+    pid = 4712
+
+    def __init__(self, words, *, pass_fds, **_):
+        self.words, self.passed = words, pass_fds
+        self.reads, writes = os.pipe()
+        self.stdin = os.fdopen(writes, "wb", buffering=0)
+        self.code = None
+
+    def poll(self):
+        return self.code
+
+    def wait(self, _timeout_s=None):
+        return 0
+
+    def told(self):
+        with os.fdopen(self.reads, "rb") as pipe:
+            return pipe.read().decode().splitlines()
+
+
+@pytest.fixture
+def started(monkeypatch, tmp_path):
+    """The guardians that were started."""
+    monkeypatch.setenv("RIGRUNNER_LOCKS", str(tmp_path / "rigs"))
+    found = []
+
+    def start(*words, **known):
+        found.append(FakeProcess(*words, **known))
+        return found[-1]
+
+    monkeypatch.setattr(guarding.subprocess, "Popen", start)
+    return found
+
+
+@contextmanager
+def held(tmp_path, *replacements):
+    lab = SupplyLab(tmp_path / "lab", "bench")
+    station = lab.add_station("guarded.yaml", "bench", GUARDED, *replacements)
+    with ready_station(station).held("jog psu") as ready:
+        yield ready
+
+
+def test_a_guardian_is_told_what_it_guards_and_that_the_rig_was_given_back(tmp_path, started):
+    with held(tmp_path, TWO) as ready:
+        locks, roles = dict(ready.marks.locks), set(ready.marks.roles)
+        with ready.guarded("jog psu", {"psu"}):
+            owner = ready.marks.owner
+    assert roles == {"psu", "oven"}
+    assert owner.guardian == "a second process"
+    (guardian,) = started
+    assert guardian.words[-1] == "rigrunner.run.guardian.main"
+    first, *beats = guardian.told()
+    task = json.loads(first)
+    assert task["roles"] == ["psu"]
+    assert task["unreachable"] == []
+    assert task["process"] == os.getpid()
+    assert task["locks"] == [str(each) for each in locks]
+    assert task["handed"] == guardian.passed == list(locks.values())
+    assert beats[-1] == "end"
+
+
+def test_a_guardian_of_the_whole_rig_has_each_device(tmp_path, started):
+    with held(tmp_path, TWO) as ready, ready.guarded("jog psu", None):
+        pass
+    (guardian,) = started
+    assert json.loads(guardian.told()[0])["roles"] == ["oven", "psu"]
+
+
+@pytest.mark.parametrize(("answer_s", "limit_s"), [(1, 10.0), (5, 15.0)])
+def test_silence_may_last_three_answers_and_at_least_ten_seconds(
+    tmp_path, started, answer_s, limit_s
+):
+    with (
+        held(tmp_path, ("answer: 1 s", f"answer: {answer_s} s")) as ready,
+        ready.guarded("jog psu", None),
+    ):
+        pass
+    task = json.loads(started[0].told()[0])
+    assert (task["limit_s"], task["hangs"]) == (limit_s, True)
+
+
+def test_a_lock_that_cannot_be_handed_on_is_taken_again(tmp_path, started):
+    with held(tmp_path) as ready:
+        before = dict(ready.marks.locks)
+        ready.marks.locks = dict.fromkeys(before, -1)
+        with ready.guarded("jog psu", None):
+            pass
+        ready.marks.locks = before
+    task = json.loads(started[0].told()[0])
+    assert task["handed"] == started[0].passed == []
+    assert task["locks"] == [str(each) for each in before]
+
+
+def test_what_cannot_be_opened_twice_is_not_given_to_the_guardian(tmp_path, started, monkeypatch):
+    with held(tmp_path, TWO) as ready:
+        monkeypatch.setattr(guarding, "not_reopenable", lambda *_: ["oven"])
+        with ready.guarded("jog psu", None):
+            assert ready.marks.owner.unguarded == "no second process can open oven"
+    task = json.loads(started[0].told()[0])
+    assert (task["roles"], task["unreachable"]) == (["psu"], ["oven"])
+
+
+def test_a_guardian_that_ended_is_replaced_three_times_and_each_loss_is_told(tmp_path, started):
+    with held(tmp_path) as ready:
+        with ready.guarded("jog psu", None) as guardian:
+            for pid in range(4):
+                guardian._replace(pid, -9)
+        told = [each.text for each in ready.messages.taken()]
+    assert len(started) == 4
+    assert told[:3] == [
+        f"the guardian (process {pid}) ended with code -9; process 4712 guards the rig now"
+        for pid in range(3)
+    ]
+    assert told[3].startswith(
+        "the guardian (process 3) ended with code -9; no other one is started"
+    )
+    assert len(told) == 4
+    assert [each.stdin.closed for each in started] == [True] * 4
+    assert ["end" in each.told() for each in started] == [False] * 4
+
+
+def test_a_run_goes_on_without_a_guardian_that_cannot_be_started(tmp_path, started, monkeypatch):
+    def fail(*_, **__):
+        raise OSError("out of memory")
+
+    monkeypatch.setattr(guarding.subprocess, "Popen", fail)
+    with held(tmp_path) as ready:
+        with ready.guarded("jog psu", None):
+            assert not ready.marks.owner.guardian
+        told = [each.text for each in ready.messages.taken()]
+    assert told == ["no guardian could be started: out of memory"]
+    assert started == []
+
+
+def test_no_debugger_and_no_end_of_the_program_waits_for_its_thread(tmp_path, started):
+    with held(tmp_path) as ready, ready.guarded("jog psu", None) as guardian:
+        thread = guardian._thread
+        assert thread.daemon
+        # the marks by which pydevd and debugpy leave a thread alone
+        assert thread.pydev_do_not_trace is True
+        assert thread.is_pydev_daemon_thread is True
+        assert thread.is_alive()
+    assert not thread.is_alive()
+    started[0].told()
