@@ -11,7 +11,7 @@ from unit.rigrunner_fleet.archive.helpers_archive import estimate, result_docume
 FIRST_DAY = datetime(2026, 1, 1, 12, tzinfo=UTC)
 
 
-def store_results(runs, torques, *, frequencies=None, **inputs):
+def store_results(runs, torques, *, frequencies=None, recordings=0, **inputs):
     """Store a run a day, each with its torque in N·m and its natural frequency in Hz."""
     for day, torque in enumerate(torques):
         document = result_document(torque)
@@ -21,7 +21,7 @@ def store_results(runs, torques, *, frequencies=None, **inputs):
         if frequencies is not None:
             figures["natural frequency"] = estimate(frequencies[day], 0.07, "Hz")
         store_run(
-            runs, f"day-{day:02d}", document, started_utc=on_day(day), recordings=0,
+            runs, f"day-{day:02d}", document, started_utc=on_day(day), recordings=recordings,
             inputs={"specimen": f"SN-{day}", "type": "GE20", "lot": "L1", **inputs},
         )  # fmt: skip
 

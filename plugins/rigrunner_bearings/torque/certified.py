@@ -137,8 +137,9 @@ def _is_loaded(found: TorqueDetails) -> bool:
 
 
 def _load_cell(run: RunData) -> Instrument | None:
-    torque = next(iter(torque_instruments(run.instruments.values())), "")
-    return run.instruments.get(f"{role_of(torque)}.load")
+    for torque in torque_instruments(run.instruments.values()):
+        return run.instruments.get(f"{role_of(torque)}.load")
+    return None
 
 
 def _extremes(points: Sequence[PeakPoint]) -> tuple[float, float]:

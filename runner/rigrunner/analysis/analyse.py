@@ -100,7 +100,7 @@ def analyse(
 def _beyond_calibration(run: RunData) -> Iterator[tuple[str, str]]:
     """Yield each channel with readings beyond its calibrated range, and how far, in words.
 
-    A force or a torque counts less its zero, as it is calibrated.
+    What is zeroed counts less its zero, as it is calibrated.
     """
     for instrument in run.instruments.values():
         name, is_zeroed = instrument.channel, instrument.quantity in ZEROED

@@ -110,7 +110,7 @@ def _scalar_hint(kind: str, got: object, context: Mapping[str, Any]) -> str:
         allowed = re.findall("'([^']*)'", str(context["expected"]))
         kinds = [found[1] for text in (got, *allowed) if (found := _FILE_MARK.fullmatch(text))]
         other = ""
-        if kinds[1:] == kinds[:1]:
+        if kinds and kinds[1:] == kinds[:1]:
             return "a newer version of the language needs a newer Rigrunner"
         if len(kinds) > 1:
             other = f"this is a file of the kind '{kinds[0]}'; '{kinds[1]}' is needed"

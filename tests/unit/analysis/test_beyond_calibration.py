@@ -1,73 +1,73 @@
-"""Readings beyond the calibrated range: in the result's notes, and in a certificate."""
+"""Which channels have readings beyond the range of their calibration."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from types import SimpleNamespace
 
-import pytest
+import numpy as np
 
-from rigrunner.analysis.analyse import analyse
-from rigrunner.api.data import Measurement
-from rigrunner.api.instruments import Instrument
-from rigrunner.api.limits import ValueLimit
-from rigrunner.certificate.validity import not_calibrated
-from rigrunner.procedure import AnalysisRef
-from rigrunner.registry import load_registry
-from unit.analysis.helpers_runs import run_of
-
-VOLTAGE = AnalysisRef.model_validate(
-    {"readings": {"of": "meter.voltage", "result": {"name": "mean", "unit": "V"}}}
-)
+from rigrunner.analysis.analyse import _beyond_calibration
 
 
-def entry(channel="meter.voltage", measures="voltage", least=None, most="10 V", **more):
-    limits = {"max": most} | ({} if least is None else {"min": least})
-    return Instrument.model_validate(
-        {"channel": channel, "measures": measures, "serial": "M-1", "accuracy": "10 mV",
-         "range": limits} | more
-    )  # fmt: skip
+class Calibrated:
+    """A channel that was calibrated from 0 to 10."""
+
+    def __init__(self, channel, quantity):
+        self.channel = channel
+        self.quantity = quantity
+        self.asked = []
+
+    def beyond_range(self, low, high, unit):
+        self.asked.append((low, high, unit))
+        return "" if low >= 0 and high <= 10 else f"{low:g} to {high:g} {unit}"
 
 
-def analysed(instrument, *values, analyses=(VOLTAGE,), zeros=None, limited=False, unit="V"):
-    of = instrument.channel
-    limits = (ValueLimit(of, -1e3, 1e3, unit),) if limited else ()
-    rows = tuple(
-        Measurement("t", "2026-01-05T10:00:00Z", {}, {of: value}, {of: unit}, limits=limits,
-                    zeros=zeros or {})
-        for value in values
-    )  # fmt: skip
-    run = replace(run_of(), measurements=rows, instruments={of: instrument}, zeros=zeros or {})
-    return analyse(run, analyses, acceptance=None, measurand=None, lookup=load_registry())
+UNITS = dict.fromkeys(("rig.force", "rig.depth"), "N")
 
 
-def test_they_are_a_note_of_the_result_and_of_a_certificate():
-    found = analysed(entry(), 5.0, 10.5)
-    assert found.notes[-1] == (
-        "meter.voltage exceeded its calibrated range: 10.5 V was recorded, the calibration holds up"
-        " to 10 V (105 %)."
+def found(rows=(), recordings=(), *, quantity="pressure", zero=0.0):
+    """Return what is beyond its range in a run, and what its channels were asked."""
+    channels = {name: Calibrated(name, quantity) for name in ("rig.force", "rig.depth")}
+    run = SimpleNamespace(
+        instruments=channels,
+        measurements=[
+            SimpleNamespace(values=values, units=UNITS, recording="", zeros={}) for values in rows
+        ],
+        recordings=[
+            SimpleNamespace(
+                name="001",
+                channels={"rig.force": np.array(samples)},
+                samples=len(samples),
+                units={"rig.force": "kN"},
+            )
+            for samples in recordings
+        ],
+        zero=lambda _recording, _channel: zero,
     )
-    assert [(each.kind, each.where) for each in not_calibrated(found)] == [
-        ("range", "meter.voltage")
-    ]
-    assert not analysed(entry(), 5.0, 9.9).beyond
+    told = list(_beyond_calibration(run))
+    return told, {name: each.asked for name, each in channels.items()}
 
 
-def test_values_that_only_have_limits_are_held_to_it_too():
-    found = analysed(entry(), 10.5, analyses=(), limited=True)
-    assert [each.where for each in not_calibrated(found)] == ["meter.voltage"]
+def test_single_values_and_samples_of_a_channel_count_together():
+    told, asked = found([{"rig.force": 3.0}, {"rig.force": 5.0}], [[1.0, 12.0], [-2.0, 4.0]])
+    assert asked == {"rig.force": [(-2.0, 12.0, "kN")], "rig.depth": []}
+    assert told == [("rig.force", "-2 to 12 kN")]
 
 
-@pytest.mark.parametrize(("value", "is_beyond"), [(-0.009, False), (-0.02, True)])
-def test_noise_about_zero_is_within_a_range_that_begins_there(value, is_beyond):
-    found = analysed(entry(least="0 V"), value, 5.0)
-    assert bool(found.beyond) == is_beyond
-    if is_beyond:
-        assert found.beyond["meter.voltage"].endswith("the calibration holds from 0 V")
+def test_statistics_of_samples_that_are_not_kept_count():
+    told, _ = found([{"rig.force.minimum": -1.0, "rig.force.maximum": 4.0, "rig.force.rms": 20.0}])
+    assert told == [("rig.force", "-1 to 4 N")]
 
 
-def test_a_force_counts_less_its_zero():
-    told = {"of": "cell.force", "result": {"name": "force", "unit": "N"}}
-    force = {"analyses": (AnalysisRef.model_validate({"readings": told}),), "unit": "N"}
-    cell = entry("cell.force", "force", most="100 N", accuracy="1 N")
-    assert not analysed(cell, 104.0, zeros={"cell.force": 5.0}, **force).beyond
-    assert analysed(cell, 98.0, zeros={"cell.force": -5.0}, **force).beyond
+def test_what_lies_within_the_range_and_what_was_not_read_is_not_named():
+    told, asked = found([{"rig.force": 0.0}, {"rig.depth": 10.0}])
+    assert told == []
+    assert asked == {"rig.force": [(0.0, 0.0, "N")], "rig.depth": [(10.0, 10.0, "N")]}
+    assert found([], [[]]) == ([], {"rig.force": [], "rig.depth": []})
+
+
+def test_a_force_counts_less_its_zero_and_a_pressure_as_it_was_read():
+    _, asked = found([{"rig.force": 12.0}], [[7.0, 14.0]], quantity="force", zero=5.0)
+    assert asked["rig.force"] == [(2.0, 9.0, "kN")]
+    _, asked = found([{"rig.force": 12.0}], [[7.0, 14.0]], zero=5.0)
+    assert asked["rig.force"] == [(7.0, 14.0, "kN")]

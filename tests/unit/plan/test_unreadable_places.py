@@ -24,7 +24,7 @@ SCAN = "scan: {set: bench.temperature, over: [0 °C, 50 °C, 100 °C], channels:
 def test_a_set_point_without_a_row_is_a_problem(checked, steps):
     done = checked(PROCEDURE.replace("STEPS", steps))
     assert done.code == 3
-    assert "bench cannot be read here: the table has no row for temperature 323.15 K" in done.err
+    assert "bench cannot be read here: the table has no row for temperature" in done.err
     assert "it has rows for temperature 0 °C; temperature 100 °C" in done.err
     assert "p.yaml:7" in done.err or "p.yaml:10" in done.err
 
@@ -42,6 +42,6 @@ def test_where_it_is_read_at_its_rows_there_is_none(checked, steps):
     assert done.code == 0, done.err
 
 
-def test_where_no_drive_was_set_it_stands_at_its_safe_value(checked):
+def test_where_no_temperature_was_set_it_stands_at_the_least_of_the_table(checked):
     done = checked(PROCEDURE.replace("STEPS", "measure: {channels: [bench.resistance]}"))
-    assert "the table has no row for temperature 0 K" in done.err
+    assert done.code == 0, done.err

@@ -27,7 +27,7 @@ D2 = 1.128
 def runs(tmp_path_factory):
     folder = tmp_path_factory.mktemp("lab") / "runs"
     folder.mkdir()
-    store_results(folder, [*TORQUES, HIGH])
+    store_results(folder, [*TORQUES, HIGH], recordings=1)
     return folder
 
 

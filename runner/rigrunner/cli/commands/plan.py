@@ -48,7 +48,11 @@ def command(procedure: str, station: str, runs: Path, *, as_json: bool) -> None:
                 "disk_bytes": prediction.disk_bytes,
                 "readings": [{**asdict(each), "share": each.share} for each in prediction.readings],
                 "steps": [
-                    {"do": type(step.action).__name__.lower(), **asdict(step)}
+                    {
+                        "do": type(step.action).__name__.lower(),
+                        "path": step.path,
+                        **{name: each for name, each in asdict(step).items() if name != "within"},
+                    }
                     for step in planned.plan.steps
                 ],
             }
