@@ -299,7 +299,8 @@ def counted(points: int, **station: object) -> Counter[str]:
         if event in ("call", "c_call"):
             found["calls"] += 1
         if event == "c_call" and (what is os.fsync or isinstance(what.__self__, io.FileIO)):
-            found[what.__name__] += 1
+            # Tests have another one, so as not to wait for the disk.
+            found["fsync" if what is os.fsync else what.__name__] += 1
 
     with Bench(points, **station) as bench:
         bench.go()
