@@ -137,9 +137,8 @@ def _is_loaded(found: TorqueDetails) -> bool:
 
 
 def _load_cell(run: RunData) -> Instrument | None:
-    for torque in torque_instruments(run.instruments.values()):
-        return run.instruments.get(f"{role_of(torque)}.load")
-    return None
+    torque = next(iter(torque_instruments(run.instruments.values())), None)
+    return None if torque is None else run.instruments.get(f"{role_of(torque)}.load")
 
 
 def _extremes(points: Sequence[PeakPoint]) -> tuple[float, float]:
