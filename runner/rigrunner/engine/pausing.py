@@ -86,10 +86,10 @@ class Interference:
 
 
 @runtime_checkable
-class Telling(Protocol):
+class Reporting(Protocol):
     """Pauses that also report other actions, such as a change of control."""
 
-    def told(self) -> Iterable[Interference]:
+    def new_actions(self) -> Iterable[Interference]:
         """Return actions that were not reported yet."""
         ...
 

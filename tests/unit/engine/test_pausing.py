@@ -386,7 +386,7 @@ class Talkative(Person):
 
     count = 0
 
-    def told(self):
+    def new_actions(self):
         self.count += 1
         return [Interference("take over", f"Ada {self.count}", subject="from Bob")]
 
