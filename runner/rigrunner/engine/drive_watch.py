@@ -45,7 +45,7 @@ class DriveWatch:
         # The drive may have left its set-point right after the last check: see `latency_s`.
         checked_s = self._checked_s
         # The first deviation ends the run: further drives are not checked.
-        for member, deviation in self._rig.drives_astray(self._streaming):
+        for member, deviation in self._rig.deviating_drives(self._streaming):
             name, latency_s = f"drive {member}", self._now_s() - checked_s
             self._emit(
                 InterlockTripped,

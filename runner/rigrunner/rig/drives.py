@@ -45,7 +45,7 @@ def agrees(info: DriveInfo, actual: float, value: float) -> bool:
     return abs(actual - value) <= info.allowed_deviation
 
 
-def staying_away(
+def away_from_safe(
     role: str, drives: Iterable[DriveInfo], set_points: Mapping[Member, float]
 ) -> list[str]:
     """Return, as text, which drives are not at their safe value; set-points by 'role.drive'."""

@@ -476,7 +476,7 @@ def test_drives_that_were_made_safe_stand_where_they_are_read_back():
     assert rig.standing("tester", "load") == 500.0
     rig.make_safe()
     assert rig.standing("tester", "load") == 0.0
-    assert list(rig.drives_astray()) == []
+    assert list(rig.deviating_drives()) == []
 
 
 def test_what_was_paused_counts_its_cycles_again_once_it_is_resumed():
