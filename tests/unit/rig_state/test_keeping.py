@@ -145,7 +145,7 @@ def test_trouble_is_told_once_and_its_end_not_at_all(energised, told, monkeypatc
         looks.append(1)
         return next(found, "")
 
-    monkeypatch.setattr(keeping, "_made_anew", made_anew)
+    monkeypatch.setattr(keeping, "_recreate_removed", made_anew)
     with keeping.keeping(energised[0], told.append):
         until(lambda: len(looks) > 5)
     assert told == ["a lock was removed"]
