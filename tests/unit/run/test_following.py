@@ -242,7 +242,7 @@ def test_a_snapshot_of_which_no_findings_can_be_made_is_left_out_with_a_note():
     follow = Following(folds, run_of, screen, lambda *_: None)
     for event in recorded("1", 1.0, VALUES):
         follow(event)
-        until(lambda: not (follow._making and follow._making.is_alive()))
+        until(lambda: not (follow._thread and follow._thread.is_alive()))
     found, _ = screen.shown[-1]
     assert found.notes == ("broken is shown no more: ZeroDivisionError: division by zero",)
     assert [each.place for each in found.results] == ["load.current = 1 A"]

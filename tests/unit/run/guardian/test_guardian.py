@@ -85,7 +85,7 @@ def test_a_computer_that_was_suspended_has_missed_nothing(patience, clock):
 def test_a_hung_process_is_asked_and_then_killed(patience, clock, owner):
     ticks(patience, clock, 31)
     patience.end()
-    assert (owner.sent, patience.is_asked) == (["SIGTERM", "SIGCONT"], True)
+    assert (owner.sent, patience.was_asked) == (["SIGTERM", "SIGCONT"], True)
     ticks(patience, clock, 11)
     assert patience.is_over
     patience.end()
@@ -224,7 +224,8 @@ def test_an_attempt_has_the_time_that_its_drives_need(monkeypatch, needed_s, ret
 
     monkeypatch.setattr(acting, "ATTEMPT_S", 0.02)
     monkeypatch.setattr(acting, "_one_attempt", attempt)
-    assert acting._within({}) == ((), "" if returns else "a device did not return within 0.02 s")
+    problem = "" if returns else "a device did not return within 0.02 s"
+    assert acting._limited_attempt({}) == ((), problem)
     done.set()
 
 
