@@ -73,10 +73,10 @@ class Notes:
         # No alarm: a person or an interlock wanted the end.
         if isinstance(error, (AbortedError, KeyboardInterrupt)):
             self.try_emit(
-                Intervention, action="abort", by=self._aborted_by(error), reason=words(error)
+                Intervention, action="abort", by=self._aborted_by(error), reason=error_line(error)
             )
         else:
-            self.try_emit(Alarm, source=source, text=words(error))
+            self.try_emit(Alarm, source=source, text=error_line(error))
             self.trace(error)
 
     def trace(self, error: BaseException) -> None:
@@ -120,9 +120,9 @@ class Notes:
                 reason = "; ".join(text for text in (self.stopped_at, passed_over) if text)
                 return Outcome.STOPPED_AT_LIMIT, reason
             return Outcome.COMPLETED, passed_over
-        reason = words(error)
+        reason = error_line(error)
         if self._unsafe is not None:
-            also = "" if error is self._unsafe else f"; {words(self._unsafe)}"
+            also = "" if error is self._unsafe else f"; {error_line(self._unsafe)}"
             return Outcome.ERROR, reason + also
         aborted = isinstance(error, (AbortedError, KeyboardInterrupt))
         return Outcome.ABORTED if aborted else Outcome.ERROR, reason
@@ -132,7 +132,7 @@ class Notes:
         return by or ("stop request" if self._stop.is_set() else "operator")
 
 
-def words(error: BaseException) -> str:
+def error_line(error: BaseException) -> str:
     """Return an error as one line, with later failures of the cleanup."""
     if isinstance(error, KeyboardInterrupt):
         return "; ".join((_interrupt(error).reason, *getattr(error, "__notes__", ())))

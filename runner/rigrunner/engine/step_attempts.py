@@ -8,7 +8,7 @@ from rigrunner.api.errors import AbortedError
 from rigrunner.api.events import Alarm
 from rigrunner.api.steps import NOTHING
 from rigrunner.engine.attempt import Attempt
-from rigrunner.engine.notes import CONTINUES, words
+from rigrunner.engine.notes import CONTINUES, error_line
 from rigrunner.engine.pausing import PauseWantedError
 
 if TYPE_CHECKING:
@@ -104,12 +104,12 @@ def _failed(attempt: Attempt, error: BaseException, notes: Notes) -> tuple[bool,
     retry, passed_over = attempt.may_retry(error), attempt.may_continue(error)
     if retry:
         attempts = attempt.step.terms.attempts
-        text = f"{words(error)}; try {attempt.number} of {attempts}"
+        text = f"{error_line(error)}; try {attempt.number} of {attempts}"
         notes.try_emit(Alarm, source=path, text=text)
         notes.trace(error)
     elif passed_over:
-        notes.pass_over(f"{path}: {words(error)}")
-        notes.try_emit(Alarm, source=path, text=words(error) + CONTINUES)
+        notes.pass_over(f"{path}: {error_line(error)}")
+        notes.try_emit(Alarm, source=path, text=error_line(error) + CONTINUES)
         notes.trace(error)
     else:
         notes.note(path, error)

@@ -39,7 +39,7 @@ MOST_BUSY = 0.25
 class Shows(Protocol):
     """A screen."""
 
-    def __call__(self, found: Findings, *, is_whole: bool) -> None:
+    def __call__(self, findings: Findings, /, *, is_whole: bool) -> None:
         """Take the findings so far; `is_whole`: a recording has ended."""
         ...
 

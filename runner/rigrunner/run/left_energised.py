@@ -66,7 +66,7 @@ class Standing:
 
     member: str
     unit: str
-    found: float
+    read_back: float
     safe_value: float
     is_safe: bool
     problem: str = ""
@@ -76,9 +76,9 @@ class Standing:
     def text(self) -> str:
         """Return 'psu.voltage reads back 40 V, safe is 0 V'."""
         safe = f"safe is {self.safe_value:g} {self.unit}".rstrip()
-        if math.isnan(self.found):
+        if math.isnan(self.read_back):
             return f"{self.member} cannot be read back, {safe} ({self.problem})"
-        return f"{self.member} reads back {self.found:g} {self.unit}, {safe}"
+        return f"{self.member} reads back {self.read_back:g} {self.unit}, {safe}"
 
 
 def check_left(

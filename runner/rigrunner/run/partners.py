@@ -168,8 +168,8 @@ def _required_partners(planned: Planned, started: datetime) -> dict[str, Require
     return {name: Required(planned, started, tuple(group)) for name, group in by_name}
 
 
-def _name(asked: AskedRun) -> str:
-    return asked.needed.name
+def _name(asked_run: AskedRun) -> str:
+    return asked_run.needed.name
 
 
 def _find(required: Required, runs: Path, named: str | None) -> Path:
@@ -309,18 +309,20 @@ def _data_objections(partner: RunData, required: Required) -> Iterator[str]:
             yield from registry.partner_problems(analysis.name, analysis.settings, run, partner)
 
 
-def _has_values(wanted: Mapping[str, Value], part: Recording | Measurement, within: float) -> bool:
-    known = {**part.coordinates, **part.setpoints}
+def _has_values(
+    required: Mapping[str, Value], part: Recording | Measurement, within: float
+) -> bool:
+    values = {**part.coordinates, **part.setpoints}
     return all(
-        name in known and _agrees(value, known[name], within) for name, value in wanted.items()
+        name in values and _agrees(value, values[name], within) for name, value in required.items()
     )
 
 
-def _agrees(wanted: Value, measured: float | str, within: float) -> bool:
-    if isinstance(wanted, str) or isinstance(measured, str):
-        return wanted == measured
+def _agrees(required: Value, measured: float | str, within: float) -> bool:
+    if isinstance(required, str) or isinstance(measured, str):
+        return required == measured
     # `abs_tol`, as no relative tolerance lets anything agree with 0.
-    return isclose(wanted, measured, rel_tol=within, abs_tol=1e-12)
+    return isclose(required, measured, rel_tol=within, abs_tol=1e-12)
 
 
 def _is_of_the_procedure(path: Path, needed: NeededRun) -> bool:

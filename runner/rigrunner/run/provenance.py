@@ -52,10 +52,10 @@ def layouts(registry: Registry) -> dict[str, int]:
     return {name: registry.revision(kind, name) for name in registry.names(kind)}
 
 
-def refuse_other_software(wanted: Mapping[str, str], registry: Registry) -> None:
+def refuse_other_software(expected: Mapping[str, str], registry: Registry) -> None:
     """Raise DataError on a worker whose `software` differs from that of its caller."""
     local_software = software(registry)
-    for name, text in wanted.items():
+    for name, text in expected.items():
         if local_software.get(name) != text:
             raise DataError(
                 f"a worker of the cluster has {name} {local_software.get(name)}, not {text}",
@@ -80,10 +80,10 @@ def code_digest(*lab_folders: Path) -> str:
     return digest.hexdigest()[:16]
 
 
-def identities(found: Mapping[str, Identity]) -> dict[str, str]:
+def identities(by_role: Mapping[str, Identity]) -> dict[str, str]:
     """Return the identities at each role and part, 'role/part', as text."""
     texts: dict[str, str] = {}
-    for role, identity in found.items():
+    for role, identity in by_role.items():
         fields = (identity.maker, identity.model, identity.serial, identity.firmware)
         simulated = SIMULATED if identity.simulated else ""
         texts[f"device {role}"] = " ".join(filter(None, fields)) + simulated
