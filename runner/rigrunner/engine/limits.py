@@ -31,8 +31,7 @@ def remarks_on(
         if limit.limits.margin(value) >= limit.marginal:
             continue
         decision = limit.decision(value)
-        # As for an infinite value without a limit there.
-        if decision.passes and not decision.marginal:
+        if decision.passes and not decision.marginal:  # an infinite value without a limit there
             continue
         place = "" if where is None else f"at {where()}: "
         yield (Note if decision.passes else LimitMissed), f"{place}{decision.reason}"

@@ -183,7 +183,7 @@ class Rig:
 
     def allowed(self, role: str, drive: str) -> DriveInfo:
         """Return a drive with the limits of the station."""
-        return self._rules.narrowed(Member(role, drive), self._drive(role, drive))
+        return self._rules.narrowed(Member(role, drive), self._roles[role].drive(drive))
 
     def standing(self, role: str, drive: str) -> float:
         """Return the position of a drive: its last set-point, or else the read-back."""
@@ -218,7 +218,7 @@ class Rig:
 
         The safe value itself never is, also where the present position cannot be read.
         """
-        safe = self._drive(role, drive).safe_value
+        safe = self._roles[role].drive(drive).safe_value
         return value != safe and abs(value - safe) > abs(self.standing(role, drive) - safe)
 
     def resume_leads_away(self, role: str, drive: str) -> bool:
@@ -408,9 +408,6 @@ class Rig:
                 f"{member.role}: {member.name} reads back {position:g}: its position is unknown"
             )
         return position
-
-    def _drive(self, role: str, drive: str) -> DriveInfo:
-        return self._roles[role].drive(drive)
 
     def _connected_drive(self, role: str, drive: str) -> ConnectedDrive:
         connected = self._drives.get((role, drive))

@@ -298,7 +298,7 @@ def _data_objections(partner: RunData, required: Required) -> Iterator[str]:
             continue
         for place in asked_run.values:
             values = {name: in_si(value) for name, value in place.items()}
-            if not any(_has_values(values, part, asked_run.needed.within) for part in parts):
+            if not any(_is_at(values, part, asked_run.needed.within) for part in parts):
                 where = ", ".join(f"{name} = {value}" for name, value in place.items())
                 yield f"it has no {' and '.join(channels) or 'value'} at {where}"
     planned, registry = required.planned, required.planned.registry
@@ -309,13 +309,9 @@ def _data_objections(partner: RunData, required: Required) -> Iterator[str]:
             yield from registry.partner_problems(analysis.name, analysis.settings, run, partner)
 
 
-def _has_values(
-    required: Mapping[str, Value], part: Recording | Measurement, within: float
-) -> bool:
-    values = {**part.coordinates, **part.setpoints}
-    return all(
-        name in values and _agrees(value, values[name], within) for name, value in required.items()
-    )
+def _is_at(place: Mapping[str, Value], part: Recording | Measurement, within: float) -> bool:
+    at = {**part.coordinates, **part.setpoints}
+    return all(name in at and _agrees(value, at[name], within) for name, value in place.items())
 
 
 def _agrees(required: Value, measured: float | str, within: float) -> bool:

@@ -85,7 +85,7 @@ def prepare_resume(
     `named` are partner runs named by a person, by folder or name. A run that waits for one after it
     gets the first that fits.
     """
-    check_same(stored.header, planned)
+    _refuse_changes(stored.header, _differences(stored.header, planned))
     resume_at = None
     started = datetime.fromisoformat(stored.header.started_utc)
     if may_be_resumed(stored):
@@ -179,18 +179,13 @@ DEVICE = "device "
 _SHOWN = 60
 
 
-def check_same(header: RunHeader, planned: Planned) -> None:
-    """Raise DataError with everything that changed since the start; no rig is needed."""
-    _refuse(header, _differences(header, planned))
-
-
 def check_same_instruments(header: RunHeader, identified: Mapping[str, Identity]) -> None:
     """Raise DataError if other instruments answer than at the start."""
     before = {name: text for name, text in header.provenance.items() if name.startswith(DEVICE)}
-    _refuse(header, _changed(before, identities(identified)))
+    _refuse_changes(header, _changed(before, identities(identified)))
 
 
-def _refuse(header: RunHeader, differences: Iterable[str]) -> None:
+def _refuse_changes(header: RunHeader, differences: Iterable[str]) -> None:
     changes = list(differences)
     if changes:
         raise DataError(
@@ -200,6 +195,7 @@ def _refuse(header: RunHeader, differences: Iterable[str]) -> None:
 
 
 def _differences(header: RunHeader, planned: Planned) -> Iterator[str]:
+    """Yield everything that changed since the start, except the instruments."""
     procedure, station = planned.procedure, planned.station
     yield from _text_change("the procedure", header.procedure_text, procedure.text)
     called = procedure.called_texts

@@ -103,7 +103,7 @@ def _make_safe(task: dict[str, Any], marker: Marker, reason: str) -> None:
     run = marker.owner.run if marker.owner is not None else ""
     if run and Path(run).is_dir():
         with suppress(Exception):  # the other reports have it too
-            _note_in_journal(Path(run), lines[0], reports, problem)
+            _write_events(Path(run), lines[0], reports, problem)
 
 
 def _limited_attempt(task: dict[str, Any]) -> tuple[tuple[SafetyReport, ...], str]:
@@ -191,9 +191,7 @@ def _note(task: dict[str, Any], lines: list[str]) -> None:
             file.write(text.encode())
 
 
-def _note_in_journal(
-    folder: Path, what: str, reports: tuple[SafetyReport, ...], problem: str
-) -> None:
+def _write_events(folder: Path, what: str, reports: tuple[SafetyReport, ...], problem: str) -> None:
     """Record in the run how its rig was left, for those who resume or recover it."""
     from rigrunner.run.interrupted import next_seq, read_interrupted  # noqa: PLC0415  (as above)
     from rigrunner.runfile import RunWriter, run_lock  # noqa: PLC0415  (numpy: the rig is first)
