@@ -135,7 +135,10 @@ def stream_conditions(role: Role, answer_s: float) -> Conditions:
     if device is None:
         return {}, {}
     values_and_units = role.call("tell of the stream", device.stream_conditions, answer_s)
-    values: dict[str, float] = {
-        Member(role.name, name): as_number(value) for name, (value, _) in values_and_units.items()
-    }
-    return values, {Member(role.name, name): unit for name, (_, unit) in values_and_units.items()}
+    values: dict[str, float] = {}
+    units: dict[str, str] = {}
+    with role.named():
+        for name, (value, unit) in values_and_units.items():
+            values[Member(role.name, name)] = as_number(value)
+            units[Member(role.name, name)] = unit
+    return values, units

@@ -469,6 +469,15 @@ def test_what_a_device_found_of_its_stream_is_named_by_its_role():
     assert rig_of(FakeTester()).stream_conditions("tester") == ({}, {})
 
 
+def test_a_value_of_a_stream_that_is_no_number_is_refused_with_the_role():
+    class Wrong(FakeTester):
+        def stream_conditions(self):
+            return {"alignment": ("good", "rad")}
+
+    with pytest.raises(DeviceRejectedError, match=r"^tester: the driver gave 'good', which is not"):
+        rig_of(Wrong()).stream_conditions("tester")
+
+
 def test_drives_that_were_made_safe_stand_where_they_are_read_back():
     rig = rig_of(FakeTester())
     rig.connect()
