@@ -109,7 +109,7 @@ def test_a_call_of_a_rig_is_allowed_the_patience_of_its_station(pulse):
 
 def test_a_pause_is_allowed_the_time_in_which_all_drives_reach_their_ends(pulse):
     left = []
-    slow = tuple(replace(each, rate_per_s=10.0, settle_s=1.0) for each in DRIVES)
+    slow = tuple(replace(info, rate_per_s=10.0, settle_s=1.0) for info in DRIVES)
 
     class Pausing(FakeTester):
         def pause(self):
@@ -138,7 +138,7 @@ def test_a_rig_connects_what_answers_and_says_why_the_rest_does_not():
     failed = rig.connect_each()
     assert list(failed) == ["bad"]
     assert "nobody answers" in failed["bad"]
-    reports = {each.role: each for each in rig.make_safe() if not each.drive}
+    reports = {report.role: report for report in rig.make_safe() if not report.drive}
     rig.close()
     assert reports["good"].safe
 

@@ -194,12 +194,12 @@ def test_stream_gives_the_blocks(non_blocking):
 
 @pytest.mark.parametrize("non_blocking", [True, False])
 def test_stream_that_is_left_early_is_ended_on_the_device_before_anything_else(non_blocking):
-    kept = []  # or else the collector of garbage might end the stream for us
+    streams = []  # or else the collector of garbage might end the stream for us
 
     class Tidy(FakeTester):
         def stream(self, channels, duration_s, stop):
-            kept.append(self._tidy(channels, duration_s, stop))
-            return kept[0]
+            streams.append(self._tidy(channels, duration_s, stop))
+            return streams[0]
 
         def _tidy(self, channels, duration_s, stop):
             try:
@@ -253,8 +253,8 @@ def test_an_identity_and_messages_of_a_driver_steer_no_terminal():
     device = FakeTester()
     device.connect = lambda _: Identity("F\x1b[2J", "\u202eX", "1\r", "v\x00", parts={"cell": part})
     rig = rig_of(device)
-    found = rig.connect()["tester"]
-    assert found == Identity(
+    identity = rig.connect()["tester"]
+    assert identity == Identity(
         r"F\x1b[2J",
         r"\u202eX",
         r"1\r",
@@ -262,7 +262,7 @@ def test_an_identity_and_messages_of_a_driver_steer_no_terminal():
         parts={"cell": Identity("Fakes", "cell", r"7\x9b")},
     )
     rig.messages.log_of("tester").warning("read %s", "\x1b[8m")
-    assert [each.text for each in rig.messages.taken()] == [r"read \x1b[8m"]
+    assert [message.text for message in rig.messages.taken()] == [r"read \x1b[8m"]
 
 
 def test_hanging_device_is_abandoned_and_all_are_still_made_safe():
@@ -285,9 +285,9 @@ def test_hanging_device_is_abandoned_and_all_are_still_made_safe():
 
 def test_make_safe_goes_on_past_every_failure_and_reports_it():
     broken = FakeTester(before=raising(ZeroDivisionError("bug"), at="make_safe"))
-    lost = FakeTester(before=raising(DeviceLostError("cable"), at="make_safe"))
+    tester = FakeTester(before=raising(DeviceLostError("cable"), at="make_safe"))
     fine = FakeTester()
-    reports = rig_of(broken, lost, fine).make_safe()
+    reports = rig_of(broken, tester, fine).make_safe()
     assert [report.safe for report in reports] == [False, False, True]
     assert reports[0].problems == ("make safe failed: ZeroDivisionError: bug",)
     assert reports[1].problems == ("make safe failed: cable",)
@@ -357,12 +357,12 @@ def test_numbers_of_other_kinds_become_floats(given):
     device.read = lambda channels: dict.fromkeys(channels, given)
     device.make_safe = lambda: {"load": given}
     rig = rig_of(device)
-    found = [
+    values = [
         rig.set("tester", "load", 1000.0),
         rig.read("tester", ["load"])["tester.load"],
         rig.make_safe()[0].read_back["load"],
     ]
-    assert [(type(one), one) for one in found] == [(float, 1000.0)] * 3
+    assert [(type(value), value) for value in values] == [(float, 1000.0)] * 3
 
 
 @pytest.mark.parametrize(
@@ -464,8 +464,8 @@ def test_what_a_device_found_of_its_stream_is_named_by_its_role():
         def stream_conditions(self):
             return {"angle_alignment": (np.float32(0.25), "rad")}
 
-    found = rig_of(Knowing()).stream_conditions("tester")
-    assert found == ({"tester.angle_alignment": 0.25}, {"tester.angle_alignment": "rad"})
+    conditions = rig_of(Knowing()).stream_conditions("tester")
+    assert conditions == ({"tester.angle_alignment": 0.25}, {"tester.angle_alignment": "rad"})
     assert rig_of(FakeTester()).stream_conditions("tester") == ({}, {})
 
 
@@ -541,8 +541,8 @@ def observed(given):
 
 
 def test_readings_that_are_no_numbers_are_of_their_kind():
-    given = {"firmware": "FW2.1", "door": True, "spectrum": [1, Decimal("2.5")]}
-    assert observed(given) == {
+    readings = {"firmware": "FW2.1", "door": True, "spectrum": [1, Decimal("2.5")]}
+    assert observed(readings) == {
         "tester.firmware": "FW2.1",
         "tester.door": True,
         "tester.spectrum": (1.0, 2.5),

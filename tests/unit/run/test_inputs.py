@@ -36,10 +36,10 @@ def answered(given):
 
 
 def test_what_is_not_given_is_asked():
-    values, asked = answered({"room": "24", "specimen": "SN-17"})
+    values, questions = answered({"room": "24", "specimen": "SN-17"})
 
     assert values == {"specimen": "SN-17", "room": "24 °C", "side": "left", "operator": "Zoë"}
-    assert asked == ["inputs.side", "inputs.operator"]
+    assert questions == ["inputs.side", "inputs.operator"]
 
 
 def test_without_an_unattended_answer_nobody_can_answer():
@@ -116,7 +116,7 @@ def test_a_spoiled_file_of_answers(answers, text, line, message, hint):
 def test_all_that_is_wrong_with_answers_is_told_at_once(answers):
     path = answers("specimen: 17\nroom: 5 N\nzzz: a\n")
 
-    assert [each.field for each in problems_of(read_answers, path, LOADED)] == [
+    assert [problem.field for problem in problems_of(read_answers, path, LOADED)] == [
         "specimen",
         "room",
         "zzz",
