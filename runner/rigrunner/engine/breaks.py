@@ -67,7 +67,7 @@ class _Pause:
             # New each time: an interlock can trip or clear while the person decides.
             choices = tuple(self._choices())
             paused = Paused(self.path, self.point, why, moving, choices)
-            # The guardian must not take a person who thinks for a hang.
+            # The guardian must not mistake waiting for a person for a hang.
             with self.session.rig.person():
                 decision = pauses.decide(paused, self.session.watch)
             match decision.choice:

@@ -1,4 +1,4 @@
-"""Manual mode: a run without a plan, whose steps a person gives one by one."""
+"""Manual mode: a run without a plan; a person gives its steps one by one."""
 
 from __future__ import annotations
 

@@ -117,7 +117,7 @@ class Reasoned(Protocol):
 
 @runtime_checkable
 class Interrupting(Protocol):
-    """A stop token that interrupts the run, and can be told not to."""
+    """A stop token that interrupts the run, until `stop_interrupting` is called."""
 
     def stop_interrupting(self) -> None:
         """Stop interrupting: the rig is being made safe, and that is recorded."""

@@ -110,7 +110,7 @@ def brought_back(step: PlannedStep) -> PlannedStep:
         return step
     value, unit = action.passes[-1], action.known[1][action.led]
     text = f"Set {action.led} to {value:g} {unit}, where the {action.kind} left it"
-    # Where the drive stands now, and so how long it moves, is not known.
+    # The present position of the drive, and so the duration of its motion, is not known.
     return replace(step, action=action.brings_back, text=text, estimated_s=0.0)
 
 

@@ -164,7 +164,7 @@ class Session:
             computed = pool.submit(self.results, name)
             # In wall time: a simulated clock would not wait at all.
             while not wait([computed], _NAP_S).done:
-                self.clock.sleep(0.0)  # progress, for who watches over the run
+                self.clock.sleep(0.0)  # progress, for the guardian
                 self.check()
             return computed.result()
         finally:

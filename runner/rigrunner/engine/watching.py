@@ -43,7 +43,7 @@ class Watch:
         worst = float(values[int(np.argmax(bad))])
         if self._lasts(times_s, bad):
             self._trip(f"{self._value_text(worst)}, {self.interlock.condition}", now_s)
-        # After tripping, whose latency counts from the last good value before.
+        # After tripping: the latency counts from the last good value before.
         if not bad.all():
             self.good_s = float(times_s[np.flatnonzero(~bad)[-1]])
         may_clear = self.tripped and not self.interlock.latched

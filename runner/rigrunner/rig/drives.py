@@ -35,7 +35,7 @@ def as_number(value: object) -> float:
     # NumPy would drop an imaginary part with a mere warning.
     is_complex = getattr(getattr(value, "dtype", None), "kind", "") == "c"
     if isinstance(value, SupportsFloat) and not is_complex:
-        with suppress(TypeError, ValueError, OverflowError):  # as of an array of several
+        with suppress(TypeError, ValueError, OverflowError):  # such as an array of several
             return float(value)
     raise DeviceRejectedError(f"the driver gave {value!r}, which is not a number")
 

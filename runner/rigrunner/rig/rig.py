@@ -152,7 +152,7 @@ class Rig:
         return dict(failed)
 
     def person(self) -> AbstractContextManager[None]:
-        """Note that a person is asked, who may take any time."""
+        """Note that a person is asked and may take any time."""
         return nullcontext() if self._pulse is None else self._pulse.person()
 
     def set(

@@ -89,7 +89,7 @@ class Marker:
     safe_by: str = ""
     """What made the rig safe after its run, and when; '' while it counts as energised."""
     is_in_use: bool = False
-    """Whether the process that energised the rig still holds it, as intended."""
+    """Whether the process that energised the rig still holds it."""
 
     @property
     def set_points(self) -> str:
@@ -167,7 +167,7 @@ def clear(station: str) -> None:
     with _opened(path) as descriptor:
         os.ftruncate(descriptor, 0)
         os.fsync(descriptor)
-    with suppress(OSError):  # it may be another person's: an empty one says nothing
+    with suppress(OSError):  # it may be another user's: an empty file is no marker
         path.unlink()
 
 
@@ -241,7 +241,7 @@ def _read(path: Path) -> Marker | None:
         content = read_plain(path)
     except FileNotFoundError:
         return None
-    # Unreadable is not safe: somebody else owns it, or a link is in its place.
+    # Unreadable is not safe: another user owns it, or a link is in its place.
     except OSError:
         return Marker(station, None)
     if not content:

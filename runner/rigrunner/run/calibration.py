@@ -26,7 +26,7 @@ _PULSES = "index"
 
 
 class Lack(StrEnum):
-    """What a calibration lacks; the words by which a person may override it."""
+    """What a calibration lacks; also the names by which a person may override it."""
 
     MISSING = "missing"
     OVERDUE = "overdue"

@@ -97,7 +97,7 @@ def _files(folder: Path) -> list[str]:
 
 
 def _near_file(path: Path) -> str:
-    """Return the similar file beside it, or the missing folder; '' for a mere name."""
+    """Return the similar file beside it, or the missing folder; '' for a name only."""
     if path.parent != Path() and not path.parent.is_dir():
         return f"there is no folder {path.parent}"
     matches = difflib.get_close_matches(path.name, _files(path.parent), n=1, cutoff=0.7)

@@ -76,7 +76,7 @@ class Planned:
         return run_to_come(self.procedure.model, self.station, self.plan, self.devices)
 
     def expected(self) -> tuple[ExpectedReading, ...]:
-        """Return what channels will probably show, as the analyses say."""
+        """Return the expected readings of channels, from the analyses."""
         if not self.procedure.model.analysis:
             return ()
         return tuple(expected_readings(self.procedure.model, self.to_come(), self.registry))

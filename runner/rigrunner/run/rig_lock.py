@@ -98,7 +98,7 @@ def station_lock(
             by_role.setdefault(place.role, set()).update(place.addresses)
         owner = Owner(
             station=station_id,
-            station_file=os.path.abspath(station.document.name),  # noqa: PTH100  (a name, no path of ours)
+            station_file=os.path.abspath(station.document.name),  # noqa: PTH100  (a name, not our path)
             procedure=what,
             process=process,
             host=socket.gethostname(),

@@ -159,7 +159,7 @@ def result_by_now(folder: Path, procedure: Procedure, registry: Registry, name: 
 
 
 def _measured_last(run: RunData, places: Sequence[_Place]) -> _Place:
-    """Return the result at the place of what was measured last, of what it is a result of."""
+    """Return the result at the place measured last, of those that have a result."""
     times: list[tuple[str, Recording | Measurement]] = [
         *((recording.started_utc, recording) for recording in run.recordings),
         *((row.utc, row) for row in run.measurements),

@@ -54,7 +54,7 @@ def on_tape(
     texts = [procedure.text, *(text for _, text in sorted(procedure.called_texts.items()))]
     manifest = manifest_of(planned.station, planned.registry, planned.clock.utc()).model_copy(
         update={
-            # No YAML has a NUL: the digest also says where each text ends.
+            # No YAML has a NUL: the digest also covers where each text ends.
             "procedure": TapedFile(id=procedure.model.id, sha256=_digest("\0".join(texts))),
             "attended": attended,
             "watches_drives": tape.watches_drives,
