@@ -28,10 +28,10 @@ TOUCH_S = 3600.0
 
 
 @contextmanager
-def keeping(marks: RigMarks, tell: Callable[[str], None]) -> Iterator[None]:
+def keeping(marks: RigMarks, report: Callable[[str], None]) -> Iterator[None]:
     """Keep the files of a held rig: they do not grow old, and are recreated if removed.
 
-    `tell` is called, from a thread, with what was removed and what followed. Does nothing on
+    `report` is called, from a thread, with what was removed and what followed. Does nothing on
     Windows, where an open file cannot be removed.
     """
     if os.name == "nt":
@@ -39,7 +39,7 @@ def keeping(marks: RigMarks, tell: Callable[[str], None]) -> Iterator[None]:
         return
     ended = threading.Event()
     thread = threading.Thread(
-        target=_keep, args=(marks, tell, ended), name="lock files", daemon=True
+        target=_keep, args=(marks, report, ended), name="lock files", daemon=True
     )
     thread.start()
     try:
@@ -49,14 +49,14 @@ def keeping(marks: RigMarks, tell: Callable[[str], None]) -> Iterator[None]:
         thread.join()
 
 
-def _keep(marks: RigMarks, tell: Callable[[str], None], ended: threading.Event) -> None:
+def _keep(marks: RigMarks, report: Callable[[str], None], ended: threading.Event) -> None:
     owner, touched_s, last_text = marks.owner, -TOUCH_S, ""
     holder = Holder(owner.station, owner.procedure, owner.process, owner.since)
     with ExitStack() as stack:
         while not ended.wait(TICK_S):
             text = _recreate_removed(marks, holder, stack)
             if text and text != last_text:
-                tell(text)
+                report(text)
             last_text = text
             if time.monotonic() - touched_s >= TOUCH_S:
                 touched_s = time.monotonic()

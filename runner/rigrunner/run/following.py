@@ -140,8 +140,8 @@ class Following:
                 if monotonic() >= self._due_s:
                     self._show_findings(is_whole=False)
             case StepEnded() if event.recording and event.recording == self._recording:
-                # A screen with curves has finished recordings analysed separately: slow findings are
-                # left to that analysis.
+                # A screen with curves has finished recordings analysed separately: slow findings
+                # are left to that analysis.
                 if self._draw is None or self._took_s <= EVERY_S or monotonic() >= self._due_s:
                     self._show_findings(is_whole=True)
 

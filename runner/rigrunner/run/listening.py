@@ -128,8 +128,8 @@ class Listeners:
     sinks: tuple[Detached, ...]
     stamp: EventStamp
 
-    def tell(self, kind: type[Event], **fields: Any) -> None:
-        """Pass them an event that is not recorded; failures appear with the next event."""
+    def send(self, kind: type[Event], **fields: Any) -> None:
+        """Send them an event that is not recorded; failures appear with the next event."""
         event = self.stamp(kind, **fields)
         for sink in self.sinks:
             with suppress(Exception):

@@ -193,7 +193,7 @@ def into_folder(
                 writer = stack.enter_context(opened(identified))
                 if marks is not None:
                     marks.describe(run=str(writer.folder.absolute()))
-                station_listeners.tell(RunPlanned, **_run_fields(planned, writer.folder, inputs))
+                station_listeners.send(RunPlanned, **_run_fields(planned, writer.folder, inputs))
                 with open_log(writer.folder) as logs:
                     beats = [guardian.pulse.note] if guardian else []
                     tracers = [log.trace for log in logs]
@@ -230,7 +230,7 @@ def into_folder(
             and isinstance(summary.error, DeviceError)
             and planned.tape is None,
         )
-        station_listeners.tell(
+        station_listeners.send(
             RunFinished,
             outcome=finished.outcome,
             reason=finished.reason,

@@ -194,11 +194,11 @@ def guarding(
         yield None
         return
 
-    def tell(text: str) -> None:
+    def report(text: str) -> None:
         messages.take("lock files", "warning", text)
         say(text)
 
-    with keeping(marks, tell):
+    with keeping(marks, report):
         if not station.model.safety.guardian:
             say(f"{WITHOUT}: nothing makes the rig safe if this process dies")
             yield None
