@@ -128,7 +128,7 @@ def force(*limits, **changes):
 
 
 @pytest.mark.parametrize(
-    ("device", "said"),
+    ("device", "problem"),
     [
         (None, "its factory gave a NoneType, which has no channels, drives"),
         (Pressed(None), "got None, expected a sequence of ChannelInfo"),
@@ -152,12 +152,12 @@ def force(*limits, **changes):
         (force(sets_cycle_frequency=True), "it sets the cycle frequency, in N"),
     ],
 )
-def test_a_device_whose_numbers_would_mean_something_else_is_refused(device, said):
+def test_a_device_whose_numbers_would_mean_something_else_is_refused(device, problem):
     record = DeviceRecord(name="press", help="", factory=lambda *_: device)
     registry = Registry([Plugin("device", record, Provider("lab", "1"))])
     with pytest.raises(PluginError, match=r"^device 'press': ") as caught:
         registry.make_device("press", {}, DeviceContext("press", SimulatedClock(), Path()))
-    assert said in caught.value.message
+    assert problem in caught.value.message
     assert "rigrunner check-plugin press" in caught.value.hint
 
 
@@ -185,10 +185,10 @@ def test_a_factory_cannot_end_the_program():
         failing(SystemExit(0)).make("fit", "line", {})
 
 
-@pytest.mark.parametrize("given", ["a text", None, 5])
-def test_a_format_gives_the_bytes_of_a_file(given):
+@pytest.mark.parametrize("content", ["a text", None, 5])
+def test_a_format_gives_the_bytes_of_a_file(content):
     record = ReportFormatRecord(
-        name="mine", help="", suffix=".x", factory=lambda _: lambda _: given
+        name="mine", help="", suffix=".x", factory=lambda _: lambda _: content
     )
     registry = Registry([Plugin("report_format", record, Provider("lab", "1"))])
     with pytest.raises(PluginError, match=r"the report format 'mine' gave a .*, expected bytes"):

@@ -58,7 +58,7 @@ def watched(interlock, *values, step_s=1.0):
 
 
 @pytest.mark.parametrize(
-    ("more", "values", "wanted"),
+    ("more", "values", "changes"),
     [
         ({"maximum": 5.0}, [5, 6, 6, 5], [(1, "tripped"), (3, "cleared")]),
         ({"maximum": inf, "minimum": 5.0}, [5, 4.9, 5], [(1, "tripped"), (2, "cleared")]),
@@ -80,8 +80,8 @@ def watched(interlock, *values, step_s=1.0):
         ({"maximum": 5.0}, [float("nan")], [(0, "tripped")]),
     ],
 )
-def test_what_trips_and_what_clears(more, values, wanted):
-    assert watched(replace(HOT, **more), *values) == wanted
+def test_what_trips_and_what_clears(more, values, changes):
+    assert watched(replace(HOT, **more), *values) == changes
 
 
 @pytest.mark.parametrize(

@@ -179,10 +179,10 @@ def test_the_streams_behind_the_seam_are_counted_at_their_set_points():
     assert streams == {"tester": [{"load": 1000.0, "frequency": 10.0}]}
 
 
-def resumed(plan, events, device=None, **known):
+def resumed(plan, events, device=None, **options):
     listener, device = Listener(), device or FakeTester()
     resume_at = find_resume_point(plan.steps, events, "Ada", "as it was")
-    return run(device, plan, guarded=[listener], resume_at=resume_at, **known), listener, device
+    return run(device, plan, guarded=[listener], resume_at=resume_at, **options), listener, device
 
 
 def test_a_run_that_is_taken_up_does_the_rest_and_says_so():

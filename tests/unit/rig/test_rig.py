@@ -57,11 +57,11 @@ def test_connect_gives_who_answered():
 
 
 @pytest.mark.parametrize(
-    "given", [None, "ACME", Identity(None, "x", "1"), Identity("ACME", "x", 5)]
+    "identity", [None, "ACME", Identity(None, "x", "1"), Identity("ACME", "x", 5)]
 )
-def test_who_answered_is_told_in_words(given):
+def test_who_answered_is_told_in_words(identity):
     tester = FakeTester()
-    tester.connect = lambda _: given
+    tester.connect = lambda _: identity
     with pytest.raises(DeviceRejectedError, match="tester: connect gave"):
         Rig({"tester": tester}, SimulatedClock()).connect()
     assert tester.calls == ["make_safe", "close"]
@@ -219,16 +219,16 @@ def test_stream_that_is_left_early_is_ended_on_the_device_before_anything_else(n
 
 @pytest.mark.parametrize("non_blocking", [True, False])
 @pytest.mark.parametrize(
-    ("raised", "kind", "told"),
+    ("raised", "kind", "message"),
     [
         (TimeoutError(), DeviceTimeoutError, "tester: set load: no answer in time"),
         (TimeoutError("3 s"), DeviceTimeoutError, r"tester: set load: no answer in time \(3 s\)"),
         (ConnectionResetError("gone"), DeviceLostError, r"the connection broke \(gone\)"),
     ],
 )
-def test_what_python_has_for_a_device_error_becomes_one(raised, kind, told, non_blocking):
+def test_what_python_has_for_a_device_error_becomes_one(raised, kind, message, non_blocking):
     device = FakeTester(before=raising(raised, at="set load 1"), non_blocking=non_blocking)
-    with rig_of(device) as rig, pytest.raises(kind, match=told) as caught:
+    with rig_of(device) as rig, pytest.raises(kind, match=message) as caught:
         rig.set("tester", "load", 1.0)
     assert caught.value.__cause__ is raised
 
@@ -350,12 +350,12 @@ def test_a_drive_is_looked_up_anew_once_its_device_is_connected():
         rig.set("tester", "load", 900.0)
 
 
-@pytest.mark.parametrize("given", [np.float32(1000), np.int64(1000), 1000, Decimal(1000)])
-def test_numbers_of_other_kinds_become_floats(given):
+@pytest.mark.parametrize("number", [np.float32(1000), np.int64(1000), 1000, Decimal(1000)])
+def test_numbers_of_other_kinds_become_floats(number):
     device = FakeTester()
-    device.read_back = lambda _: given
-    device.read = lambda channels: dict.fromkeys(channels, given)
-    device.make_safe = lambda: {"load": given}
+    device.read_back = lambda _: number
+    device.read = lambda channels: dict.fromkeys(channels, number)
+    device.make_safe = lambda: {"load": number}
     rig = rig_of(device)
     values = [
         rig.set("tester", "load", 1000.0),
@@ -366,14 +366,14 @@ def test_numbers_of_other_kinds_become_floats(given):
 
 
 @pytest.mark.parametrize(
-    "given",
+    "answer",
     [None, "1000", 1000 + 0j, np.complex128(1000), np.complex64(1000), 10**400, np.arange(2.0), {}],
 )
-def test_what_is_no_number_is_the_drivers_fault_and_names_the_role(given):
+def test_what_is_no_number_is_the_drivers_fault_and_names_the_role(answer):
     device = FakeTester()
-    device.read_back = lambda _: given
-    device.read = lambda channels: dict.fromkeys(channels, given)
-    device.make_safe = lambda: {"load": given, "frequency": 0.0}
+    device.read_back = lambda _: answer
+    device.read = lambda channels: dict.fromkeys(channels, answer)
+    device.make_safe = lambda: {"load": answer, "frequency": 0.0}
     rig = rig_of(device)
     for call in (
         lambda: rig.set("tester", "load", 1000.0),
@@ -387,18 +387,18 @@ def test_what_is_no_number_is_the_drivers_fault_and_names_the_role(given):
     assert "the driver gave" in report.problems[0]
 
 
-@pytest.mark.parametrize("given", [None, [1.0], 5])
-def test_a_reading_that_is_no_mapping_is_the_drivers_fault(given):
+@pytest.mark.parametrize("answer", [None, [1.0], 5])
+def test_a_reading_that_is_no_mapping_is_the_drivers_fault(answer):
     device = FakeTester()
-    device.read = lambda _: given
+    device.read = lambda _: answer
     with pytest.raises(DeviceRejectedError, match=r"^tester: the driver gave "):
         rig_of(device).read("tester", ["load"])
 
 
-@pytest.mark.parametrize("given", [float("nan"), float("inf")])
-def test_where_a_drive_stands_must_be_known_to_say_what_leads_away_from_safe(given):
+@pytest.mark.parametrize("position", [float("nan"), float("inf")])
+def test_where_a_drive_stands_must_be_known_to_say_what_leads_away_from_safe(position):
     device = FakeTester()
-    device.read_back = lambda _: given
+    device.read_back = lambda _: position
     with pytest.raises(DeviceRejectedError, match="position is unknown"):
         rig_of(device).leads_away("tester", "load", 3000.0)
 
@@ -528,16 +528,16 @@ class Observes(FakeTester):
         ReadingInfo("door", "boolean", "Door"),
         ReadingInfo("spectrum", "array", "Spectrum", "V"),
     )
-    given: object = None
+    answers: object = None
 
     def observe(self, names):  # noqa: ARG002
-        return self.given
+        return self.answers
 
 
-def observed(given):
+def observed(readings):
     device = Observes()
-    device.given = given
-    return rig_of(device).observe("tester", list(given))
+    device.answers = readings
+    return rig_of(device).observe("tester", list(readings))
 
 
 def test_readings_that_are_no_numbers_are_of_their_kind():

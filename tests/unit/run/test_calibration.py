@@ -275,12 +275,12 @@ def test_nothing_is_connected_before_the_register_is_in_order(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "wanted",
+    "names",
     first(1, [["T-1", "tester.angle", "L-1"], ["overdue"], ["tester.torque", "A-1", "LC-3"]]),
 )
-def test_an_override_stands_in_run_file_and_report(tmp_path, wanted):
+def test_an_override_stands_in_run_file_and_report(tmp_path, names):
     plan = overdue(tmp_path)
-    overrides = overrides_for(plan, wanted, "A. Jones", "Certificates are on their way")
+    overrides = overrides_for(plan, names, "A. Jones", "Certificates are on their way")
     finished = do(plan, tmp_path / "runs", overrides)
 
     stored = read(finished.folder)
@@ -309,7 +309,7 @@ def test_what_was_overridden_for_the_no_load_run_is_told_with_the_result(tmp_pat
 
 
 @pytest.mark.parametrize(
-    ("wanted", "by", "reason", "message"),
+    ("names", "by", "reason", "message"),
     [
         (["overdue"], "", "", "needs --by NAME and --reason TEXT"),
         (["overdue"], "A. Jones", "  ", "needs --reason TEXT"),
@@ -319,9 +319,9 @@ def test_what_was_overridden_for_the_no_load_run_is_told_with_the_result(tmp_pat
         (["TQ-8"], "A. Jones", "why", "'--override TQ-8' matches nothing"),
     ],
 )
-def test_an_override_that_is_none(tmp_path, wanted, by, reason, message):
+def test_an_override_that_is_none(tmp_path, names, by, reason, message):
     with pytest.raises(UsageError, match=message):
-        overrides_for(overdue(tmp_path), wanted, by, reason)
+        overrides_for(overdue(tmp_path), names, by, reason)
 
 
 def test_what_is_not_overridden_is_told(tmp_path):

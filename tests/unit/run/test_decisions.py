@@ -31,15 +31,15 @@ TIGHT = Acceptance.model_validate({"limits": [LIMIT], "rule": "simple"})
 
 
 @pytest.fixture(scope="module")
-def made(quick_copy):
+def passed(quick_copy):
     """Return the folder of a loaded run which its procedure passes, beside its no-load run."""
     return quick_copy.loaded
 
 
 @pytest.fixture
-def folder(made, tmp_path):
-    copy = tmp_path / made.name
-    shutil.copytree(made, copy)
+def folder(passed, tmp_path):
+    copy = tmp_path / passed.name
+    shutil.copytree(passed, copy)
     return copy
 
 
@@ -48,10 +48,10 @@ def again(folder, acceptance=TIGHT, who=WHO):
 
 
 @pytest.fixture(scope="module")
-def second(made, tmp_path_factory):
+def second(passed, tmp_path_factory):
     """Decide once more on a copy of the run; return what was written, and the result."""
-    copy = tmp_path_factory.mktemp("decided") / made.name
-    shutil.copytree(made, copy)
+    copy = tmp_path_factory.mktemp("decided") / passed.name
+    shutil.copytree(passed, copy)
     return again(copy)
 
 
@@ -67,12 +67,12 @@ def decided_copy(decided, tmp_path):
     return shutil.copytree(decided, tmp_path / decided.name)
 
 
-def test_it_is_decided_anew_without_touching_what_is_there(made, second, decided):
+def test_it_is_decided_anew_without_touching_what_is_there(passed, second, decided):
     written, result = second
     assert result.decision.verdict == "fail"
     assert written.path.name == "decision-2.json"
     before, after = (
-        {path.name: path.read_bytes() for path in folder.iterdir()} for folder in (made, decided)
+        {path.name: path.read_bytes() for path in folder.iterdir()} for folder in (passed, decided)
     )
     assert {name: after[name] for name in before} == before
     assert set(after) - set(before) == {"decision-2.json"}
@@ -91,9 +91,9 @@ def test_the_record_says_who_why_when_of_what_and_what_held_before(decided):
     assert document["decision"]["verdict"] == "fail"
 
 
-def test_the_numbers_are_those_of_the_first_analysis(second, made):
+def test_the_numbers_are_those_of_the_first_analysis(second, passed):
     written, _ = second
-    first = read(made).result_document["headline"]["compensated"]
+    first = read(passed).result_document["headline"]["compensated"]
     assert written.document["decision"]["result"] == first
 
 
@@ -143,8 +143,8 @@ def test_a_measurand_is_refused_for_a_result_that_states_none(tmp_path):
         again(readings, acceptance)
 
 
-def test_a_run_that_compensates_nothing_is_refused(made):
-    no_load = next(path for path in made.parent.iterdir() if "NLI" in path.name)
+def test_a_run_that_compensates_nothing_is_refused(passed):
+    no_load = next(path for path in passed.parent.iterdir() if "NLI" in path.name)
     with pytest.raises(DataError, match="has no result to decide on"):
         again(no_load)
 

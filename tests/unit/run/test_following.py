@@ -169,10 +169,10 @@ def test_what_is_not_kept_is_drawn_and_enters_no_result():
 
 
 @pytest.mark.parametrize(
-    ("took_s", "draws", "whole"), [(1.0, True, 0), (0.01, True, 2), (1.0, False, 2)]
+    ("took_s", "draws", "shows"), [(1.0, True, 0), (0.01, True, 2), (1.0, False, 2)]
 )
 def test_findings_that_take_long_hold_up_no_curves_at_the_end_of_a_recording(
-    monkeypatch, took_s, draws, whole
+    monkeypatch, took_s, draws, shows
 ):
     """Two recordings of less than the time that one look at them takes."""
     now_s = 100.0
@@ -189,8 +189,8 @@ def test_findings_that_take_long_hold_up_no_curves_at_the_end_of_a_recording(
     follow = Following([("r", Slow())], run_of, screen, draw)
     for event in (*recorded("1", 1.0, VALUES), *recorded("2", 2.0, VALUES)):
         follow(event)
-    assert sum(is_whole for _, is_whole in screen.shown) == whole
-    assert len(screen.shown) == 1 + whole
+    assert sum(is_whole for _, is_whole in screen.shown) == shows
+    assert len(screen.shown) == 1 + shows
 
 
 class Snapshots(Ramp):

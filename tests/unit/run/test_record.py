@@ -213,10 +213,10 @@ def test_ctrl_c_after_the_end_of_a_run_leaves_it_sealed(tmp_path, monkeypatch, w
     if where == "in the analysis":
         analyse_stored = finish.analyse_stored
 
-        def analysed(*given, progress, **more):
+        def analysed(*args, progress, **more):
             press()
             progress("recordings", 1, 5)
-            return analyse_stored(*given, **more)
+            return analyse_stored(*args, **more)
 
         monkeypatch.setattr(finish, "analyse_stored", analysed)
     procedure = quick_procedure(tmp_path, "no_load_inertia_sweep")

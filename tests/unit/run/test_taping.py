@@ -65,11 +65,11 @@ def run(tape, procedure, runs, *, station=None, registry=None, answers=None, sto
         )
 
 
-def both(folder, procedure, **known):
+def both(folder, procedure, **options):
     """Record a run and replay it; return both, and the tape that was played."""
-    first = run(RecordedTape(folder / "tape"), procedure, folder / "runs", **known)
+    first = run(RecordedTape(folder / "tape"), procedure, folder / "runs", **options)
     tape = ReplayedTape(folder / "tape")
-    return first, run(tape, procedure, folder / "runs", **known), tape
+    return first, run(tape, procedure, folder / "runs", **options), tape
 
 
 @pytest.fixture(scope="module")

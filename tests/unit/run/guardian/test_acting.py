@@ -127,11 +127,11 @@ def test_a_drive_that_obeys_at_last_is_not_tried_again(left, act, monkeypatch):
     attempt = acting._one_attempt
     attempts = []
 
-    def free(*given):
+    def free(*args):
         attempts.append(1)
         if len(attempts) == 2:
             left.lab.put(stuck="")
-        return attempt(*given)
+        return attempt(*args)
 
     monkeypatch.setattr(acting, "_one_attempt", free)
     assert SAFE in act()

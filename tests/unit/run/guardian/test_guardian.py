@@ -125,7 +125,7 @@ def test_what_a_debugger_holds_and_what_is_not_energised_is_left_alone(
 
 
 @pytest.mark.parametrize(
-    ("told", "reason"),
+    ("messages", "reason"),
     [
         (["30.0", "end"], ""),
         (["30.0", "closed"], "the process of a run (7) died"),
@@ -133,11 +133,11 @@ def test_what_a_debugger_holds_and_what_is_not_energised_is_left_alone(
         (["dead", "30.0", "closed"], "the process of a run (7) died"),
     ],
 )
-def test_a_rig_that_was_given_back_is_left_alone_and_a_death_is_told(owner, told, reason):
+def test_a_rig_that_was_given_back_is_left_alone_and_a_death_is_told(owner, messages, reason):
     news = SimpleQueue()
-    for message in told:
+    for message in messages:
         news.put(message)
-    owner.is_dead = "end" not in told or "dead" in told
+    owner.is_dead = "end" not in messages or "dead" in messages
     assert main._guard(TASK, owner, news) == reason
 
 
