@@ -74,7 +74,7 @@ class Links(Protocol):
         """Return the address of a procedure's picture."""
         ...
 
-    def of_run(self, run: str) -> tuple[FileLink, ...]:
+    def run_links(self, run: str) -> tuple[FileLink, ...]:
         """Return the files of a run with their addresses."""
         ...
 
@@ -312,7 +312,7 @@ class Story:
             self._preflight(self._board.get("preflight").items, done=True)
         else:
             if finished is not None and finished.run:
-                files = self._links.of_run(finished.run)
+                files = self._links.run_links(finished.run)
                 finished = finished.model_copy(update={"files": files})
             self._board.put(finished=finished)
 

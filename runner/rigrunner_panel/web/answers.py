@@ -1,4 +1,4 @@
-"""What is answered."""
+"""The bodies of responses."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tells every screen what changes: deltas and curves, none of which ever waits for a slow one."""
+"""Sends changes and curves to every screen; a slow screen delays no other."""
 
 from __future__ import annotations
 
@@ -78,8 +78,8 @@ class Screen:
             await self._send(f'{{"type":"state","state":{state}}}')
         await self._send(_rigs_message(self._panel))
         curves = self.rig.desk.curves if self.rig is not None else None
-        for each in curves.whole() if curves is not None else ():
-            await self._send(each)
+        for message in curves.whole() if curves is not None else ():
+            await self._send(message)
 
     async def _send(self, message: str | bytes) -> None:
         if isinstance(message, str):
@@ -93,26 +93,26 @@ class Feed:
 
     def __init__(self, rig: Rig, screens: set[Screen]) -> None:
         self._rig = rig
-        self._every = screens
+        self._all_screens = screens
         self._curves: Curves | None = None
         self._trend_s = 0.0
         self._tick: asyncio.Future[None] | None = None
 
     def tick(self) -> None:
-        """Let time pass for the rig."""
+        """Do the periodic work of the rig."""
         self._rig.desk.tick()
         if self._tick is None or self._tick.done():  # in a thread: it reads and writes files
             self._tick = asyncio.ensure_future(asyncio.to_thread(queueing.tick, self._rig))
 
     def flush(self, now_s: float) -> bool:
-        """Tell what has changed; return whether more of it follows in a thirtieth of a second."""
+        """Send what has changed; return whether more follows in a thirtieth of a second."""
         for event in self._rig.board.new_events():
             self._tell(event)
         delta = self._rig.board.delta()
         if delta is not None:
             self._tell(delta)
         curves = self._rig.desk.curves
-        # Curves of another job: what the screens have drawn so far is none of it.
+        # Curves of another job: the screens must drop those that they have drawn.
         if curves is not self._curves:
             self._curves = curves
             for screen in self._screens():
@@ -135,11 +135,11 @@ class Feed:
             screen.tell(message)
 
     def _screens(self) -> Iterator[Screen]:
-        return (each for each in self._every if each.rig is self._rig)
+        return (screen for screen in self._all_screens if screen.rig is self._rig)
 
 
 class Hub:
-    """All screens, and the one task that tells them."""
+    """All screens, and the one task that sends to them."""
 
     def __init__(self, panel: Panel) -> None:
         self._panel = panel
@@ -151,7 +151,7 @@ class Hub:
         self._look: asyncio.Future[None] | None = None
 
     async def run(self) -> None:
-        """Tell what changes, at most thirty times a second, until cancelled."""
+        """Send changes, at most thirty times a second, until cancelled."""
         loop = asyncio.get_running_loop()
         self._panel.wake = lambda: _call(loop, self._wake.set)
         while True:
@@ -164,7 +164,7 @@ class Hub:
             await asyncio.sleep(FRAME_S)
 
     async def serve(self, socket: WebSocket, client: str, rig: Rig | None) -> None:
-        """Serve one screen until it is gone; what it sends is not listened to."""
+        """Serve one screen until it is gone; what it sends is ignored."""
         screen = Screen(socket, client, self._panel, rig)
         offered = socket.scope.get("subprotocols", ())
         await socket.accept(PROTOCOL if PROTOCOL in offered else None)

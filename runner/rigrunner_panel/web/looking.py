@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from rigrunner_panel.catalogue import What
     from rigrunner_panel.history import RunItem
-    from rigrunner_panel.web.asked import Asked
+    from rigrunner_panel.web.operation import ApiRequest
     from rigrunner_panel.web.panel import Panel
     from rigrunner_panel.web.requests import Why
 
@@ -32,33 +32,33 @@ MOST = 200
 _EXACT = ("procedure", "station", "outcome", "verdict")
 
 
-def runs(panel: Panel, asked: Asked) -> Runs:
-    """Return the stored runs that are looked for, newest first."""
-    query = asked.query
-    asked_for = query.get("limit", "")
-    is_number = asked_for.isascii() and asked_for.isdigit()
-    limit = min(max(int(asked_for), 1), MOST) if is_number else 50
+def runs(panel: Panel, request: ApiRequest) -> Runs:
+    """Return the stored runs that match the query, newest first."""
+    query = request.query
+    limit_text = query.get("limit", "")
+    is_number = limit_text.isascii() and limit_text.isdigit()
+    limit = min(max(int(limit_text), 1), MOST) if is_number else 50
     before = query.get("before", "")
-    found = (
-        each
-        for each in panel.history.items()
-        if (not before or each.run < before) and _fits(each, query)
+    matching = (
+        item
+        for item in panel.history.items()
+        if (not before or item.run < before) and _fits(item, query)
     )
-    items = list(islice(found, limit + 1))
+    items = list(islice(matching, limit + 1))
     return Runs(items=items[:limit], more=len(items) > limit)
 
 
-def run(panel: Panel, asked: Asked) -> OneRun:
+def run(panel: Panel, request: ApiRequest) -> OneRun:
     """Return one run, with its result and the addresses of its files."""
-    name = asked.path["run"]
+    name = request.path["run"]
     detail = panel.history.detail(name)
     links = panel.links(name, panel.history.files(name))
     return OneRun(**dict(detail), files=links)
 
 
-def again(panel: Panel, asked: Asked) -> Again:
-    """Return what the next specimen is started with."""
-    header = read(panel.history.folder(asked.path["run"])).header
+def again(panel: Panel, request: ApiRequest) -> Again:
+    """Return procedure, station and inputs for the next specimen."""
+    header = read(panel.history.folder(request.path["run"])).header
     inputs = {name: text for name, text in header.inputs.items() if name != "specimen"}
     return Again(
         procedure=named_file(panel, "procedure", header.procedure_id, header.procedure_text),
@@ -68,55 +68,59 @@ def again(panel: Panel, asked: Asked) -> Again:
     )
 
 
-def recover_stored(panel: Panel, asked: Asked) -> Done:
+def recover_stored(panel: Panel, request: ApiRequest) -> Done:
     """Close an interrupted run as it is."""
-    body: Why = asked.body
-    recover(panel.history.folder(asked.path["run"]), panel.clock, asked.by, body.reason.strip())
+    body: Why = request.body
+    recover(panel.history.folder(request.path["run"]), panel.clock, request.by, body.reason.strip())
     return Done()
 
 
-def compare(panel: Panel, asked: Asked) -> ComparisonAnswer:
+def compare(panel: Panel, request: ApiRequest) -> ComparisonAnswer:
     """Return in words what is different between two runs."""
-    first, second = (panel.history.folder(asked.query.get(key, "")) for key in ("before", "after"))
-    found = compare_runs(first, second)
+    first, second = (
+        panel.history.folder(request.query.get(key, "")) for key in ("before", "after")
+    )
+    comparison = compare_runs(first, second)
     return ComparisonAnswer(
-        before=found.before,
-        after=found.after,
-        same=found.same,
-        verdict=found.verdict if found.same else "",
+        before=comparison.before,
+        after=comparison.after,
+        same=comparison.same,
+        verdict=comparison.verdict if comparison.same else "",
         changes=[
-            ChangeView(section=each.section, text=each.text, matters=each.matters)
-            for each in found.changes
+            ChangeView(section=change.section, text=change.text, matters=change.matters)
+            for change in comparison.changes
         ],
     )
 
 
-def file(panel: Panel, asked: Asked) -> Path:
+def file(panel: Panel, request: ApiRequest) -> Path:
     """Return a file of a run."""
-    return panel.history.file(asked.path["run"], asked.path["name"])
+    return panel.history.file(request.path["run"], request.path["name"])
 
 
-def picture(panel: Panel, asked: Asked) -> Path:
+def picture(panel: Panel, request: ApiRequest) -> Path:
     """Return the picture of a prompt."""
-    found = panel.pictures.get(asked.path["key"])
-    if found is None or not found.is_file():
+    path = panel.pictures.get(request.path["key"])
+    if path is None or not path.is_file():
         raise not_found("there is no such picture", "is the file beside the procedure?")
-    return found
+    return path
 
 
 def named_file(panel: Panel, what: What, identity: str, text: str) -> str:
-    """Return the file that a run was made with: the same text, or else the first of that id.
+    """Return the name of a run's procedure or station: with the same text, or else the same id.
 
-    Empty where there is none. Two files of one id are two versions, or two benches.
+    Empty if there is none. Two files of one id are two versions, or two benches.
     """
-    fitting = [each for each in panel.catalogue.entries(what) if each.id == identity]
-    same = [each for each in fitting if each.path.read_bytes().decode("utf-8", "replace") == text]
-    return next((each.name for each in (*same, *fitting)), "")
+    candidates = [entry for entry in panel.catalogue.entries(what) if entry.id == identity]
+    same = [
+        entry for entry in candidates if entry.path.read_bytes().decode("utf-8", "replace") == text
+    ]
+    return next((entry.name for entry in (*same, *candidates)), "")
 
 
 def _fits(item: RunItem, query: Mapping[str, str]) -> bool:
-    told: dict[str, Any] = item.model_dump()
-    if any(query.get(key) and told[key] != query[key] for key in _EXACT):
+    fields: dict[str, Any] = item.model_dump()
+    if any(query.get(key) and fields[key] != query[key] for key in _EXACT):
         return False
-    text = " ".join(str(each) for each in told.values()).casefold()
+    text = " ".join(str(value) for value in fields.values()).casefold()
     return all(word in text for word in query.get("search", "").casefold().split())

@@ -1,4 +1,4 @@
-"""Everything that can be asked of the panel: routes and their description come from this table."""
+"""All operations of the API: routes and their description come from this table."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from rigrunner_panel.web import (
     running,
     studying,
 )
-from rigrunner_panel.web.asked import API, SHORT, Operation
+from rigrunner_panel.web.operation import API, SHORT, Operation
 from rigrunner_panel.web.overview import rig_views
 
 if TYPE_CHECKING:
@@ -33,10 +33,10 @@ if TYPE_CHECKING:
 
     from pydantic import BaseModel
 
-    from rigrunner_panel.web.asked import Asked
+    from rigrunner_panel.web.operation import ApiRequest
     from rigrunner_panel.web.panel import Panel, Rig
 
-    Handler = Callable[[Any, Asked], Any]
+    Handler = Callable[[Any, ApiRequest], Any]
 
 _SEARCH = {"search": "words that must all occur"}
 _TICKET = {"ticket": "as in the address that the panel gave, in place of the token"}
@@ -79,19 +79,22 @@ def _steer(
 
 def _of_rig(*operations: Operation) -> tuple[Operation, ...]:
     query = {"rig": "the name of its station; it may be left out where the panel has one rig"}
-    return tuple(replace(each, of_rig=True, query={**each.query, **query}) for each in operations)
+    return tuple(
+        replace(operation, of_rig=True, query={**operation.query, **query})
+        for operation in operations
+    )
 
 
-def _rigs(panel: Panel, _: Asked) -> Rigs:
+def _rigs(panel: Panel, _: ApiRequest) -> Rigs:
     return Rigs(rigs=rig_views(panel.rigs()))
 
 
-def _state(rig: Rig, asked: Asked) -> str:
-    return rig.board.state(short_name(asked.client) if asked.client else "")
+def _state(rig: Rig, request: ApiRequest) -> str:
+    return rig.board.state(short_name(request.client) if request.client else "")
 
 
-def _events(rig: Rig, asked: Asked) -> str:
-    after = asked.query.get("after", "-1")
+def _events(rig: Rig, request: ApiRequest) -> str:
+    after = request.query.get("after", "-1")
     if not re.fullmatch(r"-1|[0-9]{1,15}", after):
         raise PanelError(400, "bad_request", f"after: got '{after[:40]}', expected a whole number")
     return rig.board.events(int(after))
@@ -316,8 +319,8 @@ _CERTIFICATES = (
         certificates.change, requests.AskAmendment, answers.IssuedAnswer,
     ),
     _steer(
-        "runs/{run}/certificates/{number}/sign", "Sign a certificate.", certificates.sign_one,
-        requests.AskSignature, answers.SignedAnswer,
+        "runs/{run}/certificates/{number}/sign", "Sign a certificate.",
+        certificates.sign_certificate, requests.AskSignature, answers.SignedAnswer,
     ),
 )  # fmt: skip
 OPERATIONS = (

@@ -1,4 +1,4 @@
-"""What the requests work with: the rigs, and what they have in common."""
+"""The rigs, and what they have in common."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from rigrunner_panel.sequence import Sequence
 from rigrunner_panel.view.alarms import alarms_of_rigs
 from rigrunner_panel.view.board import Board
 from rigrunner_panel.view.sections import FileLink
-from rigrunner_panel.web.asked import API
+from rigrunner_panel.web.operation import API
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -39,12 +39,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Settings:
-    """What `rigrunner panel` was told."""
+    """The options of `rigrunner panel`."""
 
     runs: Path = Path("runs")
     procedures: Path = Path()
     stations: tuple[str, ...] = ()
-    """Those that may be used, by their names in the lists; all of them where none is named."""
+    """Names of the stations that may be used; all of them if empty."""
     letterhead: Path = Path("letterhead")
     signing_key: Path | None = None
     """The laboratory's private key; None where nothing is signed here."""
@@ -52,13 +52,13 @@ class Settings:
     token: str = ""
     """Without one no one has to log in: then the host is this machine."""
     public_name: str = ""
-    """By which name a proxy with TLS lets others in, as a browser has it: 'rig.example.org', with
-    ':8443' behind it where the port is not 443."""
+    """The host name of a proxy with TLS, as a browser has it: 'rig.example.org', with ':8443'
+    behind it if the port is not 443."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class LookedAt:
-    """The files of the last preflight, by which a start knows that they are the same."""
+class CheckedFiles:
+    """The files of the last preflight, to check at a start that they are still the same."""
 
     digest: str
     at_s: float
@@ -76,7 +76,7 @@ class Rig:
         self.desk = Desk(self.board, panel.settings.runs, self._left_energised)
         self.queue = Queue(panel.settings.runs)
         self.sequence = Sequence()
-        self.looked_at: LookedAt | None = None
+        self.checked_files: CheckedFiles | None = None
 
     @property
     def name(self) -> str:
@@ -89,7 +89,7 @@ class Rig:
 
     def _left_energised(self) -> tuple[AlarmView, ...]:
         """Return an alarm where this rig, or one that the panel does not show, is energised."""
-        others = {each.station.id for each in self.panel.opened() if each is not self}
+        others = {rig.station.id for rig in self.panel.opened() if rig is not self}
         return alarms_of_rigs(lambda station: station not in others - {self.station.id})
 
 
@@ -132,25 +132,25 @@ class Panel:
 
     def rig(self, name: str) -> Rig:
         """Return the rig of that station; raise PanelError for one that is not in the lists."""
-        known = self._rigs.get(name)  # without the lock, and without looking for files
-        if known is not None:
-            return known
+        rig = self._rigs.get(name)  # without the lock, and without looking for files
+        if rig is not None:
+            return rig
         with self._opening:
             if name not in self._rigs:
                 self._rigs[name] = Rig(self, self.catalogue.station(name))
             return self._rigs[name]
 
     def only_rig(self) -> Rig | None:
-        """Return the rig that is meant where none is named; None if there are several, or none."""
-        found = self.opened()
-        return found[0] if len(found) == 1 else None
+        """Return the rig if there is only one, or else None."""
+        rigs = self.opened()
+        return rigs[0] if len(rigs) == 1 else None
 
     def steering(self, client: str) -> str:
         """Return the name of a client that has control of a rig; raise PanelError for another."""
         rigs = self.opened()
-        held = [rig for rig in rigs if rig.control.holds(client)]
+        controlled = [rig for rig in rigs if rig.control.holds(client)]
         others = [rig for rig in rigs if rig.board.get("control") is not None]
-        for rig in (*held, *others, *rigs):
+        for rig in (*controlled, *others, *rigs):
             return rig.control.required(client)
         raise PanelError(
             403, "not_in_control", "nobody has control", "take it first: POST /api/v1/control"
@@ -159,8 +159,8 @@ class Panel:
     def name_of(self, client: str) -> str:
         """Return how a client is called on record: by name if it has control of a rig."""
         names = (rig.control.holds(client) for rig in self.opened())
-        other = f"panel client {short_name(client)}" if client else "panel"
-        return next((name for name in names if name), other)
+        default = f"panel client {short_name(client)}" if client else "panel"
+        return next((name for name in names if name), default)
 
     def tick(self) -> None:
         """Look for what other programs changed in procedures that are edited."""
@@ -201,14 +201,14 @@ class Panel:
         """Return where to get files of a run."""
         return tuple(
             FileLink(
-                name=each.name,
-                url=self.address(f"{API}/runs/{run}/files/{each.name}"),
-                size=each.stat().st_size,
+                name=path.name,
+                url=self.address(f"{API}/runs/{run}/files/{path.name}"),
+                size=path.stat().st_size,
             )
-            for each in files
+            for path in files
         )
 
-    def of_run(self, run: str) -> tuple[FileLink, ...]:
+    def run_links(self, run: str) -> tuple[FileLink, ...]:
         """Return the files of a run with their addresses; none where it has no folder."""
         try:
             return self.links(run, self.history.files(run))

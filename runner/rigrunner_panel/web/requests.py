@@ -1,4 +1,4 @@
-"""What can be asked: the bodies of requests."""
+"""The bodies of requests."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ from rigrunner.run.locate import find_station
 from rigrunner.tools.labfolder import make_lab
 from rigrunner_panel.web import app, queueing
 from rigrunner_panel.web.app import make_app
-from rigrunner_panel.web.asked import SHORT
+from rigrunner_panel.web.operation import SHORT
 from rigrunner_panel.web.operations import OPERATIONS
 from rigrunner_panel.web.panel import Panel, Settings
 from rigrunner_panel.web.security import PAGE_POLICY

@@ -9,7 +9,7 @@ import pytest
 from filelock import FileLock
 from starlette.testclient import TestClient
 
-from rigrunner_panel.sequence import Wanted
+from rigrunner_panel.sequence import PendingStart
 from rigrunner_panel.view.sections import AlarmView
 from rigrunner_panel.web import queueing
 from rigrunner_panel.web.app import make_app
@@ -190,14 +190,14 @@ def test_stop_takes_back_what_was_to_start(client, panel):
     client.post("/api/v1/stop", json={})
     assert client.get("/api/v1/queue").json()["automatic_by"] == ""
     queueing.tick(panel.rig("simulated"))
-    assert panel.rig("simulated").sequence.wanted is None
+    assert panel.rig("simulated").sequence.pending is None
 
 
 def test_what_stop_takes_back_is_told_to_every_screen(client, panel):
     rig = panel.rig("simulated")
     post(client, "add", **PAIR, list="SN-1")
     post(client, "automatic", on=True)
-    rig.sequence.wanted = Wanted(1, "Ann", rig.sequence.stops)
+    rig.sequence.pending = PendingStart(1, "Ann", rig.sequence.stops)
     queueing.refresh(rig)
     client.post("/api/v1/stop", json={})
     queueing.tick(rig)
@@ -231,9 +231,9 @@ def test_what_happens_during_the_preflight_of_an_automatic_start_counts(  # noqa
 ):
     post(client, "add", **PAIR, list="SN-1")
     rig, started = panel.rig("simulated"), []
-    monkeypatch.setattr(queueing, "ready_preflight", lambda *_: True)
+    monkeypatch.setattr(queueing, "preflight_passed", lambda *_: True)
     monkeypatch.setattr(queueing, "_claim_and_start", lambda _, entry, *__: started.append(entry))
-    rig.sequence.wanted = Wanted(1, "Ann", rig.sequence.stops, by_itself)
+    rig.sequence.pending = PendingStart(1, "Ann", rig.sequence.stops, by_itself)
     rig.sequence.automatic_by = "Ann" if switched_on else ""
     known = {"seq": 1, "utc": "2026", "source": "rig", "text": "energised", "active": alarm}
     rig.board.put(alarms=(AlarmView(**known),))

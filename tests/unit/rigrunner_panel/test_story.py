@@ -52,7 +52,7 @@ class NoLinks:
     def picture(self, path):
         return f"/api/v1/pictures/{path}"
 
-    def of_run(self, _run):
+    def run_links(self, _run):
         return ()
 
 
