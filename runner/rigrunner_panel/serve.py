@@ -71,7 +71,7 @@ def serve(
                 tell(f"Through the proxy: https://{settings.public_name}/#token={settings.token}")
             if open_browser:
                 webbrowser.open(address)
-            asyncio.run(_served(_Server(config), listening, ending))
+            asyncio.run(_serve_until_end(_Server(config), listening, ending))
     finally:
         for rig in panel.opened():
             rig.desk.close()
@@ -106,7 +106,7 @@ class Ending:
         self._presses = 0
         self._number: int = signal.SIGINT
         self._aborted = False
-        self.wanted = False
+        self.is_requested = False
 
     @property
     def exit_code(self) -> ExitCode:
@@ -126,7 +126,7 @@ class Ending:
 
     def advance(self) -> bool:
         """Handle the signals since the last call; return whether the server must end."""
-        if not self.wanted:
+        if not self.is_requested:
             return False
         busy = [rig.desk for rig in self._panel.opened() if rig.desk.is_busy]
         if not busy:
@@ -149,9 +149,9 @@ class Ending:
 
     def _take(self, number: int, _frame: FrameType | None) -> None:
         self._consoles.silence_closed()
-        if number in HANGUPS and self.wanted:
+        if number in HANGUPS and self.is_requested:
             return
-        self.wanted, self._number = True, number
+        self.is_requested, self._number = True, number
         self._presses += 1
 
     def _who(self) -> tuple[str, str]:
@@ -175,7 +175,7 @@ class _Server(uvicorn.Server):
         yield
 
 
-async def _served(server: _Server, listening: socket.socket, ending: Ending) -> None:
+async def _serve_until_end(server: _Server, listening: socket.socket, ending: Ending) -> None:
     """Serve until the end is requested and no run is in progress."""
     work = asyncio.create_task(server.serve(sockets=[listening]))
     while not work.done() and not await asyncio.to_thread(ending.advance):
@@ -198,8 +198,10 @@ def _bound(host: str, port: int) -> socket.socket:
     except (OSError, OverflowError) as error:
         number = error.errno if isinstance(error, OSError) else None
         hint = _OF_THE_PORT.get(number or 0, _OF_THE_HOST)
-        said = os.strerror(number) if number in _OF_THE_PORT else str(error).partition(" (while")[0]
-        raise UsageError(f"cannot listen on {host}, port {port}: {said}", hint=hint) from error
+        problem = (
+            os.strerror(number) if number in _OF_THE_PORT else str(error).partition(" (while")[0]
+        )
+        raise UsageError(f"cannot listen on {host}, port {port}: {problem}", hint=hint) from error
 
 
 def _address(settings: Settings, port: int) -> str:

@@ -56,7 +56,9 @@ def manual(job: Job, link: Link) -> Ended:
     planned = planned_run(job.procedure, job.station, realtime=job.view.realtime)
     screen = Screen(job, link, planned)
     settle_left(job.station, screen.person)
-    source = next((s.action for s in planned.plan.steps if isinstance(s.action, Record)), None)
+    source = next(
+        (step.action for step in planned.plan.steps if isinstance(step.action, Record)), None
+    )
     if source is None or source.cycle_frequency_hz is None:
         raise DataError(
             f"{planned.procedure.model.id} records no cycles", hint="choose a procedure that does"
@@ -99,7 +101,7 @@ class Hand:
         stamp = EventStamp(self.planned.clock)
         self.set_points = dict(self._standing(session))
         yield from self._zeros()
-        self._tell(session)
+        self._show(session)
         while True:
             session.check()
             command = self.link.commands.by_hand()
@@ -115,7 +117,7 @@ class Hand:
                 case _:
                     self._watch(session, stamp)
                     continue
-            self._tell(session)
+            self._show(session)
 
     def __call__(self, event: Event) -> None:
         """Receive the result of a recorded point or failed step; an event sink."""
@@ -134,12 +136,14 @@ class Hand:
     def _cycle_drive(self) -> str:
         role = self.source.role
         drives = self.planned.devices[role].drives
-        name = next((each.name for each in drives if each.sets_cycle_frequency), "frequency")
+        name = next((drive.name for drive in drives if drive.sets_cycle_frequency), "frequency")
         return Member(role, name)
 
     def _zeros(self) -> Iterator[PlannedStep]:
-        zeros = {s.action: s for s in self.planned.plan.steps if isinstance(s.action, Zero)}
-        yield from (_step("zero", each, step.text, Terms()) for each, step in zeros.items())
+        zeros = {
+            step.action: step for step in self.planned.plan.steps if isinstance(step.action, Zero)
+        }
+        yield from (_step("zero", zero, step.text, Terms()) for zero, step in zeros.items())
 
     def _set(self, session: Session, member: Member, value: float) -> Iterator[PlannedStep]:
         self.refused = ""
@@ -175,7 +179,7 @@ class Hand:
             cycle_frequency_hz=frequency_hz,
             sample_rate_hz=self.source.sample_rate_hz,
         )
-        self._tell(session, name)
+        self._show(session, name)
         text = f"Record {cycles} cycles at {frequency_hz:g} Hz ({seconds:.3g} s)"
         yield _step("record", action, text, _CONTINUES)
 
@@ -207,7 +211,7 @@ class Hand:
         )
         self.link.sender.send(Watched(watched))
 
-    def _tell(self, session: Session, recording: str = "") -> None:
+    def _show(self, session: Session, recording: str = "") -> None:
         view = ManualView(
             drives=tuple(self._drives(session)),
             channels=self.source.channels,
@@ -220,20 +224,20 @@ class Hand:
 
     def _standing(self, session: Session) -> Iterator[tuple[str, float]]:
         for role, device in self.planned.devices.items():
-            for each in device.drives:
-                yield Member(role, each.name), session.rig.standing(role, each.name)
+            for drive in device.drives:
+                yield Member(role, drive.name), session.rig.standing(role, drive.name)
 
     def _drives(self, session: Session) -> Iterator[DriveView]:
         for role, device in self.planned.devices.items():
-            for each in device.drives:
-                allowed = session.rig.allowed(role, each.name)
+            for drive in device.drives:
+                allowed = session.rig.allowed(role, drive.name)
                 yield DriveView(
-                    name=Member(role, each.name),
-                    long_name=each.long_name,
-                    unit=each.unit,
+                    name=Member(role, drive.name),
+                    long_name=drive.long_name,
+                    unit=drive.unit,
                     minimum=allowed.minimum,
                     maximum=allowed.maximum,
-                    set=self.set_points.get(Member(role, each.name)),
+                    set=self.set_points.get(Member(role, drive.name)),
                 )
 
 
@@ -245,6 +249,6 @@ def _step(
 
 def _joined(blocks: list[Block]) -> Mapping[str, Array]:
     return {
-        name: np.concatenate([np.asarray(each.channels[name]) for each in blocks])
+        name: np.concatenate([np.asarray(block.channels[name]) for block in blocks])
         for name in blocks[0].channels
     }

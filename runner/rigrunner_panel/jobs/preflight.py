@@ -32,10 +32,10 @@ _PLENTY_BYTES = 1e9
 def preflight(job: Job, link: Link) -> Ended:
     """Report each check to the panel when it is done; raise the errors of invalid files."""
     planned = planned_run(job.procedure, job.station, realtime=True)
-    found: tuple[PreflightItem, ...] = ()
+    items: tuple[PreflightItem, ...] = ()
     for item in _items(planned, job):
-        found += (item,)
-        link.show(preflight=Preflight.of(job.view, found))
+        items += (item,)
+        link.show(preflight=Preflight.of(job.view, items))
         if link.switch.is_set():
             raise link.switch.reason()
     return Ended()
@@ -69,14 +69,18 @@ def _approval(planned: Planned) -> PreflightItem:
 
 
 def _partners(planned: Planned, job: Job) -> Iterator[PreflightItem]:
-    for name, found in each_partner(planned, job.runs, job.partners):
+    for name, run_or_error in each_partner(planned, job.runs, job.partners):
         words = partner_words(name)
-        if isinstance(found, RigrunnerError):
+        if isinstance(run_or_error, RigrunnerError):
             yield PreflightItem(
-                kind="partner", name=words, state="fail", text=found.message, fix=found.hint
+                kind="partner",
+                name=words,
+                state="fail",
+                text=run_or_error.message,
+                fix=run_or_error.hint,
             )
         else:
-            yield PreflightItem(kind="partner", name=words, state="ok", text=found.name)
+            yield PreflightItem(kind="partner", name=words, state="ok", text=run_or_error.name)
 
 
 def _disk(planned: Planned, runs: Path) -> PreflightItem:
@@ -104,5 +108,7 @@ def needed_bytes(planned: Planned) -> int:
 
 def free_bytes(folder: Path) -> int:
     """Return the free space of a folder, or of the folder in which it would be created."""
-    there = next(each for each in (folder.absolute(), *folder.absolute().parents) if each.exists())
-    return shutil.disk_usage(there).free
+    existing = next(
+        path for path in (folder.absolute(), *folder.absolute().parents) if path.exists()
+    )
+    return shutil.disk_usage(existing).free

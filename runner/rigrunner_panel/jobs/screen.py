@@ -35,10 +35,10 @@ class Screen:
 
     def begin(self, plan: Plan, partners: Mapping[str, Path]) -> None:
         """Show what is about to run."""
-        taken = tuple(each.name for each in partners.values())
-        known = {"title": self._planned.procedure.model.title, "partners": taken}
+        names = tuple(path.name for path in partners.values())
+        update = {"title": self._planned.procedure.model.title, "partners": names}
         self._link.show(
-            job=self._job.view.model_copy(update=known),
+            job=self._job.view.model_copy(update=update),
             plan=plan_view(plan, self._planned.devices),
             channels=tuple(channels_of(self._planned)),
         )

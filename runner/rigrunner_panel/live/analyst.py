@@ -64,7 +64,7 @@ class Analyst:
         self._station: Path | None = None
         self._following: Following | None = None
         self._stamp = EventStamp(WallClock())
-        self._once = threading.RLock()
+        self._load_lock = threading.RLock()
         """Held while something is loaded that both threads use."""
 
     def take(self, message: object) -> None:
@@ -73,8 +73,8 @@ class Analyst:
             case Follow(folder=folder, station=station):
                 self._folder, self._station = folder, station
             case Analyse(watched=watched) if self._folder is not None:
-                known = (self._folder, watched)
-                threading.Thread(target=self._analyse, args=known, daemon=True).start()
+                args = (self._folder, watched)
+                threading.Thread(target=self._analyse, args=args, daemon=True).start()
             case Watching(setpoints=setpoints, units=units):
                 step = {"step": "by_hand", "index": -1, "action": "record", "text": ""}
                 self._follow(self._stamp(StepStarted, **step, setpoints=setpoints, units=units))
@@ -96,15 +96,15 @@ class Analyst:
         except (RigrunnerError, OSError):  # the run was sealed meanwhile: its journal is gone
             self._folder = None
 
-    def _show(self, found: Findings, *, is_whole: bool) -> None:  # noqa: ARG002  (a screen gets both)
+    def _show(self, findings: Findings, *, is_whole: bool) -> None:  # noqa: ARG002  (a screen gets both)
         with suppress(ChannelClosedError):  # as below: findings may be made in a thread too
-            self._send(Found(found))
+            self._send(Found(findings))
 
     def _draw(self, recording: str, curve: Curve, ended_s: float) -> None:
         self._send(Drawn(recording, curve, ended_s))
 
     def _analyse(self, folder: Path, watched: Recording | None) -> None:
-        with suppress(ChannelClosedError):  # the run is over, and no one asks any more
+        with suppress(ChannelClosedError):  # the run is over
             self._send(self._analysed(folder, watched))
 
     def _analysed(self, folder: Path, watched: Recording | None) -> Analysed:
@@ -114,14 +114,14 @@ class Analyst:
         try:
             if not is_watched and _bytes(folder) > MOST_BYTES:
                 return Analysed(_problem(TOO_MUCH, began_s))
-            found = interim_result(folder, self._registry(), self._partners(), watched)
+            interim = interim_result(folder, self._registry(), self._partners(), watched)
         except RigrunnerError as error:
             return Analysed(_problem(str(error), began_s), is_watched)
         except Exception as error:  # noqa: BLE001  (of a plugin: the run itself will say so)
             return Analysed(_problem(f"{type(error).__name__}: {error}", began_s), is_watched)
-        if found is None:
+        if interim is None:
             return Analysed(None)
-        result, acceptance = found
+        result, acceptance = interim
         taken_s = time.monotonic() - began_s
         view = live_view(result, final=False, taken_s=taken_s, acceptance=acceptance)
         return Analysed(view, is_watched)
@@ -137,11 +137,11 @@ class Analyst:
         return self._folder
 
     def _registry(self) -> Registry:
-        with self._once:
+        with self._load_lock:
             return self._loaded_registry
 
     def _partners(self) -> dict[str, StoredRun]:
-        with self._once:
+        with self._load_lock:
             return self._loaded_partners
 
     @cached_property
@@ -157,8 +157,8 @@ class Analyst:
 
     @cached_property
     def _loaded_partners(self) -> dict[str, StoredRun]:
-        used = used_partners(read_info(self._followed).header)
-        return {name: read(path) for name, path in used.items()}
+        paths = used_partners(read_info(self._followed).header)
+        return {name: read(path) for name, path in paths.items()}
 
 
 def _bytes(folder: Path) -> int:

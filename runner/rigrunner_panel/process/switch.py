@@ -74,18 +74,18 @@ class Switch:
 
     def abort(self, by: str, reason: str) -> None:
         """Abort the run."""
-        told = f"aborted at the panel{f': {reason}' if reason else ''}"
-        self._reason = self._reason or AbortedError(told, by=by)
+        text = f"aborted at the panel{f': {reason}' if reason else ''}"
+        self._reason = self._reason or AbortedError(text, by=by)
         self._event.set()
 
     def stop(self, by: str, reason: str) -> None:
         """Make the rig safe at once; a second call changes nothing."""
-        told = f"stopped at the panel{f': {reason}' if reason else ''}"
+        text = f"stopped at the panel{f': {reason}' if reason else ''}"
         with self._lock:
             if self._stop is not None:
                 return
-            self._stop = StopNow(told, by)
-            self._reason = self._reason or AbortedError(told, by=by)
+            self._stop = StopNow(text, by)
+            self._reason = self._reason or AbortedError(text, by=by)
             self._event.set()
             if self._is_safe:
                 return

@@ -98,7 +98,7 @@ class Preflight(Section):
             procedure=job.procedure,
             station=job.station,
             done=done,
-            may_start=done and all(each.state != "fail" for each in items),
+            may_start=done and all(item.state != "fail" for item in items),
             checked_utc=job.started_utc,
             items=items,
         )
@@ -185,8 +185,8 @@ class ChannelView(Section):
     def read(self, value: float, utc: str, interval_s: float | None = None) -> ChannelView:
         """Return the channel with a new value, in its SI unit."""
         shown = Reading.of(value, self.si, self.unit).shown
-        known = {"value": shown, "utc": utc, "interval_s": interval_s or self.interval_s}
-        return self.model_copy(update=known)
+        update = {"value": shown, "utc": utc, "interval_s": interval_s or self.interval_s}
+        return self.model_copy(update=update)
 
 
 class PromptView(Section):

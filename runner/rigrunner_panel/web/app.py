@@ -19,7 +19,7 @@ from starlette.routing import Match, Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 
 from rigrunner.api.errors import RigrunnerError
-from rigrunner_panel.errors import ErrorView, PanelError, not_found, of_ours
+from rigrunner_panel.errors import ErrorView, PanelError, not_found, panel_error
 from rigrunner_panel.web.connections import REQUEST_S
 from rigrunner_panel.web.hub import Hub
 from rigrunner_panel.web.openapi import description
@@ -238,7 +238,7 @@ async def _panel_error(_: Request, error: Exception) -> Response:
 
 async def _our_error(request: Request, error: Exception) -> Response:
     assert isinstance(error, RigrunnerError)  # noqa: S101  (Starlette calls it for no other)
-    return await _panel_error(request, of_ours(error))
+    return await _panel_error(request, panel_error(error))
 
 
 async def _http_error(_: Request, error: Exception) -> Response:

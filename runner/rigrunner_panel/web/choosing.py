@@ -162,12 +162,14 @@ def _inputs(planned: Planned) -> Iterator[InputItem]:
 
 
 def _partners(planned: Planned, runs: Path) -> Iterator[Partner]:
-    for name, run in each_partner(planned, runs):
+    for name, run_or_error in each_partner(planned, runs):
         words = partner_words(name)
-        if isinstance(run, RigrunnerError):
-            yield Partner(name=name, words=words, problem=run.message, hint=run.hint)
+        if isinstance(run_or_error, RigrunnerError):
+            yield Partner(
+                name=name, words=words, problem=run_or_error.message, hint=run_or_error.hint
+            )
         else:
-            yield Partner(name=name, words=words, run=run.name)
+            yield Partner(name=name, words=words, run=run_or_error.name)
 
 
 def _warnings(planned: Planned) -> Iterator[str]:

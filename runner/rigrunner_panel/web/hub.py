@@ -44,7 +44,7 @@ class Screen:
         self._news = asyncio.Event()
         self._news.set()
 
-    def tell(self, message: str | bytes) -> None:
+    def enqueue(self, message: str | bytes) -> None:
         """Send a message as soon as the screen takes it."""
         if self._lags:
             return
@@ -78,7 +78,7 @@ class Screen:
             await self._send(f'{{"type":"state","state":{state}}}')
         await self._send(_rigs_message(self._panel))
         curves = self.rig.desk.curves if self.rig is not None else None
-        for message in curves.whole() if curves is not None else ():
+        for message in curves.all_frames() if curves is not None else ():
             await self._send(message)
 
     async def _send(self, message: str | bytes) -> None:
@@ -107,32 +107,32 @@ class Feed:
     def flush(self, now_s: float) -> bool:
         """Send what has changed; return whether more follows in a thirtieth of a second."""
         for event in self._rig.board.new_events():
-            self._tell(event)
+            self._broadcast(event)
         delta = self._rig.board.delta()
         if delta is not None:
-            self._tell(delta)
+            self._broadcast(delta)
         curves = self._rig.desk.curves
         # Curves of another job: the screens must drop those that they have drawn.
         if curves is not self._curves:
             self._curves = curves
             for screen in self._screens():
                 screen.begin_anew()
-        return curves is not None and self._tell_curves(curves, now_s)
+        return curves is not None and self._send_curves(curves, now_s)
 
-    def _tell_curves(self, curves: Curves, now_s: float) -> bool:
+    def _send_curves(self, curves: Curves, now_s: float) -> bool:
         curve = curves.next_curve()
         if curve is not None:
-            self._tell(curve)
+            self._broadcast(curve)
         if now_s - self._trend_s >= TREND_S:
             self._trend_s = now_s
             trend = curves.next_trend()
             if trend is not None:
-                self._tell(trend)
+                self._broadcast(trend)
         return curve is not None
 
-    def _tell(self, message: str | bytes) -> None:
+    def _broadcast(self, message: str | bytes) -> None:
         for screen in self._screens():
-            screen.tell(message)
+            screen.enqueue(message)
 
     def _screens(self) -> Iterator[Screen]:
         return (screen for screen in self._all_screens if screen.rig is self._rig)
@@ -206,7 +206,7 @@ class Hub:
             self._rigs_s = now_s
             before, self._rigs = self._rigs, _rigs_message(self._panel)
             for screen in self._screens if self._rigs != before else ():
-                screen.tell(self._rigs)
+                screen.enqueue(self._rigs)
         if any(follows):
             self._wake.set()
 

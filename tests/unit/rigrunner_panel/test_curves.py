@@ -102,7 +102,7 @@ def test_a_curve_is_told_with_its_axes_and_the_time_of_its_end():
         "x": [0, 180, 360], "measured": [1, 2, 1], "corrected": [0.5, 1.5, 0.5],
     }  # fmt: skip
     assert curves.next_curve() is None
-    later = parse_frame(curves.whole()[1])[0]  # a screen that comes later
+    later = parse_frame(curves.all_frames()[1])[0]  # a screen that comes later
     assert later.pop("late_s") >= header.pop("late_s")
     assert later == header
 
@@ -112,7 +112,7 @@ def test_a_screen_that_comes_later_gets_the_age_of_the_curve(monkeypatch):
     monkeypatch.setattr(time, "monotonic", lambda: next(now))
     curves = Curves()
     curves.draw("001", CURVE, 12.5, 0.25)
-    assert parse_frame(curves.whole()[1])[0]["late_s"] == 60.25
+    assert parse_frame(curves.all_frames()[1])[0]["late_s"] == 60.25
 
 
 def test_of_many_curves_the_latest_are_told():
@@ -131,7 +131,7 @@ def test_the_trend_tells_only_what_is_new_and_a_new_screen_everything():
     curves.take(samples("001", block_of(np.ones(2000), 2000)), 1.0, {})
     header, arrays = parse_frame(curves.next_trend())
     assert (header["first"], header["reset"], len(arrays["minimum"])) == (20, False, 20)
-    header, arrays = parse_frame(curves.whole()[0])
+    header, arrays = parse_frame(curves.all_frames()[0])
     assert (header["first"], header["reset"], len(arrays["minimum"])) == (0, True, 40)
 
 

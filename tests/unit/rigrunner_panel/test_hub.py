@@ -47,7 +47,7 @@ async def screen_told(panel, told):
     work = asyncio.create_task(screen.work())
     await asyncio.sleep(0)
     for each in told:
-        screen.tell(each)
+        screen.enqueue(each)
     return socket, screen, work
 
 
@@ -58,7 +58,7 @@ def test_a_screen_that_does_not_read_holds_few_messages_and_then_gets_the_whole_
         assert len(screen._waiting) <= MOST_WAITING
         panel.rig("simulated").board.put(phase="running")
         await read(socket, 4)
-        screen.tell("after")
+        screen.enqueue("after")
         await read(socket, 3)
         work.cancel()
         return socket.got

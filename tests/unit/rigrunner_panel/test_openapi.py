@@ -119,7 +119,7 @@ def test_each_binary_frame_has_a_header_that_is_described(found):
     at = np.ones(2)
     drawn = Curve(title="c", x=Axis("x"), y=Axis("y"), at=at, series={"": at}, end_s=1.0)
     curves.draw("001", drawn, 1.0)
-    shown = [parse_frame(each)[0] for each in curves.whole()]
+    shown = [parse_frame(each)[0] for each in curves.all_frames()]
     assert {each["kind"] for each in shown} == set(headers)
     for header in shown:
         described = headers[header["kind"]]

@@ -123,7 +123,7 @@ def test_phases_follow_what_happens(board, story):
     assert board.get("prompt").choices == ("yes", "no")
     assert after(Show({"prompt": None})) == "running"
     assert board.get("prompt") is None
-    story.asked("pause")
+    story.request("pause")
     assert board.get("phase") == "pausing"
     assert after(Show({"pause": PAUSE})) == "paused"
     assert (board.get("asked"), board.get("pause").choices) == ("", ("resume", "abort"))
