@@ -27,8 +27,8 @@ def equation(formula: Formula) -> Markup:
     root = parse_any(formula.text).root
     left = _name(formula.symbol)
     right = _node(root, formula.quantities)
-    told = escape(f"{formula.symbol} = {formula.text}")
-    return Markup(f'<math display="block" alttext="{told}">{left}<mo>=</mo>{right}</math>')  # noqa: S704  (made of escaped parts)
+    alt = escape(f"{formula.symbol} = {formula.text}")
+    return Markup(f'<math display="block" alttext="{alt}">{left}<mo>=</mo>{right}</math>')  # noqa: S704  (made of escaped parts)
 
 
 def _node(node: Node, quantities: Mapping[str, str]) -> Markup:
@@ -46,7 +46,7 @@ def _node(node: Node, quantities: Mapping[str, str]) -> Markup:
 
 
 def _operation(node: Operation, quantities: Mapping[str, str]) -> Markup:
-    parts = [_node(each, quantities) for each in node.operands]
+    parts = [_node(operand, quantities) for operand in node.operands]
     if node.function in _RANK:
         return _arithmetic(node, parts)
     if node.function == "sqrt":
@@ -75,8 +75,8 @@ def _arithmetic(node: Operation, parts: list[Markup]) -> Markup:
 def _bracketed(node: Node, part: Markup, rank: int) -> Markup:
     binds = 9
     if isinstance(node, Operation):
-        alone = node.function == "-" and len(node.operands) == 1
-        binds = _RANK["+"] if alone else _RANK.get(node.function, 9)
+        is_sign = node.function == "-" and len(node.operands) == 1
+        binds = _RANK["+"] if is_sign else _RANK.get(node.function, 9)
     if binds >= rank:
         return part
     return _join("mrow", _row("mo", "("), part, _row("mo", ")"))

@@ -33,7 +33,7 @@ def html(study: StudyInput) -> bytes:
         template,
         study=study,
         title=f"{title}: {study.quantity}",
-        reasons=Counter(each.reason for each in study.excluded).most_common(),
+        reasons=Counter(run.reason for run in study.excluded).most_common(),
         most_listed=MOST_LISTED,
         **_figures(study),
         scattered=as_scattered,

@@ -21,22 +21,26 @@ def headline(result: Result) -> Headline:
 def _named(result: Result) -> Headline:
     """Return the result on which the verdict rests, or else the first one."""
     deciding = None if result.decision is None else result.decision.deciding
-    found = next(
-        (e for e in result.other_results if deciding is not None and e.estimate is deciding.result),
+    named = next(
+        (
+            named
+            for named in result.other_results
+            if deciding is not None and named.estimate is deciding.result
+        ),
         result.other_results[0],
     )
-    estimate, place, several = found.estimate, found.place, len(result.other_results) > 1
-    label = found.of.words
+    estimate, place, several = named.estimate, named.place, len(result.other_results) > 1
+    label = named.of.words
     if deciding is not None and deciding.result is not None:
         estimate = deciding.result
-        if estimate is not found.estimate:  # a mean of several
+        if estimate is not named.estimate:  # a mean of several
             label, place = deciding.of, ""
     shown = stated(estimate)
     where = f"At {place}. " if place else ""
     others = f" One of {len(result.other_results)} results; all are below." if several else ""
     return Headline(
         label=label[:1].upper() + label[1:],
-        symbol=found.of.symbol,
+        symbol=named.of.symbol,
         value=shown.value,
         interval=f"± {shown.expanded}",
         unit=shown.unit,

@@ -184,7 +184,7 @@ def test_several_limits_are_listed_one_by_one(result):
     assert decided.DecisionView(only, complete=True).parts == ()
     at_35 = replace(mean, of="35 Hz", verdict=Verdict.FAIL, result=Estimate(1.2, 0.01, inf))
     rows = decided.DecisionView(replace(only, parts=(mean, at_35)), complete=True).parts
-    assert [(row.found.of, row.verdict.word) for row in rows] == [
+    assert [(row.decision.of, row.verdict.word) for row in rows] == [
         ("mean", "pass"),
         ("35 Hz", "fail"),
     ]
