@@ -83,5 +83,5 @@ def _ascending(points: Points) -> Points:
             f"two points at the same {points.x_name}, {first:.6g} and {second:.6g} {points.x_unit}",
             hint="an interpolation goes through every point; choose a fit that averages",
         )
-    u_y, u_x = (None if each is None else each[order] for each in (points.u_y, points.u_x))
+    u_y, u_x = (None if values is None else values[order] for values in (points.u_y, points.u_x))
     return replace(points, x=x, y=points.y[order], u_y=u_y, u_x=u_x)

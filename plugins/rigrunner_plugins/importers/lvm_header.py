@@ -69,10 +69,10 @@ class SegmentHeader:
         if self.of("X_Dimension", column) not in {"Time", ""} or not seconds or seconds < 0:
             return None, 0.0
         # What was rounded is off by half of its last digit at most.
-        found = re.fullmatch(r"\s*[0-9]*(?:[.,]([0-9]*))?(?:[eE]([+-]?[0-9]{1,3}))?\s*", text)
-        if found is None:
+        match = re.fullmatch(r"\s*[0-9]*(?:[.,]([0-9]*))?(?:[eE]([+-]?[0-9]{1,3}))?\s*", text)
+        if match is None:
             return seconds, 0.0
-        return seconds, 0.5 * 10.0 ** (int(found[2] or 0) - len(found[1] or ""))
+        return seconds, 0.5 * 10.0 ** (int(match[2] or 0) - len(match[1] or ""))
 
     def samples(self, column: int) -> int | None:
         """Return how many samples the column has, as the header says."""
@@ -80,8 +80,8 @@ class SegmentHeader:
         return int(text) if text.isascii() and text.isdigit() else None
 
 
-def said(file: Iterable[str]) -> Iterator[Line]:
-    """Yield the lines that say something: blank ones and special blocks are passed over."""
+def content_lines(file: Iterable[str]) -> Iterator[Line]:
+    """Yield the lines with content: blank ones and special blocks are skipped."""
     special = False
     for number_, line in enumerate(file, 1):
         text = line.rstrip("\r\n")

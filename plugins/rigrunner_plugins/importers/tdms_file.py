@@ -58,13 +58,13 @@ class TdmsImporter:
         """Return the wanted columns; see `rigrunner.api.importing.Importer`."""
         with _opened(path) as (file, ends):
             members = _group(file, group, path)
-            found = {
+            channels = {
                 wanted: _channel(file, members, str(column), wanted, path)
                 for wanted, column in columns.items()
             }
             return {
                 wanted: _column(file, channel, path, goes_of(path, ends, channel))
-                for wanted, channel in found.items()
+                for wanted, channel in channels.items()
             }
 
 
@@ -72,10 +72,10 @@ class TdmsImporter:
 def _opened(path: Path) -> Iterator[tuple[nptdms.TdmsFile, list[int]]]:
     """Give the file, and where its segments end.
 
-    Its index file is not looked at, which may be of another recording.
+    Its index file is ignored, which may be of another recording.
     """
     place, log_level = Location(str(path)), log_manager.log_level
-    # npTDMS would write to the terminal: what it warns of is told as an error.
+    # npTDMS would write to the terminal: its warnings are raised as errors here.
     log_manager.set_level(logging.CRITICAL)
     try:
         with path.open("rb") as source:
@@ -95,7 +95,7 @@ def _opened(path: Path) -> Iterator[tuple[nptdms.TdmsFile, list[int]]]:
 
 
 def _group(file: nptdms.TdmsFile, name: str, path: Path) -> nptdms.TdmsGroup:
-    groups = {each.name: each for each in file.groups()}
+    groups = {group.name: group for group in file.groups()}
     if name in groups:
         return groups[name]
     if not name and len(groups) == 1:
@@ -110,7 +110,7 @@ def _group(file: nptdms.TdmsFile, name: str, path: Path) -> nptdms.TdmsGroup:
 def _channel(
     file: nptdms.TdmsFile, group: nptdms.TdmsGroup, name: str, wanted: str, path: Path
 ) -> nptdms.TdmsChannel:
-    channels = {each.name: each for each in group.channels()}
+    channels = {channel.name: channel for channel in group.channels()}
     place, what = Location(str(path)), f"the channel '{group.name}/{name}'"
     if name not in channels:
         raise NotInFileError(
@@ -156,17 +156,17 @@ def _column(
 
 def _scales(file: nptdms.TdmsFile, channel: nptdms.TdmsChannel) -> set[str]:
     """Return the types of the scales that apply: of the channel, else of its group or the file."""
-    for of in (channel, file[channel.group_name], file):
-        found = {each for key, each in of.properties.items() if _SCALE_TYPE.fullmatch(key)}
-        if found and of.properties.get("NI_Scaling_Status") != "scaled":
-            return found
+    for owner in (channel, file[channel.group_name], file):
+        types = {kind for key, kind in owner.properties.items() if _SCALE_TYPE.fullmatch(key)}
+        if types and owner.properties.get("NI_Scaling_Status") != "scaled":
+            return types
     return set()
 
 
 def _interval_s(channel: nptdms.TdmsChannel) -> float | None:
     """Return the interval of the samples; None where there is none, as of a spectrum."""
     increment = channel.properties.get("wf_increment")
-    known = find_unit(str(channel.properties.get("wf_xunit_string") or "s"))
-    if known is None or known.dimension != "time" or not is_number(increment) or increment <= 0:
+    x_unit = find_unit(str(channel.properties.get("wf_xunit_string") or "s"))
+    if x_unit is None or x_unit.dimension != "time" or not is_number(increment) or increment <= 0:
         return None
-    return float(increment) * known.factor
+    return float(increment) * x_unit.factor

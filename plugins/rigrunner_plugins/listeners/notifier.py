@@ -39,8 +39,8 @@ class DeliveryError(Exception):
 class Notifier:
     """An event sink that reports what its rules find. `deliver` sends one message, or raises.
 
-    What is not delivered is counted, and said in the log of the program: in the run's record it
-    would go onto certificates.
+    Messages that are not delivered are counted, and logged by the program: in the run's record
+    they would go onto certificates.
     """
 
     def __init__(
@@ -79,16 +79,16 @@ class Notifier:
     def _post(self, messages: Iterable[Message]) -> None:
         with self._changed:
             before = self._later
-            for each in messages:
+            for message in messages:
                 if len(self._waiting) >= MOST_WAITING:
                     self._waiting.popleft()
                     self.lost += 1
-                self._waiting.append(each)
-            wanted = self._rules.waiting
-            if wanted is None:
+                self._waiting.append(message)
+            pending = self._rules.waiting
+            if pending is None:
                 self._later = None
-            elif before is None or before[1] is not wanted:
-                self._later = time.monotonic() + self._settings.wait, wanted
+            elif before is None or before[1] is not pending:
+                self._later = time.monotonic() + self._settings.wait, pending
             if (self._waiting or self._later) and not self._works:
                 self._works = True
                 work = threading.Thread(target=self._work, name=f"to {self.__name__}", daemon=True)
@@ -121,18 +121,18 @@ class Notifier:
             try:
                 self._deliver(message)
             except DeliveryError as error:
-                why, again = str(error), error.again
+                reason, again = str(error), error.again
             except OSError as error:  # its text may hold an address with a token
-                why, again = error.strerror or type(error).__name__, True
+                reason, again = error.strerror or type(error).__name__, True
             except Exception as error:  # noqa: BLE001  (of a library: the next message may pass)
-                why, again = type(error).__name__, False
+                reason, again = type(error).__name__, False
             else:
                 return
             if not again or not self._may_again(min(FIRST_PAUSE_S * 2**number, LONGEST_PAUSE_S)):
                 break
         with self._changed:
             self.lost += 1
-        _log.warning("%s: '%s' was not delivered: %s", self.__name__, message.kind, why)
+        _log.warning("%s: '%s' was not delivered: %s", self.__name__, message.kind, reason)
 
     def _may_again(self, pause_s: float) -> bool:
         """Wait before the next try, FIRST_PAUSE_S at most once the run is over."""
