@@ -142,7 +142,7 @@ class Desk:
         stopped = process is not None and process.send(Stop(by, reason))
         with self._lock:
             if self._story is not None and not self._story.is_over:
-                self._story.asked("stop")
+                self._story.request("stop")
                 return stopped
         return False
 

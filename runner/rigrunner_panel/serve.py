@@ -36,7 +36,7 @@ _AT_ONCE = 64
 
 
 def serve(
-    settings: Settings, port: int, tell: Callable[[str], None], *, open_browser: bool
+    settings: Settings, port: int, echo: Callable[[str], None], *, open_browser: bool
 ) -> ExitCode:
     """Serve until Ctrl-C, SIGTERM or a closed terminal.
 
@@ -63,12 +63,12 @@ def serve(
     config = server_config(panel)
     listening = _bound(settings.host, port)
     address = _address(settings, listening.getsockname()[1])
-    ending = Ending(panel, tell)
+    ending = Ending(panel, echo)
     try:
         with ending.signals():  # before the address is shown: its reader may end the panel
-            tell(f"Panel: {address}")
+            echo(f"Panel: {address}")
             if settings.public_name:
-                tell(f"Through the proxy: https://{settings.public_name}/#token={settings.token}")
+                echo(f"Through the proxy: https://{settings.public_name}/#token={settings.token}")
             if open_browser:
                 webbrowser.open(address)
             asyncio.run(_serve_until_end(_Server(config), listening, ending))
@@ -99,9 +99,9 @@ class Ending:
     and the shell: it only ever aborts.
     """
 
-    def __init__(self, panel: Panel, tell: Callable[[str], None]) -> None:
+    def __init__(self, panel: Panel, echo: Callable[[str], None]) -> None:
         self._panel = panel
-        self._tell = tell
+        self._echo = echo
         self._consoles = Consoles()
         self._presses = 0
         self._number: int = signal.SIGINT
@@ -163,7 +163,7 @@ class Ending:
     def _say(self, text: str) -> None:
         """Print a message at the terminal; a closed terminal is not an error."""
         with contextlib.suppress(OSError):
-            self._tell(text)
+            self._echo(text)
 
 
 class _Server(uvicorn.Server):

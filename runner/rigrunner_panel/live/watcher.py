@@ -32,10 +32,10 @@ MOST_BLOCKS = 500
 class Watcher:
     """The analyst's process. Finished recordings are analysed one request at a time."""
 
-    def __init__(self, runs: Path, station: Path, hear: Callable[[object], None]) -> None:
+    def __init__(self, runs: Path, station: Path, receive: Callable[[object], None]) -> None:
         self._runs = runs
         self._station = station
-        self._hear = hear
+        self._receive = receive
         self._process = Process(ANALYST)
         self._sender = Sender(self._process.channel, MOST_BLOCKS)
         self._lock = threading.Lock()
@@ -89,4 +89,4 @@ class Watcher:
             with self._lock:
                 self._is_busy = False
                 self._request_next()
-        self._hear(message)
+        self._receive(message)

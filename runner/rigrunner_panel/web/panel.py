@@ -103,7 +103,7 @@ class Panel:
     def __post_init__(self) -> None:
         self.catalogue = Catalogue(self.settings.procedures, self.settings.stations)
         self.files = ProcedureFiles(self.settings.procedures, self.catalogue)
-        self.editing = Editing(self._tell_editing, self.files)
+        self.editing = Editing(self._publish_editing, self.files)
         self.history = History(self.settings.runs)
         self.archiving = threading.Lock()
         self.pictures: dict[str, Path] = {}
@@ -169,7 +169,7 @@ class Panel:
             self.now(),
         )
 
-    def _tell_editing(self, views: tuple[EditedView, ...]) -> None:
+    def _publish_editing(self, views: tuple[EditedView, ...]) -> None:
         for rig in self.opened():
             rig.board.put(editing=views)
 
