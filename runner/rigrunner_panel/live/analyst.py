@@ -96,9 +96,9 @@ class Analyst:
         except (RigrunnerError, OSError):  # the run was sealed meanwhile: its journal is gone
             self._folder = None
 
-    def _show(self, findings: Findings, *, is_whole: bool) -> None:  # noqa: ARG002  (a screen gets both)
+    def _show(self, found: Findings, *, is_whole: bool) -> None:  # noqa: ARG002  (a screen gets both)
         with suppress(ChannelClosedError):  # as below: findings may be made in a thread too
-            self._send(Found(findings))
+            self._send(Found(found))
 
     def _draw(self, recording: str, curve: Curve, ended_s: float) -> None:
         self._send(Drawn(recording, curve, ended_s))
