@@ -36,19 +36,19 @@ def test_a_screen_that_applies_all_deltas_shows_the_whole_state(changes):
             continue
         delta = board.delta()
         if delta is not None:
-            told = json.loads(delta)
-            assert told["seq"] == shown["seq"] + 1
-            shown |= {**told["changes"], "seq": told["seq"]}
+            message = json.loads(delta)
+            assert message["seq"] == shown["seq"] + 1
+            shown |= {**message["changes"], "seq": message["seq"]}
     assert {**shown, "now_utc": ""} == {**json.loads(board.state("me")), "now_utc": ""}
 
 
 def test_the_state_is_of_the_model_that_is_published():
-    found = json.loads(Board().state("abc"))
+    state = json.loads(Board().state("abc"))
     others = {"seq", "latest", "version", "you", "now_utc"}
-    assert set(found) == set(State.model_fields) == {*SECTIONS, *others}
-    age = datetime.now(UTC) - datetime.fromisoformat(found["now_utc"])
+    assert set(state) == set(State.model_fields) == {*SECTIONS, *others}
+    age = datetime.now(UTC) - datetime.fromisoformat(state["now_utc"])
     assert abs(age) < timedelta(seconds=60)
-    State.model_validate(found)
+    State.model_validate(state)
 
 
 def test_what_stays_the_same_is_not_told():
