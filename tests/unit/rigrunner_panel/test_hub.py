@@ -41,7 +41,7 @@ def read(socket, count):
 
 
 async def working_screen(panel, messages):
-    """Return a slow socket, its screen at work, and the messages for it, of which it has read none."""
+    """Return a slow socket that has read nothing, its screen with these messages, and its work."""
     socket = SlowSocket()
     screen = Screen(socket, "client-slow-1", panel, panel.rig("simulated"))
     work = asyncio.create_task(screen.work())
