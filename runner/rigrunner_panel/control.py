@@ -29,7 +29,7 @@ class Control:
         self._board = board
         self._lock = threading.Lock()
         self._holder = ""
-        """The whole id of the client that has control, which no screen is told."""
+        """The full id of the client in control; it is not sent to screens."""
         self._connected: Counter[str] = Counter()
 
     def take(self, client: str, name: str, now: datetime, *, take_over: bool) -> ControlView | None:

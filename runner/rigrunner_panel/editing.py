@@ -111,7 +111,7 @@ class Editing:
             path = self._files.place(procedure)
             last = self._last_change(procedure, path)
             approved_utc = _changed_utc(approval_file(path))
-        except PanelError:  # it was removed, or says no more that it is a procedure
+        except PanelError:  # it was removed, or is no longer marked as a procedure
             last, approved_utc = Saved("", "", ""), ""
         return EditedView(
             procedure=procedure,

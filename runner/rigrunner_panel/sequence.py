@@ -16,7 +16,7 @@ class PendingStart:
     stops: int
     """The count of Stop commands when the start was requested."""
     by_itself: bool = False
-    """Whether no person asked for this start."""
+    """Whether it starts automatically, without a request."""
 
 
 @dataclass(eq=False)

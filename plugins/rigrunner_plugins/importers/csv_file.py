@@ -109,7 +109,7 @@ def _rows(
 ) -> Iterator[list[float]]:
     """Yield the wanted numbers of each row; `width` is how many names there are, or 0."""
     first = table.skip_lines + 1 + table.header
-    # Without names nothing else tells how many columns there are: all rows may be split alike.
+    # Without names the number of columns is not known: all rows may be split alike.
     expected = width or table.columns or max(indices) + 1
     for line, row in enumerate(reader, first):
         if not row:

@@ -143,7 +143,7 @@ class _Segments:
         self._next: Line | None = None
 
     def __iter__(self) -> Iterator[SegmentHeader]:
-        """Yield each header; the rows that nobody asked for are passed over."""
+        """Yield each header; rows that were not read are skipped."""
         while first := self._next or next(self._lines, None):
             self._next = None
             yield read_segment_header(first, self._lines, self._file, self._header)

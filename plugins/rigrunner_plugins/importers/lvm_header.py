@@ -40,7 +40,7 @@ class FileHeader:
 
 @dataclass(frozen=True)
 class SegmentHeader:
-    """What a segment says of itself: tag to the cells of its line, and the columns' names."""
+    """The header of a segment: the cells of each tag's line, and the names of the columns."""
 
     line: int
     tags: Mapping[str, Sequence[str]]
@@ -48,7 +48,7 @@ class SegmentHeader:
     """Of all columns but the comments, those of X values included."""
 
     def of(self, tag: str, column: int) -> str:
-        """Return what a tag says of a column; '' where it says nothing."""
+        """Return the value of a tag for a column; '' if there is none."""
         cells = self.tags.get(tag, ())
         return cells[column].strip() if column < len(cells) else ""
 
@@ -75,7 +75,7 @@ class SegmentHeader:
         return seconds, 0.5 * 10.0 ** (int(match[2] or 0) - len(match[1] or ""))
 
     def samples(self, column: int) -> int | None:
-        """Return how many samples the column has, as the header says."""
+        """Return the number of samples of the column by the header."""
         text = self.of("Samples", column)
         return int(text) if text.isascii() and text.isdigit() else None
 

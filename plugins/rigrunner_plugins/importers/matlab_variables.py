@@ -39,7 +39,7 @@ _TYPES = {*range(1, 8), 9, *range(12, 19)}
 """Those of the data elements of version 5 (MAT-File Format, table 1-1)."""
 _BEGINS, _ORDER = 128, slice(126, 128)
 _MOST_BYTES = 2**30
-"""Of a packed variable, that are looked at."""
+"""The most bytes of a packed variable that are checked."""
 _LIST_CLASSES = {1, 2, 3}
 """Of cells, structures and objects."""
 _AT_DIMENSIONS = 24
@@ -76,7 +76,7 @@ class Node(Protocol):
 
 @contextmanager
 def open_variables(path: Path) -> Iterator[Node]:
-    """Give the variables of a file; nothing is read before it is asked for."""
+    """Give the variables of a file; each is read on request only."""
     with path.open("rb") as file:
         file.seek(_HDF5_AT)
         is_hdf5 = file.read(len(_HDF5_BEGINS)) == _HDF5_BEGINS
@@ -86,7 +86,7 @@ def open_variables(path: Path) -> Iterator[Node]:
         return
     _refuse_damaged(path)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of scipy, on variables that nobody asked for
+        warnings.simplefilter("ignore")  # of scipy, on variables that are not requested
         yield _File5(path)
 
 
@@ -156,14 +156,14 @@ class _File5:
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        whos = whosmat(path)
-        names = [name for name, _, _ in whos]
+        table = whosmat(path)
+        names = [name for name, _, _ in table]
         twice = next((name for name in names if names.count(name) > 1), None)
         if twice is not None:
             raise DataError(f"the variable '{twice}' is given twice", location=Location(str(path)))
         self._names = names
         self._lists = {
-            name: _LISTS[kind] for name, shape, kind in whos if kind in _LISTS and prod(shape) > 1
+            name: _LISTS[kind] for name, shape, kind in table if kind in _LISTS and prod(shape) > 1
         }
 
     def names(self) -> Sequence[str]:

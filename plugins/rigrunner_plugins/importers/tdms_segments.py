@@ -1,4 +1,4 @@
-"""The segments of a TDMS file: whether the last one is torn, and when each was taken."""
+"""The segments of a TDMS file: whether the last one is torn, and when each began."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ BEGINS, _INDEX_BEGINS = b"TDSm", b"TDSh"
 _LEAD_IN = 28
 """Bytes of it: see `segment_ends`."""
 _BIG_ENDIAN = 1 << 6
-"""The bit of the contents that says so."""
+"""The bit of the contents for big-endian numbers."""
 _NEVER = datetime(1904, 1, 2, tzinfo=UTC)
 """A start up to this time is LabVIEW's zero: none was entered."""
 
@@ -124,7 +124,7 @@ def _start_of(properties: Mapping[str, Any]) -> datetime | None:
 
 
 def is_number(value: object) -> TypeGuard[float]:
-    """Say whether the value of a property is a finite number."""
+    """Return whether the value of a property is a finite number."""
     return isinstance(value, (int, float, np.number)) and bool(np.isfinite(value))
 
 

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 VERSION = 1
 DISK_EVERY_S = 30.0
-"""Time between two looks at the disk: a recording fills no 5 GB, the usual limit, so soon."""
+"""Time between two checks of the disk: no recording fills 5 GB, the usual limit, so soon."""
 OF_LISTENERS = "event sink"
 """The source of an alarm that a listener failed: it is not reported by listeners."""
 _TITLES: dict[When, str] = {
@@ -158,7 +158,7 @@ class Rules:
             yield from self._messages("calibration_due", event, "\n".join(lines))
 
     def _disk(self, event: Event) -> Iterator[Message]:
-        """Look at the disk now and then; it is reported once, and again after it had room."""
+        """Check the disk at intervals; low space is reported once, and again after a recovery."""
         now_s = self._monotonic()
         if self._run is None or now_s < self._disk_due_s:
             return

@@ -23,7 +23,7 @@ FIRST_PAUSE_S = 1.0
 """Between the first two tries of a message; each pause is twice the one before."""
 LONGEST_PAUSE_S = 30.0
 LAST_WORDS_S = 4.0
-"""How long is tried to send what is left when the run is over."""
+"""How long the remaining messages are tried after the run."""
 _log = logging.getLogger("rigrunner.listeners")
 
 
@@ -31,7 +31,7 @@ class DeliveryError(Exception):
     """A receiver did not take a message; the text has nothing secret."""
 
     def __init__(self, why: str, *, again: bool = True) -> None:
-        """Say why, and whether another try may help."""
+        """`again`: whether another try may help."""
         super().__init__(why)
         self.again = again
 
@@ -57,14 +57,14 @@ class Notifier:
         self._later: tuple[float, Message] | None = None
         self._works = False
         self._over_s: float | None = None
-        """When no try is made any more, by the monotonic clock; None while the run lasts."""
+        """When the last try must begin, by the monotonic clock; None while the run lasts."""
 
     def __call__(self, event: Event) -> None:
         """Take an event; return at once."""
         self._post(self._rules.take(event))
 
     def close(self) -> None:
-        """Send what is left, for LAST_WORDS_S at most; say what was not delivered."""
+        """Send the remaining messages, for LAST_WORDS_S at most; log how many are lost."""
         self._post(self._rules.last())
         with self._changed:
             self._over_s, self._later = time.monotonic() + LAST_WORDS_S, None

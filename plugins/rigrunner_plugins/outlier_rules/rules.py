@@ -211,7 +211,7 @@ def suspects(
 
 
 def exceeds(rejection: Rejection) -> bool:
-    """Say whether a suspect's statistic is beyond its critical value."""
+    """Return whether a suspect's statistic is beyond its critical value."""
     return rejection.statistic > rejection.critical
 
 

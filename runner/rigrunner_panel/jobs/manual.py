@@ -47,7 +47,7 @@ LOOK_S = 2.0
 CYCLES_SEEN = LEAST_CYCLES + SPARE_CYCLES
 """Number of cycles that are recorded and analysed together while watching."""
 WATCHED = "watched"
-"""The name of a recording that is not kept."""
+"""The name of a recording that is not stored."""
 _CONTINUES = Terms(continues=True)
 
 

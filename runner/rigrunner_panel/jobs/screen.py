@@ -1,4 +1,4 @@
-"""The panel in place of a terminal: what a job asks and shows there."""
+"""The panel in place of a terminal: the questions and outputs of a job."""
 
 from __future__ import annotations
 

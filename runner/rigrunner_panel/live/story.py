@@ -56,7 +56,7 @@ if TYPE_CHECKING:
 
 
 UNKEPT = "-"
-"""The name of a recording of which only the statistics are kept."""
+"""The name of a recording of which only the statistics are stored."""
 AFTER_LOSS = "check the rig first; then resume the run, or close it as it is"
 AFTER_EARLY_LOSS = (
     "no run had begun, so there is nothing to resume: check the rig, then start again"

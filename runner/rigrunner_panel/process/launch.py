@@ -43,7 +43,9 @@ class Process:
             return False
         return True
 
-    def listen(self, receive: Callable[[object], None], ended: Callable[[int | None], None]) -> None:
+    def listen(
+        self, receive: Callable[[object], None], ended: Callable[[int | None], None]
+    ) -> None:
         """Call `receive` with each message, in a thread, then `ended` with the exit code."""
 
         def work() -> None:

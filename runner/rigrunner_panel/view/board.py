@@ -99,7 +99,7 @@ class Board:
             self._events.clear()
 
     def events(self, after: int) -> str:
-        """Return the events behind that number as JSON, as far as they are kept."""
+        """Return the stored events after that number as JSON."""
         with self._lock:
             items = ",".join(text for number, text in self._events if number > after)
             return f'{{"version":{VERSION},"latest":{self._latest},"items":[{items}]}}'

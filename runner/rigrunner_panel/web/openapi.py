@@ -118,7 +118,7 @@ def _message_schemas(state: Json) -> Json:
 
 
 def _tagged(tag: str, kind: str, fields: Json) -> Json:
-    """Return the schema of an object that has these fields, and says its kind."""
+    """Return the schema of an object with these fields and a tag for its kind."""
     properties = {tag: {"const": kind}, **fields}
     return {"type": "object", "required": list(properties), "properties": properties}
 

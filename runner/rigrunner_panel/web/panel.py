@@ -50,7 +50,7 @@ class Settings:
     """The laboratory's private key; None where nothing is signed here."""
     host: str = "127.0.0.1"
     token: str = ""
-    """Without one no one has to log in: then the host is this machine."""
+    """Without a token no login is needed; the host must be this machine then."""
     public_name: str = ""
     """The host name of a proxy with TLS, as a browser has it: 'rig.example.org', with ':8443'
     behind it if the port is not 443."""
@@ -124,7 +124,7 @@ class Panel:
 
     def rigs(self) -> tuple[Rig, ...]:
         """Return all rigs: those named or of the lab, others in use, and those with a queue."""
-        with suppress(DataError):  # its station says so where its queue is shown
+        with suppress(DataError):  # shown with the queue of its station
             queued = Queue(self.settings.runs).stations()
             self._open(name for name in queued if name not in self._rigs)
         self._open(self.catalogue.rigs())
@@ -183,13 +183,13 @@ class Panel:
         return self.clock.utc()
 
     def ticket(self, path: str) -> str:
-        """Return what lets an address be opened without the token, which a link cannot carry."""
+        """Return a ticket that opens an address without the token, which a link cannot carry."""
         if not self.settings.token:
             return ""
         return hmac.new(self._secret, path.encode(), hashlib.sha256).hexdigest()[:32]
 
     def admits(self, path: str, ticket: str) -> bool:
-        """Say whether a ticket is that of an address."""
+        """Return whether a ticket is that of an address."""
         return bool(ticket) and hmac.compare_digest(self.ticket(path).encode(), ticket.encode())
 
     def address(self, path: str) -> str:

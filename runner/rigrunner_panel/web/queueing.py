@@ -116,7 +116,7 @@ def start(rig: Rig, request: ApiRequest) -> Done:
     """Start an entry, or the next one that waits, after a preflight."""
     body: OneEntry = request.body
     with rig.sequence.lock:
-        entry = rig.queue.next(rig.name)  # refuses while an interrupted entry asks
+        entry = rig.queue.next(rig.name)  # raises while an interrupted entry needs a decision
         if body.entry:
             entry = _entry(rig, body.entry)
         if entry is None:

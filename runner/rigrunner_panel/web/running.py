@@ -93,7 +93,7 @@ def begin_preflight(rig: Rig, body: StartPreflight, by: str) -> None:
 
 
 def preflight_passed(rig: Rig, body: Pair) -> bool:
-    """Say whether the last preflight was of these files, is fresh, and found nothing wrong."""
+    """Return whether the last preflight was of these files, is fresh, and found nothing wrong."""
     try:
         return _preflight(rig, body, _digest(*files(rig.panel, body))).may_start
     except PanelError:

@@ -1,4 +1,4 @@
-"""Who may ask: hosts and origins that are this server's own, a token, a client's id.
+"""Access control: the server's own hosts and origins, a token, and a client id.
 
 A page of somebody else's, open in the same browser, must get nothing and do nothing: neither by a
 request of its own (Origin, Sec-Fetch-Site), nor by a name of its own that it lets point here (Host,
@@ -98,7 +98,7 @@ class Guard:
             raise PanelError(401, "no_token", "the token is missing or wrong", hint)
 
     def _is_same(self, origin: str, host: str) -> bool:
-        """Say whether a page of that origin is the panel's own, as the Host has it.
+        """Return whether a page of that origin is the panel's own, as the Host has it.
 
         By the public name it came through TLS: a page without it is from a machine on the way.
         """
@@ -115,11 +115,11 @@ class Guard:
         return "requests from pages of other sites are refused", ""
 
     def _is_public(self, netloc: str) -> bool:
-        """Say whether this is the public name, with its port; 443 need not be said."""
+        """Return whether this is the public name, with its port; 443 may be left out."""
         return bool(self._public) and _with_port(netloc) == _with_port(self._public)
 
     def _is_own(self, host: str) -> bool:
-        """Say whether a Host is a name or an address of this server; a port may be forwarded."""
+        """Return whether a Host is a name or an address of this server; a port may be forwarded."""
         if self._is_public(host):
             return True
         name = (_split(f"//{host}").hostname or "").casefold()
@@ -144,7 +144,7 @@ class Guard:
 
 
 def is_loopback(host: str) -> bool:
-    """Say whether a host to listen on can be reached from this machine alone."""
+    """Return whether a host to listen on can be reached from this machine alone."""
     if host == "localhost":
         return True
     try:
@@ -192,7 +192,7 @@ def _offered_token(headers: Headers) -> str:
 
 async def _refuse(error: PanelError, scope: Scope, receive: Receive, send: Send) -> None:
     if scope["type"] == "websocket":
-        # ASGI wants the connection taken in before it may be refused.
+        # ASGI requires that the connection is received before it is refused.
         await receive()
         await send({"type": "websocket.close", "code": 4000 + error.status, "reason": ""})
         return
