@@ -70,11 +70,8 @@ class Page:
 def make_page(report: ReportInput) -> Page:
     """Return the page of a report."""
     result = report.result
-    others = [
-        (sections, page)
-        for sections in installed_sections()
-        if (page := sections.page(report)) is not None
-    ]
+    pages = ((sections, sections.page(report)) for sections in installed_sections())
+    others = [(sections, page) for sections, page in pages if page is not None]
     numbers = (number for sections, page in others if (number := sections.headline(report, page)))
     inside: dict[str, list[tuple[Section, object]]] = {TILES: [], BELOW: []}
     for sections, page in others:

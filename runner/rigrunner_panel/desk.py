@@ -6,6 +6,7 @@ import logging
 import threading
 import time
 from contextlib import suppress
+from functools import partial
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import RigrunnerError
@@ -81,14 +82,10 @@ class Desk:
             story = Story(self.board, job.view, links, self._left_energised())
             watcher = None
             if job.view.kind != "preflight":
-                watcher = Watcher(
-                    self.runs, job.station, lambda message: self._show_findings(story, message)
-                )
+                watcher = Watcher(self.runs, job.station, partial(self._show_findings, story))
             self._story, self._process, self._watcher = story, process, watcher
             process.send(job)
-            process.listen(
-                lambda message: self._receive(story, message), lambda code: self._lost(story, code)
-            )
+            process.listen(partial(self._receive, story), partial(self._lost, story))
 
     def answer(self, prompt: int, text: str, by: str) -> None:
         """Answer a prompt; raise PanelError for another prompt or an invalid answer."""

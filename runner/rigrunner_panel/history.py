@@ -172,11 +172,8 @@ def _result(path: Path) -> tuple[str, Value | None, str]:
 
 
 def _deciding_text(document: dict[str, Any]) -> str:
-    decision = document.get("decision") or {}
-    results = [
-        result for result in other_results(document) if result["estimate"] == decision.get("result")
-    ]
-    results = results or other_results(document)
+    estimate, results = (document.get("decision") or {}).get("result"), other_results(document)
+    results = [result for result in results if result["estimate"] == estimate] or results
     if len(results) != 1:
         return ""
     estimate, width = results[0]["estimate"], results[0]["estimate"]["expanded_uncertainty_95"]

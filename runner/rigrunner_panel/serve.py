@@ -198,10 +198,8 @@ def _bound(host: str, port: int) -> socket.socket:
     except (OSError, OverflowError) as error:
         number = error.errno if isinstance(error, OSError) else None
         hint = _OF_THE_PORT.get(number or 0, _OF_THE_HOST)
-        problem = (
-            os.strerror(number) if number in _OF_THE_PORT else str(error).partition(" (while")[0]
-        )
-        raise UsageError(f"cannot listen on {host}, port {port}: {problem}", hint=hint) from error
+        text = os.strerror(number) if number in _OF_THE_PORT else str(error).partition(" (while")[0]
+        raise UsageError(f"cannot listen on {host}, port {port}: {text}", hint=hint) from error
 
 
 def _address(settings: Settings, port: int) -> str:

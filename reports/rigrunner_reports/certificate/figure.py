@@ -61,9 +61,7 @@ def named_figures(certificate: Certificate, wording: Wording) -> dict[str, Pictu
         for name, results in wording.by_name(certificate)
         if len(results[0].coordinates) == 1
         and len(results) >= FEWEST_POINTS
-        and not any(
-            isinstance(x.value, str) for result in results for x in result.coordinates.values()
-        )
+        and not any(isinstance(x.value, str) for at in results for x in at.coordinates.values())
     }
 
 
@@ -73,9 +71,8 @@ def _figure(certificate: Certificate, results: Sequence[NamedResult], wording: W
     symbol, unit = first.symbol or first.name, first.found.unit
     stated = certificate.conformity.statements if certificate.conformity else ()
     limits = [statement for statement in stated if statement.named == first.name]
-    series = Series(
-        f"{symbol} ± U", tuple(_point(result, axis, at.unit, limits) for result in results)
-    )
+    points = tuple(_point(result, axis, at.unit, limits) for result in results)
+    series = Series(f"{symbol} ± U", points)
     label = wording.texts("figure.limit")
     marks = tuple(
         Mark("y", end, name=label, is_limit=True)

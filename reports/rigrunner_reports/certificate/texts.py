@@ -135,10 +135,8 @@ def _problems(
     file = Location(f"texts/{language}.yaml")
     missing = [key for key in reference if not merged.get(key, "").strip()]
     if len(missing) == len(reference):
-        available = ", ".join(sorted({*shipped_languages(), *languages}))
-        hint = (
-            f"there are: {available}; another needs a file texts/{language}.yaml in the letterhead"
-        )
+        known = ", ".join(sorted({*shipped_languages(), *languages}))
+        hint = f"there are: {known}; another needs a file texts/{language}.yaml in the letterhead"
         yield Problem(f"there are no texts in the language '{language}'", hint=hint)
         return
     if missing:

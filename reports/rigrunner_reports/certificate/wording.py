@@ -203,11 +203,10 @@ class Wording:
 
     def by_name(self, certificate: Certificate) -> list[tuple[str, list[NamedResult]]]:
         """Return the named results, those of one name together."""
-        names = dict.fromkeys(result.name for result in certificate.named)
-        return [
-            (name, [result for result in certificate.named if result.name == name])
-            for name in names
-        ]
+        by_name: dict[str, list[NamedResult]] = {}
+        for result in certificate.named:
+            by_name.setdefault(result.name, []).append(result)
+        return [*by_name.items()]
 
     def entered(self, certificate: Certificate) -> list[tuple[str, str]]:
         """Return the inputs of the run that are not stated elsewhere."""

@@ -73,9 +73,7 @@ def _values(series: TrendSeries, shown: list[int], *, weighted: bool) -> Iterato
 
 def _ranges(series: TrendSeries, shown: list[int], run: Axis, unit: str) -> Figure:
     ranges = [(place + 1, series.points[place].moving_range) for place in shown]
-    drawn = tuple(
-        Point(number, moving_range) for number, moving_range in ranges if moving_range is not None
-    )
+    drawn = tuple(Point(number, width) for number, width in ranges if width is not None)
     limits = series.moving_range
     return Figure(
         "Moving range",
@@ -116,9 +114,7 @@ def _caption(series: TrendSeries, *, weighted: bool) -> str:
 def _alt(series: TrendSeries) -> str:
     limits = series.individuals
     sigma = limits.sigma
-    met = ", ".join(
-        f"{point.observed.run_id} ({', '.join(point.rules)})" for point in series.alarms
-    )
+    met = ", ".join(f"{run.observed.run_id} ({', '.join(run.rules)})" for run in series.alarms)
     return (
         f"{len(series.points)} values about {as_scattered(limits.centre, sigma)}, limits "
         f"{as_scattered(series.points[-1].lower, sigma)} and "

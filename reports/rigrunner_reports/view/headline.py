@@ -22,11 +22,7 @@ def _named(result: Result) -> Headline:
     """Return the result on which the verdict rests, or else the first one."""
     deciding = None if result.decision is None else result.decision.deciding
     named = next(
-        (
-            named
-            for named in result.other_results
-            if deciding is not None and named.estimate is deciding.result
-        ),
+        (r for r in result.other_results if deciding is not None and r.estimate is deciding.result),
         result.other_results[0],
     )
     estimate, place, several = named.estimate, named.place, len(result.other_results) > 1

@@ -39,7 +39,7 @@ def instruments(run: RunData) -> tuple[Facts, ...]:
 
 
 def _facts(run: RunData, instrument: Instrument) -> Iterator[tuple[str, str]]:
-    name = " ".join(part for part in (instrument.maker, instrument.type) if part)
+    name = " ".join(filter(None, (instrument.maker, instrument.type)))
     yield "Channel", instrument.channel
     yield "Instrument", name or "not stated"
     if instrument.id:
@@ -68,9 +68,7 @@ def _calibration(run: RunData, instrument: Instrument) -> Iterator[tuple[str, st
     if instrument.calibration is not None:
         yield "Calibration", NO_CALIBRATION[instrument.calibration]
         return
-    certificate = ", ".join(
-        part for part in (instrument.certificate, instrument.laboratory) if part
-    )
+    certificate = ", ".join(filter(None, (instrument.certificate, instrument.laboratory)))
     yield "Certificate", certificate or "not stated"
     yield "Calibrated", instrument.calibrated.isoformat() if instrument.calibrated else "not stated"
     due = instrument.due.isoformat() if instrument.due else "not stated"

@@ -142,9 +142,7 @@ def _view(result: Result, definition: ResultDefinition) -> ResultView:
             or part.of.startswith("worst ")
         ),
         budget=None if budgeted is None else _budget(budgeted),
-        formulas=tuple(
-            equation(formula) for formula in result.formulas if formula.of == definition.name
-        ),
+        formulas=tuple(map(equation, (f for f in result.formulas if f.of == definition.name))),
         tables=tuple(table_view(table) for table in result.tables if table.of == definition.name),
     )
 

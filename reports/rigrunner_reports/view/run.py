@@ -46,9 +46,8 @@ def facts(result: Result) -> Facts:
         *((name.capitalize(), value) for name, value in {**run.inputs, **run.people}.items()),
         ("Outcome", run.outcome),
     ]
-    pairs += [
-        (_capital(partner_words(name)), partner.run_id) for name, partner in run.partners.items()
-    ]
+    partners = run.partners.items()
+    pairs += [(_capital(partner_words(name)), partner.run_id) for name, partner in partners]
     return tuple(pairs)
 
 
@@ -113,9 +112,7 @@ def imported(result: Result) -> tuple[str, ...]:
 
 def _runs(result: Result) -> tuple[tuple[str, RunData], ...]:
     """Return the run and its partner runs, as text."""
-    partners = (
-        (f"the {partner_words(name)}", partner) for name, partner in result.run.partners.items()
-    )
+    partners = ((f"the {partner_words(name)}", run) for name, run in result.run.partners.items())
     return (("this run", result.run), *partners)
 
 

@@ -56,9 +56,8 @@ def manual(job: Job, link: Link) -> Ended:
     planned = planned_run(job.procedure, job.station, realtime=job.view.realtime)
     screen = Screen(job, link, planned)
     settle_left(job.station, screen.person)
-    source = next(
-        (step.action for step in planned.plan.steps if isinstance(step.action, Record)), None
-    )
+    actions = (step.action for step in planned.plan.steps)
+    source = next((action for action in actions if isinstance(action, Record)), None)
     if source is None or source.cycle_frequency_hz is None:
         raise DataError(
             f"{planned.procedure.model.id} records no cycles", hint="choose a procedure that does"
@@ -140,9 +139,8 @@ class Hand:
         return Member(role, name)
 
     def _zeros(self) -> Iterator[PlannedStep]:
-        zeros = {
-            step.action: step for step in self.planned.plan.steps if isinstance(step.action, Zero)
-        }
+        steps = self.planned.plan.steps
+        zeros = {step.action: step for step in steps if isinstance(step.action, Zero)}
         yield from (_step("zero", zero, step.text, Terms()) for zero, step in zeros.items())
 
     def _set(self, session: Session, member: Member, value: float) -> Iterator[PlannedStep]:

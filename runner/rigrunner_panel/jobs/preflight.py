@@ -69,18 +69,14 @@ def _approval(planned: Planned) -> PreflightItem:
 
 
 def _partners(planned: Planned, job: Job) -> Iterator[PreflightItem]:
-    for name, run_or_error in each_partner(planned, job.runs, job.partners):
+    for name, result in each_partner(planned, job.runs, job.partners):
         words = partner_words(name)
-        if isinstance(run_or_error, RigrunnerError):
+        if isinstance(result, RigrunnerError):
             yield PreflightItem(
-                kind="partner",
-                name=words,
-                state="fail",
-                text=run_or_error.message,
-                fix=run_or_error.hint,
+                kind="partner", name=words, state="fail", text=result.message, fix=result.hint
             )
         else:
-            yield PreflightItem(kind="partner", name=words, state="ok", text=run_or_error.name)
+            yield PreflightItem(kind="partner", name=words, state="ok", text=result.name)
 
 
 def _disk(planned: Planned, runs: Path) -> PreflightItem:
@@ -108,7 +104,6 @@ def needed_bytes(planned: Planned) -> int:
 
 def free_bytes(folder: Path) -> int:
     """Return the free space of a folder, or of the folder in which it would be created."""
-    existing = next(
-        path for path in (folder.absolute(), *folder.absolute().parents) if path.exists()
-    )
+    folders = (folder.absolute(), *folder.absolute().parents)
+    existing = next(path for path in folders if path.exists())
     return shutil.disk_usage(existing).free

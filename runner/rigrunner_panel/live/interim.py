@@ -45,9 +45,7 @@ def interim_result(
         run = replace(run, recordings=(watched,))
     if not procedure.analysis or not (run.recordings or run.measurements):
         return None
-    for_measurand = [
-        analysis for analysis in procedure.analysis if _gives_measurand(analysis, registry)
-    ]
+    for_measurand = [ref for ref in procedure.analysis if _gives_measurand(ref, registry)]
     result = analyse(
         run,
         for_measurand,
@@ -58,7 +56,7 @@ def interim_result(
     )
     others = findings_of(
         run,
-        [analysis for analysis in procedure.analysis if analysis not in for_measurand],
+        [ref for ref in procedure.analysis if ref not in for_measurand],
         Scrutiny(registry),
         known=result.results,
         missing=result.missing,

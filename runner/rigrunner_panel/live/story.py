@@ -197,11 +197,8 @@ class Story:
         view = with_live(self._analysed, self._findings)
         if (watched := self._watched) is not None:
             ongoing = [result.model_copy(update={"is_ongoing": True}) for result in watched.results]
-            update = {
-                "results": (*view.results, *ongoing),
-                "problem": watched.problem or view.problem,
-            }
-            view = view.model_copy(update=update)
+            results, problem = (*view.results, *ongoing), watched.problem or view.problem
+            view = view.model_copy(update={"results": results, "problem": problem})
         self._board.put(live=view)
 
     def lost(self, code: int | None) -> None:
@@ -233,10 +230,8 @@ class Story:
         """Show values of channels, and how often they are read if that is known."""
         channels: tuple[ChannelView, ...] = self._board.get("channels")
         now = tuple(
-            channel.read(values[channel.name], utc, interval_s)
-            if channel.name in values
-            else channel
-            for channel in channels
+            view.read(values[view.name], utc, interval_s) if view.name in values else view
+            for view in channels
         )
         self._board.put(channels=now)
         if interval_s is not None:  # values of an event are among the readings already

@@ -112,9 +112,8 @@ def _route(panel: Panel, operation: Operation) -> Route:
         if operation.urgent and not own_threads:
             own_threads.append(CapacityLimiter(URGENT_THREADS))
         limiter = own_threads[0] if operation.urgent else None
-        content = await to_thread.run_sync(
-            operation.handler, rig or panel, api_request, limiter=limiter
-        )
+        handler, target = operation.handler, rig or panel
+        content = await to_thread.run_sync(handler, target, api_request, limiter=limiter)
         return _answer(content, operation.status)
 
     return Route(operation.path, endpoint, methods=[operation.method])

@@ -162,14 +162,12 @@ def _inputs(planned: Planned) -> Iterator[InputItem]:
 
 
 def _partners(planned: Planned, runs: Path) -> Iterator[Partner]:
-    for name, run_or_error in each_partner(planned, runs):
+    for name, result in each_partner(planned, runs):
         words = partner_words(name)
-        if isinstance(run_or_error, RigrunnerError):
-            yield Partner(
-                name=name, words=words, problem=run_or_error.message, hint=run_or_error.hint
-            )
+        if isinstance(result, RigrunnerError):
+            yield Partner(name=name, words=words, problem=result.message, hint=result.hint)
         else:
-            yield Partner(name=name, words=words, run=run_or_error.name)
+            yield Partner(name=name, words=words, run=result.name)
 
 
 def _warnings(planned: Planned) -> Iterator[str]:

@@ -77,10 +77,8 @@ def recover_stored(panel: Panel, request: ApiRequest) -> Done:
 
 def compare(panel: Panel, request: ApiRequest) -> ComparisonAnswer:
     """Return in words what is different between two runs."""
-    first, second = (
-        panel.history.folder(request.query.get(key, "")) for key in ("before", "after")
-    )
-    comparison = compare_runs(first, second)
+    folders = (panel.history.folder(request.query.get(key, "")) for key in ("before", "after"))
+    comparison = compare_runs(*folders)
     return ComparisonAnswer(
         before=comparison.before,
         after=comparison.after,
@@ -112,10 +110,8 @@ def named_file(panel: Panel, what: What, identity: str, text: str) -> str:
     Empty if there is none. Two files of one id are two versions, or two benches.
     """
     candidates = [entry for entry in panel.catalogue.entries(what) if entry.id == identity]
-    same = [
-        entry for entry in candidates if entry.path.read_bytes().decode("utf-8", "replace") == text
-    ]
-    return next((entry.name for entry in (*same, *candidates)), "")
+    candidates.sort(key=lambda entry: entry.path.read_bytes().decode("utf-8", "replace") != text)
+    return candidates[0].name if candidates else ""
 
 
 def _fits(item: RunItem, query: Mapping[str, str]) -> bool:

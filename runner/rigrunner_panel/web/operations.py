@@ -79,10 +79,7 @@ def _steer(
 
 def _of_rig(*operations: Operation) -> tuple[Operation, ...]:
     query = {"rig": "the name of its station; it may be left out where the panel has one rig"}
-    return tuple(
-        replace(operation, of_rig=True, query={**operation.query, **query})
-        for operation in operations
-    )
+    return tuple(replace(op, of_rig=True, query={**op.query, **query}) for op in operations)
 
 
 def _rigs(panel: Panel, _: ApiRequest) -> Rigs:

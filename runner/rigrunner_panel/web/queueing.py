@@ -148,9 +148,8 @@ def start_run(rig: Rig, request: ApiRequest) -> Started:
             _claim_and_start(rig, _matching(rig, body), request.by, body)
         # A preflight that runs is no reason to queue: until it is done the start is refused.
         elif rig.desk.is_busy and rig.board.get("phase") != "checking":
-            (new_entry,) = rig.queue.add(
-                [_draft(rig, body, body.inputs)], request.by, rig.panel.now()
-            )
+            draft = _draft(rig, body, body.inputs)
+            (new_entry,) = rig.queue.add([draft], request.by, rig.panel.now())
             refresh(rig)
             return Started(entry=new_entry.id, note=note)
         else:

@@ -183,10 +183,8 @@ def _split(address: str) -> SplitResult:
 
 def _offered_token(headers: Headers) -> str:
     """Return the token among the subprotocols; empty without one."""
-    offered = (
-        protocol.strip() for protocol in headers.get("sec-websocket-protocol", "").split(",")
-    )
-    tokens = (protocol for protocol in offered if protocol.startswith(_TOKEN_PROTOCOL))
+    protocols = map(str.strip, headers.get("sec-websocket-protocol", "").split(","))
+    tokens = (protocol for protocol in protocols if protocol.startswith(_TOKEN_PROTOCOL))
     return next(tokens, "").removeprefix(_TOKEN_PROTOCOL)
 
 

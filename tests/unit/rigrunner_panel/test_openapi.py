@@ -64,19 +64,11 @@ def test_every_route_is_described_once_under_one_version_and_no_reference_hangs(
         if isinstance(route, Route)
         for method in route.methods - {"HEAD"}
     }
-    paths = {
-        (method.upper(), path)
-        for path, operations in description["paths"].items()
-        for method in operations
-    }
+    paths = {(method.upper(), path) for path, ops in description["paths"].items() for method in ops}
     assert paths == served
     assert len(served) == 1 + len(OPERATIONS)
     assert all(path.startswith("/api/v1/") for _, path in served)
-    names = [
-        operation["operationId"]
-        for operations in description["paths"].values()
-        for operation in operations.values()
-    ]
+    names = [op["operationId"] for ops in description["paths"].values() for op in ops.values()]
     assert len(set(names)) == len(names)
     references = set(re.findall(r'"#/components/schemas/([^"]+)"', json.dumps(description)))
     assert references <= set(description["components"]["schemas"])
@@ -98,9 +90,7 @@ def test_it_is_valid_by_its_own_schemas(description, client):
 
 def test_each_message_of_the_socket_is_one_that_is_described(description, client, panel):
     schemas = description["components"]["schemas"]
-    texts = {
-        message["properties"]["type"]["const"]: message for message in schemas["Message"]["oneOf"]
-    }
+    texts = {one["properties"]["type"]["const"]: one for one in schemas["Message"]["oneOf"]}
     job = JobView(kind="run", procedure="p", station="s")
     story = Story(panel.rig("simulated").board, job, panel)
     kinds = set()
@@ -214,9 +204,7 @@ def test_whatever_the_screen_asks_is_a_request_of_the_description():
                 begun = {text for _, text in _VALUE.findall(module)}
                 texts = ("".join(match) for match in _TEXT.findall(module))
                 routes = [_routes(module, text) for text in texts if text not in begun]
-                paths = [
-                    route for route in routes if route.split("/")[0] in firsts and "/" in route
-                ]
+                paths = [path for path in routes if path.split("/")[0] in firsts and "/" in path]
                 assert all(map(_is_one, paths)), f"{script.name}: {paths}"
                 requested |= set(paths)
     assert {"stop", "queue/hold", "run/repeat", "runs/*/certificates/*/sign", "*s"} <= requested

@@ -63,9 +63,7 @@ def test_a_tripped_interlock_is_red_with_what_it_would_do(shipped, overridable):
 
 def test_a_zero_that_is_off_is_red_and_says_how_far(shipped):
     def off(blocks):
-        return [
-            replace(block, channels={"torque": block.channels["torque"] + 0.2}) for block in blocks
-        ]
+        return [replace(b, channels={"torque": b.channels["torque"] + 0.2}) for b in blocks]
 
     (item,) = [item for item in items_of(shipped, FakeTester(spoil=off)) if item.kind == "zero"]
     assert (item.state, item.override) == ("fail", "zero tester.torque")

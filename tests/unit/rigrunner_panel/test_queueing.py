@@ -42,10 +42,8 @@ def post(client, path, status=200, headers=ANN, **body):
 
 
 def entries(client):
-    return [
-        (entry["specimen"], entry["status"])
-        for entry in client.get("/api/v1/queue").json()["entries"]
-    ]
+    listed = client.get("/api/v1/queue").json()["entries"]
+    return [(entry["specimen"], entry["status"]) for entry in listed]
 
 
 def test_a_list_is_added_moved_held_released_and_skipped(client):

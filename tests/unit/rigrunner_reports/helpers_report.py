@@ -136,9 +136,7 @@ def swing_point(frequency_hz, load_n, *, cycles=30, outlier=None):
         kept[outlier] = False
         rejections = (Rejection(outlier, 0.4, "grubbs", 4.81, 2.908),)
     peaks = torque.max(axis=1)
-    peak_rejections = tuple(
-        replace(rejection, value=float(peaks[rejection.index])) for rejection in rejections
-    )
+    peak_rejections = tuple(replace(one, value=float(peaks[one.index])) for one in rejections)
     return SwingPoint(
         recording=f"{frequency_hz:g} Hz",
         set_frequency_hz=frequency_hz,

@@ -119,10 +119,8 @@ def approved(source):
     def calibrated(data):
         calibration = {"calibration": None, "certificate": "C-7", "laboratory": "Cal Lab"}
         calibration |= {"calibrated": date(2026, 1, 2), "due": date(2099, 1, 2)}
-        instruments = {
-            name: instrument.model_copy(update=calibration)
-            for name, instrument in data.instruments.items()
-        }
+        entries = data.instruments.items()
+        instruments = {name: entry.model_copy(update=calibration) for name, entry in entries}
         return replace(data, instruments=instruments)
 
     no_load = of(source.stored.partners["no_load"])
@@ -252,13 +250,10 @@ def test_of_a_trial_nothing_is_certified(source, requested):
         n: i.model_copy(update={"calibration": "trial"})
         for n, i in source.result.run.instruments.items()
     }
-    source = replace(
-        source,
-        result=replace(source.result, run=replace(source.result.run, instruments=trial)),
-    )
-    assert [restriction.code for restriction in restrictions_of(source, requested=requested)] == [
-        "trial"
-    ]
+    run = replace(source.result.run, instruments=trial)
+    source = replace(source, result=replace(source.result, run=run))
+    (restriction,) = restrictions_of(source, requested=requested)
+    assert restriction.code == "trial"
 
 
 @pytest.mark.parametrize("requested", [True, False])
@@ -266,10 +261,8 @@ def test_of_an_inconclusive_check_nothing_is_certified(source, requested):
     source = approved(source)
     inconclusive = Consequence.INCONCLUSIVE
     failed = Check("clipping", ok=False, text="it clips", consequence=inconclusive)
-    source = replace(
-        source,
-        result=replace(source.result, checks=(*source.result.checks, failed)),
-    )
+    checks = (*source.result.checks, failed)
+    source = replace(source, result=replace(source.result, checks=checks))
     (restriction,) = restrictions_of(source, requested=requested)
     assert (restriction.code, restriction.detail) == ("inconclusive_check", "clipping")
 

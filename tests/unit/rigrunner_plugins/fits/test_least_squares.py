@@ -148,9 +148,7 @@ def errors(result, exact, *, relative=False):
     """Return result - exact without rounding either, as floats."""
     differences = [in_full(value) - expected for value, expected in zip(result, exact, strict=True)]
     if relative:
-        differences = [
-            difference / value for difference, value in zip(differences, exact, strict=True)
-        ]
+        differences = [error / value for error, value in zip(differences, exact, strict=True)]
     return np.array([float(difference) for difference in differences])
 
 

@@ -160,21 +160,15 @@ def write_tdms(folder, recorded, _):
 
 
 def write_mat5(folder, recorded, _):
-    content = {
-        f"r{recording.name}": {"data": np.c_[recording.angle_rad, recording.torque_nm]}
-        for recording in recorded
-    }
+    content = {f"r{rec.name}": {"data": np.c_[rec.angle_rad, rec.torque_nm]} for rec in recorded}
     savemat(folder / "all.mat", content, do_compression=True)
     return "matlab", "data(:,1)", "data(:,2)", "N·m", "all.mat", "r{}"
 
 
 def write_mat73(folder, recorded, _):
     content = {
-        f"r{recording.name}": {
-            "angle": recording.angle_rad[:, None],
-            "torque": recording.torque_nm[:, None],
-        }
-        for recording in recorded
+        f"r{rec.name}": {"angle": rec.angle_rad[:, None], "torque": rec.torque_nm[:, None]}
+        for rec in recorded
     }
     write_matlab_73(folder / "all73.mat", content)
     return "matlab", "angle", "torque", "N·m", "all73.mat", "r{}"

@@ -39,10 +39,7 @@ def key(monkeypatch):
 
 def samples_of(finished):
     stored = read(finished.folder)
-    return {
-        recording.name: len(next(iter(recording.channels.values())))
-        for recording in stored.recordings
-    }
+    return {rec.name: len(next(iter(rec.channels.values()))) for rec in stored.recordings}
 
 
 def test_a_receiver_is_told_of_a_real_run_and_its_secret_is_in_no_file_of_it(tmp_path):
@@ -75,9 +72,8 @@ def test_a_receiver_that_hangs_or_closes_changes_nothing_of_the_run(tmp_path, cl
     assert time.monotonic() - began_s < 60
     assert finished.outcome is Outcome.COMPLETED
     assert samples_of(finished) == samples_of(quiet)
-    events = [
-        event for event in read(finished.folder).events if isinstance(event, (Alarm, Samples))
-    ]
+    stored = read(finished.folder).events
+    events = [event for event in stored if isinstance(event, (Alarm, Samples))]
     assert events == []
     assert "webhook: 2 messages were not delivered" in caplog.text
     assert "mail: 2 messages were not delivered" in caplog.text
