@@ -17,7 +17,7 @@ from rigrunner.run.set_points import other_results, results_in
 from rigrunner.run.stored import run_data
 from rigrunner.runfile import read
 from rigrunner_panel.errors import not_found
-from rigrunner_panel.view.of_result import with_uncertainty
+from rigrunner_panel.view.result import with_uncertainty
 from rigrunner_panel.view.sections import Value
 
 if TYPE_CHECKING:

@@ -25,12 +25,12 @@ from rigrunner.steps.set_drives import SetDrive
 from rigrunner.steps.zero import Zero
 from rigrunner.tools.by_hand.points import record_by_hand
 from rigrunner.tools.by_hand.settling import settle_left
-from rigrunner_panel.jobs.overriding import overrides_of
+from rigrunner_panel.jobs.overrides import overrides_of
 from rigrunner_panel.jobs.screen import Screen
 from rigrunner_panel.process import messages
 from rigrunner_panel.process.messages import Ended, Watched, Watching
 from rigrunner_panel.view.manual import DriveView, ManualView
-from rigrunner_panel.view.of_result import finished_view, live_view
+from rigrunner_panel.view.result import finished_view, live_view
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

@@ -10,7 +10,7 @@ from rigrunner.api.errors import RigrunnerError
 from rigrunner.run.partners import each_partner
 from rigrunner.run.planning import planned_run
 from rigrunner.run.rig_lock import rig_lock
-from rigrunner_panel.jobs.preflight_paper import calibrations
+from rigrunner_panel.jobs.preflight_calibrations import calibrations
 from rigrunner_panel.jobs.preflight_rig import rig_items, unconfirmed
 from rigrunner_panel.process.messages import Ended
 from rigrunner_panel.view.sections import Preflight, PreflightItem

@@ -13,10 +13,10 @@ from rigrunner.run.record import execute
 from rigrunner.run.resume import prepare_resume, resume, run_files
 from rigrunner.runfile import run_lock
 from rigrunner.tools.by_hand.settling import settle_left
-from rigrunner_panel.jobs.overriding import overrides_of
+from rigrunner_panel.jobs.overrides import overrides_of
 from rigrunner_panel.jobs.screen import Screen
 from rigrunner_panel.process.messages import Ended
-from rigrunner_panel.view.of_result import finished_view, live_view
+from rigrunner_panel.view.result import finished_view, live_view
 
 if TYPE_CHECKING:
     from rigrunner.run.finish import FinishedRun

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from rigrunner_panel.process.person import PanelAnswers, PanelPauses, PanelPerson
 from rigrunner_panel.process.watched import WatchedChannels
 from rigrunner_panel.view.channels import channels_of
-from rigrunner_panel.view.of_plan import plan_view
+from rigrunner_panel.view.plan import plan_view
 from rigrunner_panel.view.sections import AnalysingView
 
 if TYPE_CHECKING:

@@ -28,7 +28,7 @@ from rigrunner.station import load_station
 from rigrunner_panel.live.interim import interim_result
 from rigrunner_panel.process.channel import Channel, ChannelClosedError
 from rigrunner_panel.process.messages import Analyse, Analysed, Drawn, Follow, Found, Watching
-from rigrunner_panel.view.of_result import live_view
+from rigrunner_panel.view.result import live_view
 from rigrunner_panel.view.sections import LiveView
 
 if TYPE_CHECKING:

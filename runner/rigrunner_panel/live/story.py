@@ -24,7 +24,6 @@ from rigrunner.clock import utc_text
 from rigrunner_panel.live.curves import Curves
 from rigrunner_panel.process.messages import Analysed, Drawn, Ended, Failed, Found, Show, Values
 from rigrunner_panel.view.alarms import alarms_after, with_rigs
-from rigrunner_panel.view.of_result import with_live
 from rigrunner_panel.view.reading import (
     readings_after,
     readings_at,
@@ -32,6 +31,7 @@ from rigrunner_panel.view.reading import (
     readings_safe,
     readings_set,
 )
+from rigrunner_panel.view.result import with_live
 from rigrunner_panel.view.sections import (
     Finished,
     JobView,

@@ -16,7 +16,7 @@ from rigrunner.run.partners import each_partner
 from rigrunner.run.planning import planned_run
 from rigrunner_panel.errors import not_found
 from rigrunner_panel.jobs.preflight import free_bytes, needed_bytes
-from rigrunner_panel.view.of_plan import plan_view
+from rigrunner_panel.view.plan import plan_view
 from rigrunner_panel.web.answers import (
     ExpectedReading,
     InputAnswer,

@@ -19,11 +19,11 @@ from rigrunner_panel.web import (
     certificates,
     choosing,
     editing,
-    looking,
     queueing,
     requests,
     running,
-    studying,
+    stored_runs,
+    studies,
 )
 from rigrunner_panel.web.operation import API, SHORT, Operation
 from rigrunner_panel.web.overview import rig_views
@@ -250,44 +250,44 @@ _BY_HAND = _of_rig(
         requests.Nothing,
     ),
 )  # fmt: skip
-_LOOKING = (
+_STORED_RUNS = (
     _get(
-        "runs", "Stored runs, newest first.", looking.runs, answers.Runs, **_SEARCH,
+        "runs", "Stored runs, newest first.", stored_runs.runs, answers.Runs, **_SEARCH,
         procedure="its id", station="its id",
         outcome="completed, stopped at a limit, aborted or error",
         verdict="as the report has it", limit="how many, at most 200", before="this run",
     ),
-    _get("runs/{run}", "One run.", looking.run, answers.OneRun),
+    _get("runs/{run}", "One run.", stored_runs.run, answers.OneRun),
     _get(
-        "runs/{run}/again", "What to start with for the next specimen.", looking.again,
+        "runs/{run}/again", "What to start with for the next specimen.", stored_runs.again,
         answers.Again,
     ),
-    _get("runs/{run}/files/{name}", "A file of a run.", looking.file, None, **_TICKET),
+    _get("runs/{run}/files/{name}", "A file of a run.", stored_runs.file, None, **_TICKET),
     _steer(
         "runs/{run}/recover", "Close an interrupted run as it is; its rig is not touched.",
-        looking.recover_stored, requests.Why,
+        stored_runs.recover_stored, requests.Why,
     ),
-    _get("pictures/{key}", "The picture of a prompt.", looking.picture, None, **_TICKET),
+    _get("pictures/{key}", "The picture of a prompt.", stored_runs.picture, None, **_TICKET),
     _get(
-        "compare", "Differences between two runs.", looking.compare,
+        "compare", "Differences between two runs.", stored_runs.compare,
         answers.ComparisonAnswer, before="a run", after="another run",
     ),
 )  # fmt: skip
-_STUDYING = (
+_STUDIES = (
     _get(
         "overlay", "Overlay results and a channel of several runs.",
-        studying.overlay, answers.OverlayAnswer, runs="their names, with commas, at most 6",
+        studies.overlay, answers.OverlayAnswer, runs="their names, with commas, at most 6",
         recording="its name", channel="such as tester.torque",
     ),
     _post(
-        "archive/update", "Bring the archive up to date with the runs.", studying.update,
+        "archive/update", "Bring the archive up to date with the runs.", studies.update,
         requests.Nothing, answers.ArchiveUpdated,
     ),
     _get(
-        "archive/quantities", "Quantities to chart.", studying.quantities, answers.Quantities
+        "archive/quantities", "Quantities to chart.", studies.quantities, answers.Quantities
     ),
     _get(
-        "trend", "Control charts of a quantity.", studying.trend, answers.TrendAnswer,
+        "trend", "Control charts of a quantity.", studies.trend, answers.TrendAnswer,
         quantity="its name", by="type, lot, rig, mandrel, specimen, operator, procedure, revision",
         chart="i-mr or ewma", rules="nelson, western-electric or shewhart",
         baseline="the first N, or FROM..TO in days", procedure="its id",
@@ -327,7 +327,7 @@ OPERATIONS = (
     *_RUNNING,
     *_QUEUE,
     *_BY_HAND,
-    *_LOOKING,
+    *_STORED_RUNS,
     *_CERTIFICATES,
-    *_STUDYING,
+    *_STUDIES,
 )

@@ -18,8 +18,8 @@ from rigrunner_panel.process.messages import Job
 from rigrunner_panel.view.sections import JobView, PreflightItem
 from rigrunner_panel.web.answers import Done, Stopped
 from rigrunner_panel.web.choosing import files
-from rigrunner_panel.web.looking import named_file
 from rigrunner_panel.web.panel import CheckedFiles
+from rigrunner_panel.web.stored_runs import named_file
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

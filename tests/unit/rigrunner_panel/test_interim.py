@@ -25,7 +25,7 @@ from rigrunner_panel.history import History
 from rigrunner_panel.live import analyst
 from rigrunner_panel.live.interim import interim_result
 from rigrunner_panel.process.messages import Analyse, Analysed, Drawn, Follow
-from rigrunner_panel.view.of_result import live_view
+from rigrunner_panel.view.result import live_view
 from rigrunner_panel.view.sections import LiveView
 
 

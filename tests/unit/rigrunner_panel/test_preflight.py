@@ -16,7 +16,7 @@ from rigrunner.plan.actions import Interlock
 from rigrunner.run.locate import find_procedure, find_station
 from rigrunner.run.planning import planned_run
 from rigrunner_panel.jobs import preflight
-from rigrunner_panel.jobs.preflight_paper import calibrations
+from rigrunner_panel.jobs.preflight_calibrations import calibrations
 from rigrunner_panel.jobs.preflight_rig import rig_items
 
 Usage = namedtuple("Usage", "total used free")  # noqa: PYI024  (as shutil has it)

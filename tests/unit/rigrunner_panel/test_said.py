@@ -29,7 +29,7 @@ from rigrunner.steps.confirm import Confirm
 from rigrunner_bearings.compensations.checks import LIMITS as METHOD_LIMITS
 from rigrunner_bearings.torque.checks import LIMITS
 from rigrunner_bearings.torque.one_setup import LIMITS as SETUP_LIMITS
-from rigrunner_panel.jobs.preflight_paper import calibrations
+from rigrunner_panel.jobs.preflight_calibrations import calibrations
 from rigrunner_panel.jobs.preflight_rig import rig_items
 from unit.rigrunner_panel.helpers_node import answering
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from rigrunner.clock import utc_text
 from rigrunner.runfile import read
 from rigrunner_panel.errors import PanelError
-from rigrunner_panel.overlaying import channel_figure, recorded, result_figures, result_rows
+from rigrunner_panel.overlay import channel_figure, recorded, result_figures, result_rows
 from rigrunner_panel.web.answers import (
     AlarmAt,
     ArchiveUpdated,

@@ -12,7 +12,7 @@ from starlette.testclient import TestClient
 from e2e.helpers_trends import store_results
 from rigrunner.runfile import read
 from rigrunner_fleet.archive.location import FILE
-from rigrunner_panel.overlaying import result_rows
+from rigrunner_panel.overlay import result_rows
 from rigrunner_panel.web.app import make_app
 from rigrunner_panel.web.panel import Panel, Settings
 

@@ -13,7 +13,7 @@ from rigrunner.api.errors import AbortedError
 from rigrunner.api.events import Outcome
 from rigrunner.api.findings import Findings, MeasurementResult, ResultDefinition
 from rigrunner.run.finish import FinishedRun
-from rigrunner_panel.view.of_result import finished_view, with_live, with_uncertainty
+from rigrunner_panel.view.result import finished_view, with_live, with_uncertainty
 from rigrunner_panel.view.sections import ResultView
 
 
