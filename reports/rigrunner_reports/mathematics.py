@@ -60,19 +60,19 @@ def _operation(node: Operation, quantities: Mapping[str, str]) -> Markup:
 
 def _arithmetic(node: Operation, parts: list[Markup]) -> Markup:
     if node.function == "/":
-        return _join("mfrac", *map(_grouped, parts))
+        return _join("mfrac", *map(_group, parts))
     if node.function == "**":
-        base = _bracketed(node.operands[0], parts[0], _RANK["/"] + 1)
-        return _join("msup", _grouped(base), _grouped(parts[1]))
+        base = _bracket(node.operands[0], parts[0], _RANK["/"] + 1)
+        return _join("msup", _group(base), _group(parts[1]))
     sign, rank = _row("mo", _SIGN[node.function]), _RANK[node.function]
     if len(parts) == 1:
-        return _join("mrow", sign, _bracketed(node.operands[0], parts[0], _RANK["*"]))
-    left = _bracketed(node.operands[0], parts[0], rank)
-    right = _bracketed(node.operands[1], parts[1], rank + (node.function == "-"))
+        return _join("mrow", sign, _bracket(node.operands[0], parts[0], _RANK["*"]))
+    left = _bracket(node.operands[0], parts[0], rank)
+    right = _bracket(node.operands[1], parts[1], rank + (node.function == "-"))
     return _join("mrow", left, sign, right)
 
 
-def _bracketed(node: Node, part: Markup, rank: int) -> Markup:
+def _bracket(node: Node, part: Markup, rank: int) -> Markup:
     binds = 9
     if isinstance(node, Operation):
         is_sign = node.function == "-" and len(node.operands) == 1
@@ -114,7 +114,7 @@ def _number(value: float) -> Markup:
     return _join("mrow", _row("mn", digits), _row("mo", _SIGN["*"]), power)
 
 
-def _grouped(part: Markup) -> Markup:
+def _group(part: Markup) -> Markup:
     return _join("mrow", part)
 
 

@@ -87,10 +87,10 @@ def make_page(report: ReportInput) -> Page:
         run_id=result.run.run_id,
         simulated=bool(report.truth),
         facts=run.facts(result),
-        restrictions=(*run.replayed(report.provenance), *run.restrictions(result)),
+        restrictions=(*run.replay_warning(report.provenance), *run.restrictions(result)),
         overrides=run.overrides(report.events),
         warnings=warnings,
-        imported=run.imported(result),
+        imported=run.import_notes(result),
         headline=next(numbers, None) or headline(result),
         overall=decisions.overall(result, report.later_decisions),
         decision=decision,
@@ -102,7 +102,7 @@ def make_page(report: ReportInput) -> Page:
         settings=run.settings(result),
         provenance=_provenance(report),
         figures=Figures(
-            results=_named(result),
+            results=_result_pictures(result),
             tables={
                 name: picture
                 for name, rows in unlimited_tables(result).items()
@@ -128,7 +128,7 @@ def _provenance(report: ReportInput) -> run.Facts:
     return (*digests, *report.provenance.items())
 
 
-def _named(result: Result) -> dict[str, tuple[Picture, ...]]:
+def _result_pictures(result: Result) -> dict[str, tuple[Picture, ...]]:
     parts = result.decision.parts if result.decision else ()
     pictures = {}
     every = (*result.other_results, *result.missing)

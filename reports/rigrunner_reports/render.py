@@ -30,10 +30,10 @@ _BESIDE_A_NUMBER = re.compile(
 def html(report: ReportInput) -> bytes:
     """Return the report as UTF-8; the same input gives the same bytes."""
     page = make_page(report)
-    return filled("report.html.j2", page=page, contents=list(contents(report, page)))
+    return fill("report.html.j2", page=page, contents=list(contents(report, page)))
 
 
-def filled(template: str, **values: object) -> bytes:
+def fill(template: str, **values: object) -> bytes:
     """Return one of our templates, filled in, with the shared style, as UTF-8."""
     style = files(PACKAGE).joinpath("templates", "style.css").read_text(encoding="utf-8")
     # the style sheet is ours; what a lab wrote enters it by css_string alone

@@ -85,10 +85,10 @@ class Sections:
 @cache
 def installed_sections() -> tuple[Sections, ...]:
     """Return the sections of installed packages, in the order of their names; raise PluginError."""
-    return tuple(map(_loaded, sorted(entry_points(group=GROUP), key=lambda entry: entry.name)))
+    return tuple(map(_load, sorted(entry_points(group=GROUP), key=lambda entry: entry.name)))
 
 
-def _loaded(entry: EntryPoint) -> Sections:
+def _load(entry: EntryPoint) -> Sections:
     try:
         sections = entry.load()
     except Exception as error:

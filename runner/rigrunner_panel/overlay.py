@@ -63,7 +63,7 @@ def channel_figure(runs: Mapping[str, StoredRun], recording: str, channel: str) 
     return Figure(channel, x, y, tuple(series))
 
 
-def recorded(runs: Mapping[str, StoredRun]) -> dict[str, list[str]]:
+def channels_in(runs: Mapping[str, StoredRun]) -> dict[str, list[str]]:
     """Return the channels of each recording in any of the runs, by recording name."""
     recordings: dict[str, dict[str, None]] = defaultdict(dict)
     for run in runs.values():

@@ -57,7 +57,7 @@ def serve(
         hint = "python -c 'import secrets; print(secrets.token_urlsafe())' makes one"
         raise UsageError(f"the token has fewer than {LEAST_TOKEN} characters", hint=hint)
     panel = Panel(settings=settings)
-    for name in set(settings.stations) - {rig.name for rig in panel.opened()}:
+    for name in set(settings.stations) - {rig.name for rig in panel.open_rigs()}:
         hint = f"name it as seen from {settings.procedures}, or a shipped one"
         raise UsageError(f"there is no station '{name}'", hint=hint)
     config = server_config(panel)
@@ -73,7 +73,7 @@ def serve(
                 webbrowser.open(address)
             asyncio.run(_serve_until_end(_Server(config), listening, ending))
     finally:
-        for rig in panel.opened():
+        for rig in panel.open_rigs():
             rig.desk.close()
     return ending.exit_code
 
@@ -128,7 +128,7 @@ class Ending:
         """Handle the signals since the last call; return whether the server must end."""
         if not self.is_requested:
             return False
-        busy = [rig.desk for rig in self._panel.opened() if rig.desk.is_busy]
+        busy = [rig.desk for rig in self._panel.open_rigs() if rig.desk.is_busy]
         if not busy:
             return True
         if self._presses and not self._aborted:

@@ -76,7 +76,7 @@ def charts(
         )
 
 
-def charting(chart: str, rules: str, baseline: str) -> Charting:
+def chart_settings(chart: str, rules: str, baseline: str) -> Charting:
     """Return the chart settings; raise UsageError for an invalid baseline."""
     return Charting(chart, rules, baseline_of(baseline))
 

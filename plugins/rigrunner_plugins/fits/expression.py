@@ -63,7 +63,7 @@ class FittedExpression(FittedCurve):
         """Return the curve at any x and its standard uncertainty, outside the ranges too."""
         return super().extrapolate(np.asarray(x, np.float64).reshape(-1, len(self.ranges)))
 
-    def _evaluated(self, x: Array) -> tuple[Array, Array]:
+    def _evaluate(self, x: Array) -> tuple[Array, Array]:
         columns = np.asarray(x, np.float64).reshape(-1, len(self.ranges))
         for (name, valid), values in zip(self.ranges.items(), columns.T, strict=True):
             refuse_outside(values, valid, name if len(self.ranges) > 1 else "")
@@ -159,13 +159,13 @@ def _minimum(model: Model, y: Extended | Array, start: Array) -> tuple[Extended,
     if not all(np.isfinite(array).all() for array in model(start.astype(np.longdouble))):
         raise DataError("the model is not defined at its start values for every point", hint=_HINT)
     parameters = _near(model, y, start)
-    problem = _linearised(model, y, parameters)
+    problem = _linearise(model, y, parameters)
     for _ in range(STEPS):
         remaining = _length(problem, parameters)
         if remaining <= SETTLED:
             break
         moved = parameters + problem.coefficients
-        next_problem = _linearised(model, y, moved)
+        next_problem = _linearise(model, y, moved)
         if _length(next_problem, moved) >= remaining:
             break
         parameters, problem = moved, next_problem
@@ -174,7 +174,7 @@ def _minimum(model: Model, y: Extended | Array, start: Array) -> tuple[Extended,
     return parameters, problem
 
 
-def _linearised(model: Model, y: Extended | Array, parameters: Extended) -> Solution:
+def _linearise(model: Model, y: Extended | Array, parameters: Extended) -> Solution:
     values, slopes = model(parameters)
     return solve(slopes, y - values)
 

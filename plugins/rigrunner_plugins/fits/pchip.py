@@ -33,7 +33,7 @@ def interpolate(points: Points) -> FittedCurve:
     Its coefficients are the values at the points. Raises DataError for fewer than three points,
     for two at one frequency, and where u(y) is not known.
     """
-    points = _ascending(points)
+    points = _sorted(points)
     u_y = points.u_y
     if u_y is None or not (np.isfinite(u_y).all() and np.all(u_y >= 0)):
         raise DataError(
@@ -68,7 +68,7 @@ def interpolate(points: Points) -> FittedCurve:
     )
 
 
-def _ascending(points: Points) -> Points:
+def _sorted(points: Points) -> Points:
     refuse_several(points)
     if len(points.x) < LEAST_OF_PCHIP:
         raise DataError(f"an interpolation needs {LEAST_OF_PCHIP} points, got {len(points.x)}")

@@ -133,10 +133,10 @@ class ExpressionSettings(WeightedSettings):
         if {"over", "start"} <= fields.keys():
             parameters, variables = set(fields["start"]), set(fields["over"])
             if parameters & variables:
-                raise ValueError(f"{_listed(parameters & variables)}: a variable and a parameter")
+                raise ValueError(f"{_quoted(parameters & variables)}: a variable and a parameter")
             unused = (parameters | variables) - parse(model, parameters | variables).names()
             if unused:
-                raise ValueError(f"it does not have {_listed(unused)}")
+                raise ValueError(f"it does not have {_quoted(unused)}")
         return model
 
     @property
@@ -145,5 +145,5 @@ class ExpressionSettings(WeightedSettings):
         return parse(self.model, {*self.start, *self.over})
 
 
-def _listed(names: set[str]) -> str:
+def _quoted(names: set[str]) -> str:
     return ", ".join(f"'{name[:20]}'" for name in sorted(names))

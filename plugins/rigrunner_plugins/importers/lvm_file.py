@@ -47,7 +47,7 @@ def segment_range(group: str) -> range | None:
     return range(int(match[1]), int(match[2] or match[1]) + 1)
 
 
-def joined(segments: Sequence[dict[str, Column]], place: Location) -> dict[str, Column]:
+def join_segments(segments: Sequence[dict[str, Column]], place: Location) -> dict[str, Column]:
     """Return the columns of a recording that LabVIEW wrote as segments, and when each begins."""
     if len(segments) == 1:
         return segments[0]
@@ -59,7 +59,7 @@ def joined(segments: Sequence[dict[str, Column]], place: Location) -> dict[str, 
                 what = f"segment {segment} of '{name}' has another unit or interval than the first"
                 raise DataError(what, location=place)
         ends = np.cumsum([len(column.values) for column in columns])
-        starts = [_begun(name, column, place) for column in columns]
+        starts = [_start_of(name, column, place) for column in columns]
         recording[name] = replace(
             first,
             values=np.concatenate([column.values for column in columns]),
@@ -68,7 +68,7 @@ def joined(segments: Sequence[dict[str, Column]], place: Location) -> dict[str, 
     return recording
 
 
-def _begun(name: str, column: Column, place: Location) -> datetime:
+def _start_of(name: str, column: Column, place: Location) -> datetime:
     if column.started is None:
         raise DataError(
             f"'{name}' does not say when each segment began, so gaps cannot be detected",
@@ -130,7 +130,7 @@ class LvmImporter:
                 hint=f"there are {count}: give one as 'group', from 1 to {count}, or"
                 " those that follow each other, such as 2-30, or all",
             )
-        return joined(parts, Location(name))
+        return join_segments(parts, Location(name))
 
 
 class _Segments:
@@ -192,7 +192,7 @@ def _columns(
             unit=segment.of("Y_Unit_Label", index),
             interval_s=interval_s,
             interval_within_s=within_s,
-            started=segment.started(index),
+            started=segment.start_time(index),
             offset_s=number(segment.of("X0", index), header.decimal) or 0.0,
         )
     return result

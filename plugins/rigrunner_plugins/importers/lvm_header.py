@@ -52,7 +52,7 @@ class SegmentHeader:
         cells = self.tags.get(tag, ())
         return cells[column].strip() if column < len(cells) else ""
 
-    def started(self, column: int) -> datetime | None:
+    def start_time(self, column: int) -> datetime | None:
         """Return when the column's first sample was taken, in local time."""
         day = self.of("Date", column)
         time, _, decimals = self.of("Time", column).replace(",", ".").partition(".")

@@ -25,7 +25,7 @@ try:
     import nptdms
     from nptdms.log import log_manager
 
-    from rigrunner_plugins.importers.tdms_segments import goes_of, is_number, segment_ends, started
+    from rigrunner_plugins.importers.tdms_segments import goes_of, is_number, segment_ends, utc_time
 except ImportError as error:
     raise MissingPackageError(
         "TDMS files need the package npTDMS", hint="pip install 'rigrunner[tdms]'"
@@ -56,7 +56,7 @@ class TdmsImporter:
         self, path: Path, columns: Mapping[str, int | str], group: str
     ) -> Mapping[str, Column]:
         """Return the wanted columns; see `rigrunner.api.importing.Importer`."""
-        with _opened(path) as (file, ends):
+        with _open(path) as (file, ends):
             members = _group(file, group, path)
             channels = {
                 wanted: _channel(file, members, str(column), wanted, path)
@@ -69,7 +69,7 @@ class TdmsImporter:
 
 
 @contextmanager
-def _opened(path: Path) -> Iterator[tuple[nptdms.TdmsFile, list[int]]]:
+def _open(path: Path) -> Iterator[tuple[nptdms.TdmsFile, list[int]]]:
     """Give the file, and where its segments end.
 
     Its index file is ignored, which may be of another recording.
@@ -148,7 +148,7 @@ def _column(
         numbers(np.asarray(channel[:]), what, path),
         unit=str(channel.properties.get("unit_string", "")),
         interval_s=_interval_s(channel),
-        started=goes[0][1] if goes else started(channel.properties.get("wf_start_time")),
+        started=goes[0][1] if goes else utc_time(channel.properties.get("wf_start_time")),
         offset_s=float(offset_s) if is_number(offset_s) and not goes else 0.0,
         goes=goes[1:],
     )

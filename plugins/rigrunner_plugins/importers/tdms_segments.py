@@ -118,7 +118,7 @@ class _Beginning:
 
 
 def _start_of(properties: Mapping[str, Any]) -> datetime | None:
-    start = started(properties.get("wf_start_time"))
+    start = utc_time(properties.get("wf_start_time"))
     offset_s = properties.get("wf_start_offset")
     return start and start + timedelta(seconds=float(offset_s) if is_number(offset_s) else 0.0)
 
@@ -128,7 +128,7 @@ def is_number(value: object) -> TypeGuard[float]:
     return isinstance(value, (int, float, np.number)) and bool(np.isfinite(value))
 
 
-def started(time: object) -> datetime | None:
+def utc_time(time: object) -> datetime | None:
     """Return a time stamp of the file, which is in UTC."""
     if not isinstance(time, np.datetime64) or np.isnat(time):
         return None

@@ -128,15 +128,15 @@ class Rules:
             case RunEnded():
                 self.waiting, self._ended = None, event
             case RunFinished():
-                yield from self._finished(event)
+                yield from self._end_message(event)
         yield from self._disk(event)
 
     def last(self) -> Iterator[Message]:
         """Yield the end of a run that sent RunEnded and no RunFinished."""
         if self._ended is not None:
-            yield from self._finished(self._ended)
+            yield from self._end_message(self._ended)
 
-    def _finished(self, event: RunFinished | RunEnded) -> Iterator[Message]:
+    def _end_message(self, event: RunFinished | RunEnded) -> Iterator[Message]:
         self._ended = None
         text = f"The run ended: {event.outcome}{f', {event.reason}' if event.reason else ''}."
         verdict = getattr(event, "verdict", "")

@@ -61,9 +61,9 @@ def html(certificate_input: CertificateInput) -> bytes:
                 c=certificate,
                 t=wording.texts,
                 w=wording,
-                plot=None if picture is None else _drawn(picture),
+                plot=None if picture is None else _draw(picture),
                 named_plots={
-                    name: _drawn(figure)
+                    name: _draw(figure)
                     for name, figure in named_figures(certificate, wording).items()
                 },
                 logo=logo,
@@ -89,7 +89,7 @@ def page_counter(wording: Wording) -> Markup:
 
 
 @lru_cache(maxsize=8)
-def _drawn(picture: Picture) -> Plot:
+def _draw(picture: Picture) -> Plot:
     """Return the drawing of a figure: the same in each form of a certificate, and on trial."""
     return draw(picture)
 

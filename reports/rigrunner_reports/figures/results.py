@@ -43,7 +43,7 @@ def over_coordinate(
     )
     pictures = []
     for figure in figures_over(points):
-        shown = replace(figure, series=tuple(map(_thinned, figure.series)))
+        shown = replace(figure, series=tuple(map(_thin, figure.series)))
         caption = f"{figure.title} over {figure.x.name}. The bars are U for 95 %."
         caption += " The dashed lines are the limits." if figure.has_limits else ""
         caption += THINNED if shown != figure else ""
@@ -61,7 +61,7 @@ def picture_of(figure: Figure) -> Picture:
     return Picture(figure.caption or figure.title, alt, (figure,))
 
 
-def _thinned(series: Series) -> Series:
+def _thin(series: Series) -> Series:
     values = np.array([point.y for point in series.points])
     places = places_of_extremes(values, most=MOST_POINTS)
     return replace(series, points=tuple(series.points[place] for place in places))

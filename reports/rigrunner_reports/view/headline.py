@@ -14,11 +14,11 @@ if TYPE_CHECKING:
 def headline(result: Result) -> Headline:
     """Return the deciding named result; or what was measured or recorded."""
     if result.other_results:
-        return _named(result)
-    return _counted(result) if result.limits.values else _recorded(result)
+        return _of_result(result)
+    return _of_limits(result) if result.limits.values else _of_recordings(result)
 
 
-def _named(result: Result) -> Headline:
+def _of_result(result: Result) -> Headline:
     """Return the result on which the verdict rests, or else the first one."""
     deciding = None if result.decision is None else result.decision.deciding
     named = next(
@@ -44,7 +44,7 @@ def _named(result: Result) -> Headline:
     )
 
 
-def _recorded(result: Result) -> Headline:
+def _of_recordings(result: Result) -> Headline:
     """Return what was recorded, for a run without results and limits."""
     recordings, rows = len(result.run.recordings), len(result.run.measurements)
     value = f"{recordings}" if recordings else f"{rows}"
@@ -58,7 +58,7 @@ def _recorded(result: Result) -> Headline:
     )
 
 
-def _counted(result: Result) -> Headline:
+def _of_limits(result: Result) -> Headline:
     """Return how many measured values are within their limits, for a run without an analysis."""
     missed, judged = len(result.limits.missed), len(result.limits.values)
     return Headline(

@@ -76,7 +76,7 @@ def shown_events(events: Sequence[Mapping[str, str]]) -> tuple[Mapping[str, str]
     return (*events[:FIRST], gap, *events[-LAST:])
 
 
-def replayed(provenance: Mapping[str, str]) -> tuple[str, ...]:
+def replay_warning(provenance: Mapping[str, str]) -> tuple[str, ...]:
     """Return the warning that the run is no measurement, if it is a replay."""
     if not provenance.get(REPLAYED):
         return ()
@@ -95,7 +95,7 @@ def restrictions(result: Result) -> tuple[str, ...]:
     return tuple(texts)
 
 
-def imported(result: Result) -> tuple[str, ...]:
+def import_notes(result: Result) -> tuple[str, ...]:
     """Return who made imported recordings, and who is responsible for the rest."""
     runs: dict[tuple[str, str], list[str]] = {}
     for name, run in _runs(result):

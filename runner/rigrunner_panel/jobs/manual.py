@@ -98,7 +98,7 @@ class Hand:
     def steps(self, session: Session) -> Iterator[PlannedStep]:
         """Yield a step for each command, after the procedure's zero readings at rest."""
         stamp = EventStamp(self.planned.clock)
-        self.set_points = dict(self._standing(session))
+        self.set_points = dict(self._read_set_points(session))
         yield from self._zeros()
         self._show(session)
         while True:
@@ -110,7 +110,7 @@ class Hand:
                 case messages.SetDrive(drive=member, value=value):
                     yield from self._set(session, Member.parse(member), value)
                     # a drive whose set has failed may stand anywhere: it is read back
-                    self.set_points = dict(self._standing(session))
+                    self.set_points = dict(self._read_set_points(session))
                 case messages.RecordPoint(cycles=cycles):
                     yield from self._record(session, cycles)
                 case _:
@@ -204,7 +204,7 @@ class Hand:
             rate_hz=blocks[0].rate_hz,
             started_utc=started_utc,
             setpoints=set_points,
-            channels=_joined(blocks),
+            channels=_join(blocks),
             units=units,
         )
         self.link.sender.send(Watched(watched))
@@ -220,7 +220,7 @@ class Hand:
         )
         self.link.show(manual=view)
 
-    def _standing(self, session: Session) -> Iterator[tuple[str, float]]:
+    def _read_set_points(self, session: Session) -> Iterator[tuple[str, float]]:
         for role, device in self.planned.devices.items():
             for drive in device.drives:
                 yield Member(role, drive.name), session.rig.standing(role, drive.name)
@@ -245,7 +245,7 @@ def _step(
     return PlannedStep(f"by_hand.{kind}", Phase.MAIN, action, text, 0.0, terms)
 
 
-def _joined(blocks: list[Block]) -> Mapping[str, Array]:
+def _join(blocks: list[Block]) -> Mapping[str, Array]:
     return {
         name: np.concatenate([np.asarray(block.channels[name]) for block in blocks])
         for name in blocks[0].channels

@@ -11,7 +11,7 @@ from rigrunner.run.partners import each_partner
 from rigrunner.run.planning import planned_run
 from rigrunner.run.rig_lock import rig_lock
 from rigrunner_panel.jobs.preflight_calibrations import calibrations
-from rigrunner_panel.jobs.preflight_rig import rig_items, unconfirmed
+from rigrunner_panel.jobs.preflight_rig import rig_items, unconfirmed_item
 from rigrunner_panel.process.messages import Ended
 from rigrunner_panel.view.sections import Preflight, PreflightItem
 
@@ -50,7 +50,7 @@ def _items(planned: Planned, job: Job) -> Iterator[PreflightItem]:
         with rig_lock(planned) as marks:
             yield from rig_items(planned, marks)
             if marks is not None and marks.unconfirmed:
-                yield unconfirmed(marks, planned.station.document.name, job)
+                yield unconfirmed_item(marks, planned.station.document.name, job)
     except RigrunnerError as error:
         yield PreflightItem(
             kind="device", name="rig", state="fail", text=error.message, fix=error.hint

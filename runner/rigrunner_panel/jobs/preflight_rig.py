@@ -51,15 +51,15 @@ def rig_items(planned: Planned, marks: RigMarks | None = None) -> Iterator[Prefl
             cleanup.callback(rig.close)
             cleanup.callback(rig.make_safe)
             rigs[role] = rig
-            yield _connected(role, identity)
+            yield _connected_item(role, identity)
         if marks is not None:
             for role in sorted(marks.roles & rigs.keys(), key=partial(_position, safety.order)):
-                yield from _energised(role, rigs[role])
-        yield from _interlocks(planned, rigs)
-        yield from _zeros(planned, rigs)
+                yield from _energised_items(role, rigs[role])
+        yield from _interlock_items(planned, rigs)
+        yield from _zero_items(planned, rigs)
 
 
-def _connected(role: str, identity: Identity) -> PreflightItem:
+def _connected_item(role: str, identity: Identity) -> PreflightItem:
     text = " ".join(
         part
         for part in (identity.maker, identity.model, identity.serial, identity.firmware)
@@ -69,7 +69,7 @@ def _connected(role: str, identity: Identity) -> PreflightItem:
     return PreflightItem(kind="device", name=role, state="ok", text=f"{text}{simulated}")
 
 
-def unconfirmed(marks: RigMarks, station_file: str, job: Job) -> PreflightItem:
+def unconfirmed_item(marks: RigMarks, station_file: str, job: Job) -> PreflightItem:
     """Report devices that were not read back as safe, unless a person confirmed them."""
     common = {"kind": "device", "name": "rig"}
     text = f"not read back as safe since then: {', '.join(sorted(marks.unconfirmed))}"
@@ -88,7 +88,7 @@ def _position(order: Sequence[Member | str], role: str) -> int:
     return roles.index(role) if role in roles else len(roles)
 
 
-def _energised(role: str, rig: Rig) -> Iterator[PreflightItem]:
+def _energised_items(role: str, rig: Rig) -> Iterator[PreflightItem]:
     """Report drives of a device that were not in their safe state, and make it safe at once."""
     energised = [drive.text for drive in standing_of(rig, [role]) if not drive.is_safe]
     reports = rig.make_safe()
@@ -105,14 +105,14 @@ def _energised(role: str, rig: Rig) -> Iterator[PreflightItem]:
         yield PreflightItem(kind="device", name=role, state="warn", text=text, fix=fix)
 
 
-def _interlocks(planned: Planned, rigs: dict[str, Rig]) -> Iterator[PreflightItem]:
+def _interlock_items(planned: Planned, rigs: dict[str, Rig]) -> Iterator[PreflightItem]:
     for interlock in planned.plan.interlocks:
         role = interlock.member.role
         if role in rigs and isinstance(planned.devices[role], Readable):
-            yield _interlock(interlock, rigs[role])
+            yield _interlock_item(interlock, rigs[role])
 
 
-def _interlock(interlock: Interlock, rig: Rig) -> PreflightItem:
+def _interlock_item(interlock: Interlock, rig: Rig) -> PreflightItem:
     override = f"interlock {interlock.name}" if interlock.overridable else ""
     common, member = {"kind": "interlock", "name": interlock.name}, interlock.member
     try:
@@ -129,7 +129,7 @@ def _interlock(interlock: Interlock, rig: Rig) -> PreflightItem:
     return PreflightItem(**common, state="fail", text=text, fix=fix, override=override)
 
 
-def _zeros(planned: Planned, rigs: dict[str, Rig]) -> Iterator[PreflightItem]:
+def _zero_items(planned: Planned, rigs: dict[str, Rig]) -> Iterator[PreflightItem]:
     zeros = {
         step.action.zeroed: step.action
         for step in planned.plan.steps
@@ -137,10 +137,10 @@ def _zeros(planned: Planned, rigs: dict[str, Rig]) -> Iterator[PreflightItem]:
     }
     for name, zero in zeros.items():
         if zero.role in rigs:
-            yield _zero(name, zero, rigs[zero.role])
+            yield _zero_item(name, zero, rigs[zero.role])
 
 
-def _zero(name: str, zero: Zero, rig: Rig) -> PreflightItem:
+def _zero_item(name: str, zero: Zero, rig: Rig) -> PreflightItem:
     try:
         mean = _mean(zero, rig)
     except RigrunnerError as error:

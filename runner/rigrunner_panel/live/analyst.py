@@ -105,9 +105,9 @@ class Analyst:
 
     def _analyse(self, folder: Path, watched: Recording | None) -> None:
         with suppress(ChannelClosedError):  # the run is over
-            self._send(self._analysed(folder, watched))
+            self._send(self._analysis(folder, watched))
 
-    def _analysed(self, folder: Path, watched: Recording | None) -> Analysed:
+    def _analysis(self, folder: Path, watched: Recording | None) -> Analysed:
         """Return the result of the finished recordings; an error is stated in its `problem`."""
         began_s = time.monotonic()
         is_watched = watched is not None
@@ -128,11 +128,11 @@ class Analyst:
 
     def _run(self) -> RunData:
         """Return what is known of the run before it has data."""
-        stored = read_without_samples(self._followed)
+        stored = read_without_samples(self._run_folder)
         return replace(run_data(replace(stored, partners=self._partners())), recordings=())
 
     @property
-    def _followed(self) -> Path:
+    def _run_folder(self) -> Path:
         assert self._folder is not None  # noqa: S101  (nothing is analysed before)
         return self._folder
 
@@ -152,12 +152,12 @@ class Analyst:
 
     @cached_property
     def _procedure(self) -> Procedure:
-        header = read_info(self._followed).header
+        header = read_info(self._run_folder).header
         return parse_procedure(header.procedure_text, header.procedure_id, stored=True).model
 
     @cached_property
     def _loaded_partners(self) -> dict[str, StoredRun]:
-        paths = used_partners(read_info(self._followed).header)
+        paths = used_partners(read_info(self._run_folder).header)
         return {name: read(path) for name, path in paths.items()}
 
 

@@ -83,7 +83,7 @@ class Story:
     """The state of one job, from start to end, written to the board. Not thread-safe."""
 
     def __init__(
-        self, board: Board, job: JobView, links: Links, left: tuple[AlarmView, ...] = ()
+        self, board: Board, job: JobView, links: Links, left_energised: tuple[AlarmView, ...] = ()
     ) -> None:
         self.curves = Curves()
         self.is_over = False
@@ -107,7 +107,7 @@ class Story:
         board.forget_events()
         # what an earlier job found of the rig may no longer be so
         board.put(channels=(), readings={}, **cleared)
-        board.put(job=job, asked="", alarms=left)
+        board.put(job=job, asked="", alarms=left_energised)
         if job.kind == "preflight":
             self._preflight(())
         self._show_phase()
@@ -221,7 +221,7 @@ class Story:
             latest = {name: float(samples[-1]) for name, samples in block.channels.items()}
             self._show_channels(latest, self._time_of(event), CHANNELS_S)
         if self._track is not None:
-            self._track.recorded((block.first_sample + block.samples) / block.rate_hz)
+            self._track.set_recorded((block.first_sample + block.samples) / block.rate_hz)
             self._board.put(progress=self._progress())
 
     def _show_channels(
@@ -279,7 +279,7 @@ class Story:
 
     def _scan(self, event: Scanned) -> None:
         if self._track is not None:
-            self._track.scanned(event.point + 1)
+            self._track.set_scanned(event.point + 1)
         if self._step is not None:
             readings = readings_at(self._board.get("readings"), event, self._step)
             self._board.put(readings=readings, progress=self._progress())

@@ -163,7 +163,7 @@ class Sender:
     def __call__(self, event: Event) -> None:
         """Send an event of the run; of samples and scans, only as many as a screen can show."""
         if isinstance(event, Scanned):
-            self._scanned(event)
+            self._send_row(event)
             return
         if self._row is not None:
             self.send(self._row)
@@ -172,9 +172,9 @@ class Sender:
             self.send(event)
         elif self._blocks < self._most_blocks:
             self._blocks += 1
-            self.send(_halved(event))
+            self.send(_as_float32(event))
 
-    def _scanned(self, row: Scanned) -> None:
+    def _send_row(self, row: Scanned) -> None:
         """Send a point from time to time, and the last one before the next event."""
         now_s = monotonic()
         self._row = row
@@ -207,7 +207,7 @@ class Sender:
         return True
 
 
-def _halved(event: Samples) -> Samples:
+def _as_float32(event: Samples) -> Samples:
     """Return the block in float32, which is precise enough for a screen."""
     channels: dict[str, Any] = {
         name: np.asarray(values, np.float32) for name, values in event.block.channels.items()

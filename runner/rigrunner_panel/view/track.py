@@ -60,12 +60,12 @@ class Track:
         if self._is(self._index, RUNNING):
             self._states[self._index] = FAILED
 
-    def recorded(self, seconds: float) -> None:
-        """So much of the recording is there."""
+    def set_recorded(self, seconds: float) -> None:
+        """Set how many seconds of the recording are there."""
         self._recorded_s = seconds
 
-    def scanned(self, points: int) -> None:
-        """Add the number of points of the scan that were read."""
+    def set_scanned(self, points: int) -> None:
+        """Set how many points of the scan were read."""
         self._scanned = points
 
     def skip(self) -> None:

@@ -126,7 +126,7 @@ async def _read_body(request: Request, operation: Operation) -> BaseModel | None
     if not CLIENT.fullmatch(request.headers.get("x-rigrunner-client", "")):
         hint = "8 to 64 letters, digits, - and _, chosen at random by the client"
         raise PanelError(400, "bad_request", "X-Rigrunner-Client is missing or wrong", hint)
-    return _parsed(await _content(request, operation.longest), operation.body)
+    return _parse(await _content(request, operation.longest), operation.body)
 
 
 def _rig(panel: Panel, name: str, body: BaseModel | None) -> Rig:
@@ -153,7 +153,7 @@ def _api_request(
 ) -> ApiRequest:
     client = request.headers.get("x-rigrunner-client", "")
     if operation.steers:
-        by = panel.steering(client) if rig is None else rig.control.required(client)
+        by = panel.steering_name(client) if rig is None else rig.control.require(client)
     else:
         by = panel.name_of(client)
     query = dict(request.query_params)
@@ -181,7 +181,7 @@ async def _content(request: Request, longest: int) -> bytes:
     return bytes(content)
 
 
-def _parsed(content: bytes, model: type[BaseModel] | None) -> BaseModel | None:
+def _parse(content: bytes, model: type[BaseModel] | None) -> BaseModel | None:
     if model is None:
         return None
     try:

@@ -64,7 +64,7 @@ def issue(panel: Panel, request: ApiRequest) -> IssuedAnswer:
         further_copy=body.further_copy,
     )
     issued = certify(panel.history.folder(name), certification, load_registry(), panel.now())
-    return _issued(panel, name, issued)
+    return _issued_answer(panel, name, issued)
 
 
 def change(panel: Panel, request: ApiRequest) -> IssuedAnswer:
@@ -78,7 +78,7 @@ def change(panel: Panel, request: ApiRequest) -> IssuedAnswer:
         given={key: text for key, text in body.order.items() if text.strip()},
     )
     issued = amend(_file(panel, request), amendment, load_registry(), panel.now())
-    return _issued(panel, name, issued)
+    return _issued_answer(panel, name, issued)
 
 
 def verify(panel: Panel, request: ApiRequest) -> VerificationAnswer:
@@ -89,7 +89,7 @@ def verify(panel: Panel, request: ApiRequest) -> VerificationAnswer:
         run=panel.history.folder(request.path["run"]),
         runs=panel.settings.runs,
         registry=load_registry(),
-        trusted=_trusted(panel) if signed else (),
+        trusted=_trusted_keys(panel) if signed else (),
         letterhead=panel.settings.letterhead,
     )
     return _verification(verify_certificate(path, means))
@@ -151,12 +151,12 @@ def _file(panel: Panel, request: ApiRequest) -> Path:
     raise not_found(f"the run has no certificate '{number[:80]}'")
 
 
-def _issued(panel: Panel, run: str, issued: Issued) -> IssuedAnswer:
+def _issued_answer(panel: Panel, run: str, issued: Issued) -> IssuedAnswer:
     links = panel.links(run, issued.files)
     return IssuedAnswer(number=issued.certificate.number, files=links, notes=issued.notes)
 
 
-def _trusted(panel: Panel) -> tuple[Path, ...]:
+def _trusted_keys(panel: Panel) -> tuple[Path, ...]:
     """Return the public half of the panel's key, if it is beside it."""
     key = panel.settings.signing_key
     public = None if key is None else key.with_name(f"{key.name}.pub")

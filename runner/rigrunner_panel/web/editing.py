@@ -93,7 +93,7 @@ def check(panel: Panel, request: ApiRequest) -> CheckedProcedure:
             loaded = checked_alone(path, body.text)
         state = approval_state(loaded)
     except InvalidFileError as error:
-        problems = [_placed(problem, path) for problem in error.problems]
+        problems = [_placed_problem(problem, path) for problem in error.problems]
         return CheckedProcedure(ok=False, problems=problems, approval="", state="draft")
     except RigrunnerError as error:
         problem = PlacedProblem(message=error.message, hint=error.hint)
@@ -107,11 +107,11 @@ def compare(panel: Panel, request: ApiRequest) -> ProcedureComparison:
     path = panel.files.place(body.procedure)
     now = load_procedure(path, text=body.text)
     if body.against == "file":
-        return _compared("file", "", compare_procedures(load_procedure(path), now))
+        return _comparison("file", "", compare_procedures(load_procedure(path), now))
     against, header = _reference(panel, now, path)
     if header is None:
         return ProcedureComparison(against=against, run="", same=False, verdict="", changes=[])
-    return _compared(against, header.run_id, compare_with_run(header, now))
+    return _comparison(against, header.run_id, compare_with_run(header, now))
 
 
 def save(panel: Panel, request: ApiRequest) -> SavedProcedure:
@@ -121,7 +121,7 @@ def save(panel: Panel, request: ApiRequest) -> SavedProcedure:
     try:
         digest = panel.files.write(name, body.text, body.digest)
     except ChangedError as error:
-        raise _changed(panel, name) from error
+        raise _changed_error(panel, name) from error
     panel.editing.saved(name, digest, by, panel.now())
     return SavedProcedure(digest=digest)
 
@@ -131,7 +131,7 @@ def approve_text(panel: Panel, request: ApiRequest) -> Done:
     body: ApproveProcedure = request.body
     loaded = load_procedure(panel.files.place(body.procedure))
     if loaded.digest_with_called != body.sha256:
-        raise _changed(panel, body.procedure)
+        raise _changed_error(panel, body.procedure)
     approve(loaded, body.by, moment_of(None, panel.now()))
     return Done()
 
@@ -151,7 +151,7 @@ def _state(path: Path) -> tuple[ApprovalState | None, str]:
         return None, error.message
 
 
-def _placed(problem: Problem, path: Path) -> PlacedProblem:
+def _placed_problem(problem: Problem, path: Path) -> PlacedProblem:
     """Return a problem with its line, of another file with that file's name."""
     location = problem.location
     is_in_text = location is not None and location.file == str(path)
@@ -165,7 +165,7 @@ def _placed(problem: Problem, path: Path) -> PlacedProblem:
     )
 
 
-def _compared(against: str, run: str, comparison: Comparison) -> ProcedureComparison:
+def _comparison(against: str, run: str, comparison: Comparison) -> ProcedureComparison:
     changes = [
         ChangeView(section=change.section, text=change.text, matters=change.matters)
         for change in comparison.changes
@@ -202,7 +202,7 @@ def _headers(panel: Panel, procedure: str) -> Iterator[RunHeader]:
             yield info.header
 
 
-def _changed(panel: Panel, name: str) -> PanelError:
+def _changed_error(panel: Panel, name: str) -> PanelError:
     """Return the answer where a file was changed since it was opened: by whom, and when."""
     hint = "compare, then open it again or save over it"
     try:

@@ -183,18 +183,18 @@ class Hub:
     def _come(self, screen: Screen, client: str) -> None:
         self._screens.add(screen)
         if screen.rig is not None:
-            screen.rig.control.connected(client, 1)
+            screen.rig.control.count_connection(client, 1)
 
     def _go(self, screen: Screen, client: str) -> None:
         self._screens.discard(screen)
         if screen.rig is not None:
-            screen.rig.control.connected(client, -1)
+            screen.rig.control.count_connection(client, -1)
 
     def _feed(self, rig: Rig) -> Feed:
         return self._feeds.setdefault(rig, Feed(rig, self._screens))
 
     def _flush(self, now_s: float) -> None:
-        feeds = [self._feed(rig) for rig in self._panel.opened()]
+        feeds = [self._feed(rig) for rig in self._panel.open_rigs()]
         if now_s - self._tick_s >= IDLE_S:
             self._tick_s = now_s
             for feed in feeds:
@@ -212,7 +212,7 @@ class Hub:
 
 
 def _rigs_message(panel: Panel) -> str:
-    rigs = Rigs(rigs=rig_views(panel.opened()))
+    rigs = Rigs(rigs=rig_views(panel.open_rigs()))
     return f'{{"type":"rigs",{rigs.model_dump_json()[1:]}'
 
 

@@ -178,21 +178,24 @@ _RUNNING = _of_rig(
     _steer("run/pause", "Pause at the next safe point.", running.pause, requests.Nothing),
     _steer(
         "run/resume", "Resume after a pause.",
-        running.deciding(Choice.RESUME), requests.Nothing,
+        running.decision_handler(Choice.RESUME), requests.Nothing,
     ),
     _steer(
         "run/override", "Resume despite an interlock that may be overridden.",
-        running.deciding(Choice.OVERRIDE), requests.BecauseOf,
+        running.decision_handler(Choice.OVERRIDE), requests.BecauseOf,
     ),
     _steer(
         "run/repeat", "Repeat the set-point; a running run is paused first.",
-        running.deciding(Choice.REPEAT), requests.Why,
+        running.decision_handler(Choice.REPEAT), requests.Why,
     ),
     _steer(
         "run/skip", "Skip the rest of the set-point; a running run is paused first.",
-        running.deciding(Choice.SKIP), requests.BecauseOf,
+        running.decision_handler(Choice.SKIP), requests.BecauseOf,
     ),
-    _steer("run/note", "Add a note while paused.", running.deciding(Choice.NOTE), requests.Remark),
+    _steer(
+        "run/note", "Add a note while paused.",
+        running.decision_handler(Choice.NOTE), requests.Remark,
+    ),
     _steer(
         "run/abort", "Abort the run: teardown, then the rig is made safe.",
         running.abort, requests.Why,

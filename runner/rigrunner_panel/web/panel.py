@@ -71,7 +71,7 @@ class Rig:
         self.panel = panel
         self.station = station
         self.board = Board()
-        self.board.wake = panel.changed
+        self.board.wake = panel.notify
         self.control = Control(self.board)
         self.desk = Desk(self.board, panel.settings.runs, self._left_energised)
         self.queue = Queue(panel.settings.runs)
@@ -89,7 +89,7 @@ class Rig:
 
     def _left_energised(self) -> tuple[AlarmView, ...]:
         """Return an alarm where this rig, or one that the panel does not show, is energised."""
-        others = {rig.station.id for rig in self.panel.opened() if rig is not self}
+        others = {rig.station.id for rig in self.panel.open_rigs() if rig is not self}
         return alarms_of_rigs(lambda station: station not in others - {self.station.id})
 
 
@@ -108,17 +108,17 @@ class Panel:
         self.archiving = threading.Lock()
         self.pictures: dict[str, Path] = {}
         self.wake: Callable[[], None] = lambda: None
-        """The functions that `changed` calls: they update the screens."""
+        """The functions that `notify` calls: they update the screens."""
         self._rigs: dict[str, Rig] = {}
         self._opening = threading.Lock()
         self._secret = secrets.token_bytes(32)
         self.rigs()
 
-    def changed(self) -> None:
+    def notify(self) -> None:
         """Take note, in any thread, that something of a rig has changed."""
         self.wake()
 
-    def opened(self) -> tuple[Rig, ...]:
+    def open_rigs(self) -> tuple[Rig, ...]:
         """Return the rigs that were shown or used since the start, by name; reads no file."""
         return tuple(rig for _, rig in sorted(self._rigs.copy().items()))
 
@@ -128,7 +128,7 @@ class Panel:
             queued = Queue(self.settings.runs).stations()
             self._open(name for name in queued if name not in self._rigs)
         self._open(self.catalogue.rigs())
-        return self.opened()
+        return self.open_rigs()
 
     def rig(self, name: str) -> Rig:
         """Return the rig of that station; raise PanelError for one that is not in the lists."""
@@ -142,35 +142,35 @@ class Panel:
 
     def only_rig(self) -> Rig | None:
         """Return the rig if there is only one, or else None."""
-        rigs = self.opened()
+        rigs = self.open_rigs()
         return rigs[0] if len(rigs) == 1 else None
 
-    def steering(self, client: str) -> str:
+    def steering_name(self, client: str) -> str:
         """Return the name of a client that has control of a rig; raise PanelError for another."""
-        rigs = self.opened()
+        rigs = self.open_rigs()
         controlled = [rig for rig in rigs if rig.control.holds(client)]
         others = [rig for rig in rigs if rig.board.get("control") is not None]
         for rig in (*controlled, *others, *rigs):
-            return rig.control.required(client)
+            return rig.control.require(client)
         raise PanelError(
             403, "not_in_control", "nobody has control", "take it first: POST /api/v1/control"
         )
 
     def name_of(self, client: str) -> str:
         """Return how a client is called on record: by name if it has control of a rig."""
-        names = (rig.control.holds(client) for rig in self.opened())
+        names = (rig.control.holds(client) for rig in self.open_rigs())
         default = f"panel client {short_name(client)}" if client else "panel"
         return next((name for name in names if name), default)
 
     def tick(self) -> None:
         """Look for what other programs changed in procedures that are edited."""
         self.editing.tick(
-            lambda client: any(rig.control.is_connected(client) for rig in self.opened()),
+            lambda client: any(rig.control.is_connected(client) for rig in self.open_rigs()),
             self.now(),
         )
 
     def _publish_editing(self, views: tuple[EditedView, ...]) -> None:
-        for rig in self.opened():
+        for rig in self.open_rigs():
             rig.board.put(editing=views)
 
     def _open(self, names: Iterable[str]) -> None:

@@ -145,7 +145,7 @@ def start_run(rig: Rig, request: ApiRequest) -> Started:
     note = notes.get(specimen, "")
     with rig.sequence.lock:
         if body.entry is not None:
-            _claim_and_start(rig, _matching(rig, body), request.by, body)
+            _claim_and_start(rig, _matching_entry(rig, body), request.by, body)
         # A preflight that runs is no reason to queue: until it is done the start is refused.
         elif rig.desk.is_busy and rig.board.get("phase") != "checking":
             draft = _draft(rig, body, body.inputs)
@@ -265,7 +265,7 @@ def _draft(rig: Rig, body: AddEntries | StartRun, inputs: dict[str, str]) -> Dra
     )
 
 
-def _matching(rig: Rig, body: StartRun) -> Entry:
+def _matching_entry(rig: Rig, body: StartRun) -> Entry:
     """Return the entry that a start names; raise PanelError for another test than the entry's."""
     entry = _entry(rig, body.entry or 0)
     draft = _draft(rig, body, body.inputs)

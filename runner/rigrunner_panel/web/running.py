@@ -183,7 +183,7 @@ def pause(rig: Rig, request: ApiRequest) -> Done:
     return Done()
 
 
-def deciding(choice: Choice) -> Callable[[Rig, ApiRequest], Done]:
+def decision_handler(choice: Choice) -> Callable[[Rig, ApiRequest], Done]:
     """Return a handler that resumes a paused run in this way, with the body's reason or remark."""
 
     def decide(rig: Rig, request: ApiRequest) -> Done:
@@ -206,7 +206,7 @@ def stop(panel: Panel, request: ApiRequest) -> Stopped:
     """Make the rig safe at once, for any client; all rigs if none is named."""
     body: Why = request.body
     name = request.query.get("rig", "")
-    rigs = [rig for rig in panel.opened() if name in ("", rig.name)]
+    rigs = [rig for rig in panel.open_rigs() if name in ("", rig.name)]
     if not rigs and name:
         raise not_found(f"there is no rig '{name[:80]}'", "see GET /api/v1/rigs")
     by, reason = panel.name_of(request.client), body.reason.strip()

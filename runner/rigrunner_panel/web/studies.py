@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from rigrunner.clock import utc_text
 from rigrunner.runfile import read
 from rigrunner_panel.errors import PanelError
-from rigrunner_panel.overlay import channel_figure, recorded, result_figures, result_rows
+from rigrunner_panel.overlay import channel_figure, channels_in, result_figures, result_rows
 from rigrunner_panel.web.answers import (
     AlarmAt,
     ArchiveUpdated,
@@ -43,7 +43,7 @@ def overlay(panel: Panel, request: ApiRequest) -> OverlayAnswer:
     runs = {name: read(panel.history.folder(name)) for name in names}
     recording, channel = request.query.get("recording", ""), request.query.get("channel", "")
     return OverlayAnswer(
-        recordings=recorded(runs),
+        recordings=channels_in(runs),
         results=tuple(result_figures(runs)),
         rows=[
             OverlayRow(name=name, unit=unit, values=values)
@@ -83,7 +83,7 @@ def trend(panel: Panel, request: ApiRequest) -> TrendAnswer:
     if set(by) - set(GROUPS) or chart not in ("i-mr", "ewma") or rules not in trends.RULES:
         message = "got by, chart or rules with a value that is not known"
         raise PanelError(400, "bad_request", message, "GET /api/v1/openapi.json describes it")
-    settings = trends.charting(chart, rules, query.get("baseline") or "20")
+    settings = trends.chart_settings(chart, rules, query.get("baseline") or "20")
     filters = {name: query[name] for name in ("procedure", "since", "until") if query.get(name)}
     study = trends.charts(panel.settings.runs, query.get("quantity", ""), by, filters, settings)
     return TrendAnswer(

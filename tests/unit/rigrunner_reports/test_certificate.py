@@ -318,7 +318,7 @@ def test_no_text_of_anybody_becomes_markup(source, lab):
 def test_the_same_results_are_drawn_once_for_all_forms_and_numbers(source, lab, monkeypatch):
     drawn = []
     monkeypatch.setattr(render, "draw", lambda picture: drawn.append(picture) or draw(picture))
-    render._drawn.cache_clear()
+    render._draw.cache_clear()
     letterhead = read_letterhead(lab)
     pages = [
         html(CertificateInput(certificate_of(source, letterhead, number), letterhead)).decode()

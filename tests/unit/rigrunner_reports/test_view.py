@@ -203,12 +203,12 @@ def test_the_risk_of_the_rule_is_stated(result):
 
 
 def test_an_imported_run_says_who_made_it(result):
-    assert run.imported(result) == ()
+    assert run.import_notes(result) == ()
     by = {"program": "Old.vi", "by": "A. Jones"}
     loaded, no_load = (replace(data, imported=by) for data in (result.run, result.run))
-    (text,) = run.imported(with_no_load(replace(result, run=loaded), no_load))
+    (text,) = run.import_notes(with_no_load(replace(result, run=loaded), no_load))
     assert "Old.vi made the recordings of this run and of the no-load run, not Rigrunner." in text
     by_another = replace(no_load, imported=by | {"by": "B. Lee"})
-    first, second = run.imported(with_no_load(replace(result, run=loaded), by_another))
+    first, second = run.import_notes(with_no_load(replace(result, run=loaded), by_another))
     assert "of this run, not" in first
     assert "as B. Lee states them" in second
