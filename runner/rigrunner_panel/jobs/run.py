@@ -49,11 +49,7 @@ def _new_run(job: Job, link: Link) -> FinishedRun:
         partners=partners,
         answers=screen.answers,
         stop=link.switch,
-        listeners=[
-            link.switch,
-            *([queue.began(entry.id)] if entry else []),
-            link.sender,
-        ],
+        listeners=[link.switch, *([queue.began(entry.id)] if entry else []), link.sender],
         operator=operator,
         overrides=overrides,
         pauses=screen.pauses,

@@ -175,12 +175,7 @@ def _size(path: Path) -> int:
 
 
 def _problem(text: str, began_s: float) -> LiveView:
-    return LiveView(
-        recordings=0,
-        final=False,
-        problem=text,
-        taken_s=time.monotonic() - began_s,
-    )
+    return LiveView(recordings=0, final=False, problem=text, taken_s=time.monotonic() - began_s)
 
 
 def main() -> None:

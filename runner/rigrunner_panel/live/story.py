@@ -32,13 +32,7 @@ from rigrunner_panel.view.reading import (
     readings_set,
 )
 from rigrunner_panel.view.result import with_live
-from rigrunner_panel.view.sections import (
-    Finished,
-    JobView,
-    Preflight,
-    PreflightItem,
-    Progress,
-)
+from rigrunner_panel.view.sections import Finished, JobView, Preflight, PreflightItem, Progress
 from rigrunner_panel.view.track import Track
 
 if TYPE_CHECKING:
@@ -46,13 +40,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from rigrunner_panel.view.board import Board
-    from rigrunner_panel.view.sections import (
-        AlarmView,
-        ChannelView,
-        FileLink,
-        LiveView,
-        Phase,
-    )
+    from rigrunner_panel.view.sections import AlarmView, ChannelView, FileLink, LiveView, Phase
 
 
 UNKEPT = "-"

@@ -12,13 +12,7 @@ from rigrunner.api.verdict import Verdict, worst
 from rigrunner.signal import rounding
 from rigrunner.signal.coverage import expanded
 from rigrunner.signal.result_figures import over_coordinate
-from rigrunner_panel.view.sections import (
-    CheckView,
-    Finished,
-    LiveView,
-    ResultView,
-    Value,
-)
+from rigrunner_panel.view.sections import CheckView, Finished, LiveView, ResultView, Value
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

@@ -43,8 +43,8 @@ LONGEST = 20_000_000
 def certificates(panel: Panel, request: ApiRequest) -> Certificates:
     """Return the certificates in a run's folder, oldest first."""
     name = request.path["run"]
-    certificates = _certificates_in(panel.history.folder(name))
-    items = [_item(panel, name, path, certificate) for path, certificate in certificates]
+    folder = panel.history.folder(name)
+    items = [_item(panel, name, path, each) for path, each in _certificates_in(folder)]
     key = panel.settings.signing_key is not None
     ordered = sorted(items, key=lambda item: (item.issued_utc, item.number))
     return Certificates(items=ordered, can_sign=key)

@@ -9,14 +9,7 @@ from rigrunner.run.interrupted import recover
 from rigrunner.runfile import read
 from rigrunner.tools.comparing.compare import compare_runs
 from rigrunner_panel.errors import not_found
-from rigrunner_panel.web.answers import (
-    Again,
-    ChangeView,
-    ComparisonAnswer,
-    Done,
-    OneRun,
-    Runs,
-)
+from rigrunner_panel.web.answers import Again, ChangeView, ComparisonAnswer, Done, OneRun, Runs
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
