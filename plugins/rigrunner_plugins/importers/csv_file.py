@@ -14,6 +14,7 @@ from rigrunner_plugins.importers.cells import number
 from rigrunner_plugins.importers.finding import position
 
 if TYPE_CHECKING:
+    from _csv import Reader
     from collections.abc import Iterator, Mapping, Sequence
     from pathlib import Path
 
@@ -105,15 +106,15 @@ def _find(
 
 
 def _rows(
-    reader: Iterator[list[str]], indices: list[int], width: int, path: Path, table: TableSettings
+    reader: Reader, indices: list[int], width: int, path: Path, table: TableSettings
 ) -> Iterator[list[float]]:
     """Yield the wanted numbers of each row; `width` is how many names there are, or 0."""
-    first = table.skip_lines + 1 + table.header
     # Without names the number of columns is not known: all rows may be split alike.
     expected = width or table.columns or max(indices) + 1
-    for line, row in enumerate(reader, first):
+    for row in reader:
         if not row:
             continue
+        line = table.skip_lines + reader.line_num  # a quoted cell may take several lines
         if len(row) <= max(indices):
             raise DataError(
                 f"has {len(row)} columns, {max(indices) + 1} are needed",

@@ -89,6 +89,11 @@ def test_a_delimiter_after_the_last_number_is_allowed(tmp_path):
     assert columns["x"].values.tolist() == [1.5, 2.5]
 
 
+def test_a_line_is_that_of_the_file_though_quoted_cells_take_several(tmp_path):
+    with pytest.raises(DataError, match=r"a\.csv:6: 'bad' is not a number"):
+        csv(tmp_path, 'by hand\n"torque\n(N·m)",note\n1,"a\nb"\nbad,c\n', {"x": 1}, skip_lines=1)
+
+
 def test_another_encoding_is_told(tmp_path):
     for encoding in ("utf-8", "utf-16"):
         with pytest.raises(DataError, match=f"is not {encoding}"):
