@@ -40,8 +40,8 @@ def build(procedure: LoadedProcedure, bench: Bench, problems: Problems) -> Draft
         hint = "check nested sweeps and repetitions"
         problems.add(procedure.document, ("main",), message, hint, key=True)
         problems.stop_if_any()
-    asked = {name: each.expected for name, each in procedure.inputs.items()}
-    draft = Draft(recordings_in(procedure), answered=asked)
+    answered = {name: input_.expected for name, input_ in procedure.inputs.items()}
+    draft = Draft(recordings_in(procedure), answered=answered)
     drives = DriveStates(bench, procedure.document, problems)
     scene = Scene(procedure.document, procedure.folder, bench, drives, problems, draft)
     walker = _Walker(procedure, scene)

@@ -144,8 +144,8 @@ class Scene:
         where = (id(self.document), place.path, what)
         if where not in self.draft.latest:
             self.draft.latest[where] = make()
-        found: _T = self.draft.latest[where]
-        return found
+        part: _T = self.draft.latest[where]
+        return part
 
     def emit(
         self, place: Place, action: Action, text: str, seconds: float, terms: Terms = _TERMS

@@ -58,7 +58,7 @@ def run_to_come(
             if (rows := step.action.rows) is not None
         ),
         devices={
-            role: tuple(each.name for each in device.channels) for role, device in devices.items()
+            role: tuple(info.name for info in device.channels) for role, device in devices.items()
         },
         cycle_drive=next(drives, None),
         limits=() if procedure.acceptance is None else procedure.acceptance.limits,
@@ -72,11 +72,11 @@ def check_plan(
     problems = Problems()
     for path, plugin in procedure.model.analyses_at:
         try:
-            found = lookup.plan_problems(plugin.name, plugin.settings, planned)
+            plan_problems = lookup.plan_problems(plugin.name, plugin.settings, planned)
         except PluginError:
-            continue  # told by the check of the plugins
-        for each in found:
-            _add(problems, each, path, procedure, station)
+            continue  # reported by the check of the plugins
+        for plan_problem in plan_problems:
+            _add(problems, plan_problem, path, procedure, station)
     problems.stop_if_any()
 
 
@@ -101,7 +101,7 @@ def _add(
         document, at = of.document, of.path
     elif isinstance(of, Limit):
         limits = procedure.model.acceptance.limits if procedure.model.acceptance else ()
-        at = ("acceptance", "limits", next(i for i, each in enumerate(limits) if each is of))
+        at = ("acceptance", "limits", next(i for i, limit in enumerate(limits) if limit is of))
     elif isinstance(of, StationPart):
         document, at = station.document, (of.value,)
         where, by = procedure.document.where(path, key=True), problem.needed_by

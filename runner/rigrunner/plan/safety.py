@@ -79,15 +79,15 @@ class _Drives:
         drive = self.drive(member, path, key=True)
         if drive is None:
             return False
-        wanted = unit(drive.unit).dimension
-        given = [("min", limits.min, wanted), ("max", limits.max, wanted)]
-        given.append(("rate", limits.rate, rate_of(wanted) or ""))
+        dimension = unit(drive.unit).dimension
+        of_rate = rate_of(dimension) or ""
+        values = [("min", limits.min, dimension), ("max", limits.max, dimension)]
         fits = [
-            self._has(dimension, quantity, member, (*path, key))
-            for key, quantity, dimension in given
-            if quantity is not None
+            self._has(expected, value, member, (*path, key))
+            for key, value, expected in (*values, ("rate", limits.rate, of_rate))
+            if value is not None
         ]
-        return all(fits)  # after all of them were told
+        return all(fits)  # after all problems were added
 
     def combination_fits(self, at: int, combination: Combination) -> bool:
         path = ("safety", "combinations", at, "allowed")
