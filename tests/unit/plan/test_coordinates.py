@@ -34,10 +34,10 @@ def test_six_blocks_are_six_different_things():
     plan = plan_of(with_steps(
         f"repeat: {{times: 6, as: block, label: {{phase: wear}}, steps: [{{{RECORD}}}]}}"
     ))  # fmt: skip
-    names = [each.record.name for each in plan.recordings]
+    names = [recording.record.name for recording in plan.recordings]
     assert names[:6] == [f"00{n}_10Hz_wear_block{n}" for n in range(1, 7)]
     assert names[6:] == ["007_2Hz", "008_10Hz"]
-    assert [each.coordinates for each in plan.recordings[:2]] == [
+    assert [recording.coordinates for recording in plan.recordings[:2]] == [
         {"phase": "wear", "block": 1}, {"phase": "wear", "block": 2},
     ]  # fmt: skip
 
@@ -67,7 +67,7 @@ def test_a_called_procedure_inherits_labels(tmp_path):
     (tmp_path / "outer.yaml").write_text(text, encoding="utf-8")
     procedure = load_procedure(tmp_path / "outer.yaml")
     plan = make_plan(procedure, parse_station(STATION, "s.yaml"), {"tester": TESTER})
-    called = [each for each in plan.steps if each.path.startswith("main[2].call")]
+    called = [step for step in plan.steps if step.path.startswith("main[2].call")]
     assert len(called) > 6
     assert all(each.coordinates == {"phase": "final"} for each in called)
 

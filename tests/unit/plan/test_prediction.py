@@ -44,7 +44,7 @@ def test_an_instrument_is_overloaded_above_its_full_scale():
     at_most, above = (-25e3, 0.0), (0.0, 25_001.0)
     found = predicted([at_most, above], measures="force", full_scale="25 kN")
 
-    assert [each.peak for each in found.overloads] == [pytest.approx(25.001)]
+    assert [overload.peak for overload in found.overloads] == [pytest.approx(25.001)]
 
 
 @pytest.mark.parametrize(

@@ -93,7 +93,7 @@ analysis:
 def test_settings_of_an_analysis_are_told_beside_all_other_mistakes():
     with pytest.raises(InvalidFileError) as refused:
         parse_procedure(WRONG_TWICE, "p.yaml")
-    told = {each.field: each for each in refused.value.problems}
+    told = {problem.field: problem for problem in refused.value.problems}
     assert "unknown step 'setle'" in told["main[0]"].message
     wrong = told["analysis[0].readings.resultt"]
     assert (wrong.location.line, wrong.message) == (9, "unknown key 'resultt'")

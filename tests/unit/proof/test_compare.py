@@ -12,7 +12,7 @@ ESTIMATE = {"value": 0.72731572, "expanded_uncertainty_95": 0.0093946, "unit": "
 
 
 def differences(recorded, derived):
-    return [str(each) for each in mismatches(recorded, derived)]
+    return [str(mismatch) for mismatch in mismatches(recorded, derived)]
 
 
 @pytest.mark.parametrize(

@@ -115,8 +115,8 @@ with Queue(Path({str(queue.path(STATION).parent)!r})).started(1, "Ann"):
     again = queue.repeat(1, "Ann", "the machine lost its power", NOW)
     assert queue.next() == again
     assert (again.specimen, again.repeats) == ("SN-1", 1)
-    (told,) = again.told()
-    assert (told.by, told.reason) == ("Ann", "the machine lost its power")
+    (remark,) = again.remarks()
+    assert (remark.by, remark.reason) == ("Ann", "the machine lost its power")
     assert specimens(queue, "closed") == ["SN-1"]
     with pytest.raises(UsageError, match="already repeated: entry 4"):
         queue.repeat(1, "Ann", "once more", NOW)
@@ -212,15 +212,15 @@ def test_a_specimen_that_a_run_has_tested_needs_a_reason(queue, tmp_path):
     first, second = queue.add(again, "Ann", NOW, procedure_id="P")
     queue.hold(first.id, "Bob", "dirty")
     queue.release(first.id, "Bob")
-    (told,) = queue.get(first.id).told()
-    assert (told.by, told.reason) == ("Ann", "customer asks")
-    assert second.told() == ()
+    (remark,) = queue.get(first.id).remarks()
+    assert (remark.by, remark.reason) == ("Ann", "customer asks")
+    assert second.remarks() == ()
 
 
 def test_every_problem_of_a_list_is_told_at_once(queue, tmp_path):
     run = leave_run(tmp_path / "runs", "SN-8")
     items, invalid = read_list("specimen,type\nSN-8,GE20\nSN-2,\nSN-9,GE99\nSN-10,\n", ASKED)
-    drafts = [draft(each.inputs["specimen"]) for each in items]
+    drafts = [draft(item.inputs["specimen"]) for item in items]
     with pytest.raises(InvalidFileError) as refused:
         queue.add(drafts, "Ann", NOW, procedure_id="P", invalid=invalid)
     assert [(each.message.partition(":")[0], each.field) for each in refused.value.problems] == [
@@ -239,16 +239,16 @@ def test_a_specimen_whose_run_was_aborted_is_added_again_with_a_reason(queue, tm
         queue._replace(1, run=leave_run(tmp_path / "runs", "SN-1", outcome=Outcome.ABORTED))
     with pytest.raises(InvalidFileError, match="entry 1, done") as refused:
         queue.add([draft("SN-1")], "Ann", NOW, procedure_id="P")
-    assert [each.field for each in refused.value.problems] == ["again"]
+    assert [problem.field for problem in refused.value.problems] == ["again"]
     again = draft("SN-1").model_copy(update={"again": "the fuse had blown"})
     (entry,) = queue.add([again], "Ann", NOW, procedure_id="P")
-    assert entry.told()[0].reason == "the fuse had blown"
+    assert entry.remarks()[0].reason == "the fuse had blown"
 
 
 def test_the_same_specimen_twice_is_refused_and_nothing_of_the_list_is_added(queue):
     with pytest.raises(InvalidFileError) as refused:
         queue.add([draft("SN-9"), draft(" sn-2".strip()), draft("SN-9")], "Ann", NOW)
-    assert [each.message for each in refused.value.problems] == [
+    assert [problem.message for problem in refused.value.problems] == [
         "SN-2 is already in the queue: entry 2, waiting",
         "SN-9 is in the list twice",
     ]
@@ -285,7 +285,7 @@ for i in range(10):
 """
     jobs = [subprocess.Popen([sys.executable, "-c", program, name]) for name in "AB"]
     assert [job.wait(120) for job in jobs] == [0, 0]
-    numbers = [each.id for each in queue.entries()]
+    numbers = [entry.id for entry in queue.entries()]
     assert len(numbers) == len(set(numbers)) == 23
 
 
@@ -307,7 +307,7 @@ for i in range(10):
 )
 def test_lists_are_read_as_people_write_them(text, found):
     items, invalid = read_list(text, ASKED)
-    assert [(each.line, each.inputs) for each in items] == found
+    assert [(item.line, item.inputs) for item in items] == found
     assert invalid == []
 
 
@@ -316,7 +316,7 @@ def test_every_line_that_is_not_accepted_is_named():
     items, invalid = read_list(text, ASKED, "list.csv")
     assert [str(each.location) for each in invalid] == ["list.csv:2", "list.csv:3", "list.csv:4"]
     assert "expected one of: GE20, GE30" in invalid[0].message
-    assert [each.line for each in items] == [5]
+    assert [item.line for item in items] == [5]
 
 
 @pytest.mark.parametrize(
@@ -353,7 +353,7 @@ OTHER = "benches/b 2.yaml"
 
 
 def files(runs):
-    return sorted(each.name for each in runs.glob("queue*.json"))
+    return sorted(path.name for path in runs.glob("queue*.json"))
 
 
 def test_each_station_has_a_file_and_a_number_belongs_to_one_entry(queue, tmp_path):
@@ -424,9 +424,9 @@ def test_the_common_file_of_versions_before_is_parted_by_station(queue, tmp_path
     runs = tmp_path / "runs"
     queue.add([draft("SN-8", station=OTHER)], "Ann", NOW)
     queue.hold(2, "Ann", "dirty")
-    entries = [each.model_dump() for each in queue.entries()]
-    for each in files(runs):
-        (runs / each).unlink()
+    entries = [entry.model_dump() for entry in queue.entries()]
+    for file in files(runs):
+        (runs / file).unlink()
     common = {"rigrunner": "queue/1", "next": 12, "entries": entries}
     (runs / "queue.json").write_text(json.dumps(common), encoding="utf-8")
     found = Queue(runs)
@@ -439,7 +439,7 @@ def test_the_common_file_of_versions_before_is_parted_by_station(queue, tmp_path
 
 def test_a_parting_that_was_interrupted_is_completed_and_undoes_nothing(queue, tmp_path):
     runs = tmp_path / "runs"
-    entries = [each.model_dump() for each in queue.entries()]
+    entries = [entry.model_dump() for entry in queue.entries()]
     other = {**entries[0], "id": 4, "station": OTHER}
     queue.hold(1, "Ann", "dirty")
     common = {"rigrunner": "queue/1", "next": 5, "entries": [*entries, other]}

@@ -95,7 +95,7 @@ def test_text_for_the_run_file_is_ascii_alone():
 @settings(max_examples=examples(15), deadline=None)
 @given(data=st.data())
 def test_every_kind_of_event_is_kept_with_its_name_and_all_its_fields(kind, data):
-    types = {each.name: st.from_type(each.type) for each in msgspec.structs.fields(kind)}
+    types = {field.name: st.from_type(field.type) for field in msgspec.structs.fields(kind)}
     event = data.draw(st.builds(kind, **types))
     assert same(json.loads(event_text(event)), written(event))
     assert type(kept(event)) is kind

@@ -141,7 +141,7 @@ def test_an_old_file_has_none():
     run = read(OLD)
     assert run.measurements
     assert all(not each.coordinates for each in (*run.recordings, *run.measurements))
-    assert all(each.elapsed_s is not None for each in run.measurements)
+    assert all(measurement.elapsed_s is not None for measurement in run.measurements)
 
 
 def test_viewers_find_attributes_and_columns(tmp_path):

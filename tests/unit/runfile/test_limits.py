@@ -100,7 +100,7 @@ def test_a_row_out_of_limits_comes_back_sealed_and_not(tmp_path):
     for run in (loose, sealed):
         (row,) = run.measurements
         assert (row.values, row.limits) == (ROW.values, ROW.limits)
-        assert [each.passes for each in row.decisions] == [False]
+        assert [decision.passes for decision in row.decisions] == [False]
         assert (run.info.outcome, run.info.format) == ("stopped at a limit", 4)
     assert loose.digest == sealed.digest
     assert sealed.digest == hashlib.sha256(f"{sha256(OF_VERSION_3)}\n".encode()).hexdigest()

@@ -128,7 +128,7 @@ def add(file, path):
 
 @pytest.mark.parametrize("where", EDITS)
 def test_every_change_of_content_is_found_where_it_is(copy, where):
-    found = [str(each) for each in file_differences(edited(copy, EDITS[where]))]
+    found = [str(difference) for difference in file_differences(edited(copy, EDITS[where]))]
     assert any(each.startswith(where) for each in found), found
 
 
@@ -301,8 +301,8 @@ def test_without_samples_columns_are_passed_over_and_all_else_is_not(copy):
         add(file, "recordings/_001_10Hz/conditions/tester_temperature")
 
     with h5py.File(edited(copy, edit)) as file:
-        found = {each.path for each in differences(file["entry"], samples=False)}
-        all_found = {each.path for each in differences(file["entry"])}
+        found = {difference.path for difference in differences(file["entry"], samples=False)}
+        all_found = {difference.path for difference in differences(file["entry"])}
     assert found == {"recordings/_001_10Hz/conditions/tester_temperature"}
     assert all_found == found | {"recordings/_001_10Hz/tester_torque"}
 

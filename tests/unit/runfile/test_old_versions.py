@@ -52,7 +52,7 @@ def test_all_that_was_recorded_is_there(run):
     assert stored.header.procedure_id == "SSPB-STT-1000"
     assert stored.header.inputs == {"specimen": "DEMO-0001", "operator": "Demo operator"}
     assert stored.info.outcome == "completed"
-    found = {each.name: each.arrays()["tester.torque"] for each in stored.recordings}
+    found = {recording.name: recording.arrays()["tester.torque"] for recording in stored.recordings}
     digests = {name: hashlib.sha256(each.tobytes()).hexdigest() for name, each in found.items()}
     assert digests == TORQUE_SHA256
     assert stored.partners["no_load"].header.procedure_id == "SSPB-NLI"

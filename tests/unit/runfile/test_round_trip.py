@@ -58,7 +58,7 @@ if TYPE_CHECKING:
 
 @pytest.mark.parametrize("sealed", [False, True])
 def test_all_that_is_known_of_a_run_before_it_begins_comes_back(tmp_path, sealed):
-    texts = {each.name: {each.name: f"N·m {each.name}"} for each in fields(RunHeader)}
+    texts = {field.name: {field.name: f"N·m {field.name}"} for field in fields(RunHeader)}
     names = ("called_texts", "people", "approval", "imported", "salvaged")
     header = header_of(mapping_text="m: [1]\r\n", **{name: texts[name] for name in names})
     writer = RunWriter(tmp_path / "run", header)
@@ -84,7 +84,7 @@ def test_other_programs_find_what_happened_when_and_where(tmp_path):
         file.visititems(
             lambda _, item: groups.append(item) if isinstance(item, h5py.Group) else None
         )
-        assert {str(each.attrs["NX_class"])[:2] for each in groups} == {"NX"}
+        assert {str(group.attrs["NX_class"])[:2] for group in groups} == {"NX"}
         stored = entry["recordings"]["_001_10Hz"]
         marked = dict(stored.attrs)
         drawn = stored[marked["signal"]].attrs["name"]

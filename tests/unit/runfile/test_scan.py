@@ -29,8 +29,8 @@ def test_runs_are_found_at_any_depth_in_order_with_their_files(root):
 
 def test_the_root_is_no_run_whatever_lies_in_it(root):
     (root / "run.h5").touch()
-    assert [each.path for each in run_folders(root)] == ["a", "b/sealed", "c/open"]
-    assert [each.path for each in run_folders(root / "c" / "empty")] == []
+    assert [folder.path for folder in run_folders(root)] == ["a", "b/sealed", "c/open"]
+    assert [folder.path for folder in run_folders(root / "c" / "empty")] == []
 
 
 def test_links_are_passed_over(root):
@@ -38,7 +38,7 @@ def test_links_are_passed_over(root):
     (root / "a" / "notes").symlink_to(root / "b" / "sealed" / "run.h5")
     found = list(run_folders(root))
     assert [each.path for each in found] == ["a", "b/sealed", "c/open"]
-    assert [each.name for each in found[0].files] == ["run.h5"]
+    assert [file.name for file in found[0].files] == ["run.h5"]
 
 
 def test_a_folder_that_cannot_be_read_is_told_by_its_path(root, monkeypatch):

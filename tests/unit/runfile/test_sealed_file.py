@@ -300,8 +300,8 @@ def test_arrays_of_one_length_are_a_table_and_others_are_texts(tmp_path):
     with h5py.File(tmp_path / "x.h5", "w") as file:
         rows = [row((1.0, 2.0), (1.0,)), row(None, (1.0, 2.5)), row((3.0, 4.0), None)]
         write_measurements(file, rows)
-        tables = [each for each in file["measurements"].values() if "readings" in each]
-        found = {each.attrs["name"]: each for each in tables[0]["readings"].values()}
+        tables = [value for value in file["measurements"].values() if "readings" in value]
+        found = {value.attrs["name"]: value for value in tables[0]["readings"].values()}
         spectrum, wave = found["box.spectrum"], found["box.wave"]
         np.testing.assert_array_equal(spectrum[()], [[1, 2], [np.nan, np.nan], [3, 4]])
         assert spectrum.dtype == np.float64

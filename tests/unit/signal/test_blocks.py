@@ -52,7 +52,7 @@ def test_rises_go_on_over_the_ends_of_blocks(monkeypatch, period, noise, block):
     values = swing(20_000, RATE_HZ / period, noise)
     wanted = rises(values, -0.01, 0.01)
     short_blocks(monkeypatch, block)
-    assert [list(each) for each in rises(values, -0.01, 0.01)] == [list(each) for each in wanted]
+    assert [list(rise) for rise in rises(values, -0.01, 0.01)] == [list(each) for each in wanted]
 
 
 @given(block=st.integers(1, 60), edges=st.sets(st.integers(0, 200), min_size=2))
@@ -62,7 +62,7 @@ def test_extremes_are_those_of_parts_over_several_blocks(monkeypatch, block, edg
     short_blocks(monkeypatch, block)
     parts = [values[a:b] for a, b in itertools.pairwise(places)]
     wanted = [[part.min() for part in parts], [part.max() for part in parts]]
-    assert [each.tolist() for each in extremes(values, places)] == wanted
+    assert [extreme.tolist() for extreme in extremes(values, places)] == wanted
 
 
 @given(seed=st.integers(0, 99), block=st.integers(20, 400))

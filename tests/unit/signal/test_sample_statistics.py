@@ -24,13 +24,13 @@ def found(values, cuts):
 
 @given(samples, st.lists(st.integers(0, 200), max_size=5))
 def test_they_are_those_of_all_samples_however_they_are_cut(values, cuts):
-    one = found(values, [each for each in cuts if each <= len(values)])
+    one = found(values, [cut for cut in cuts if cut <= len(values)])
     assert tuple(one) == STATISTICS
     assert (one["minimum"], one["maximum"]) == (min(values), max(values))
     assert one["peak_to_peak"] == max(values) - min(values)
     scale = max(map(abs, values))
     assert one["mean"] == pytest.approx(fsum(values) / len(values), rel=1e-12, abs=1e-12 * scale)
-    squares = sqrt(fsum(each * each for each in values) / len(values))
+    squares = sqrt(fsum(value * value for value in values) / len(values))
     assert one["rms"] == pytest.approx(squares, rel=1e-12, abs=1e-150)
 
 

@@ -23,13 +23,13 @@ def test_a_module_has_one_kind_and_its_actions_carry_its_keyword(name):
         each for each in vars(module).values() if getattr(each, "__module__", "") == module.__name__
     ]
     actions = [each for each in own if isinstance(each, type) and issubclass(each, Action)]
-    assert {each.kind for each in actions} <= {module.STEP.name}
-    assert all(is_dataclass(each) and each.__dataclass_params__.frozen for each in actions)
+    assert {action.kind for action in actions} <= {module.STEP.name}
+    assert all(is_dataclass(action) and action.__dataclass_params__.frozen for action in actions)
     assert module.STEP.settings in own
     assert f"`{module.STEP.name}`" in module.__doc__.splitlines()[0]
 
 
 def test_the_hook_gives_the_kind_of_every_module_and_no_other():
-    assert sorted(each.name for each in rigrunner_steps()) == sorted(
+    assert sorted(step.name for step in rigrunner_steps()) == sorted(
         module.STEP.name for module in MODULES.values()
     )

@@ -59,7 +59,7 @@ instruments:
 def planned(step, devices=DEVICES):
     text = edited(PROCEDURE, (MARK, step), ROLES)
     plan = make_plan(parse_procedure(text, "p.yaml"), parse_station(BENCH, "s.yaml"), devices)
-    return [each for each in plan.steps if each.path.startswith("main[1].sweep[0].steps[0]")]
+    return [step for step in plan.steps if step.path.startswith("main[1].sweep[0].steps[0]")]
 
 
 def only(step, devices=DEVICES):

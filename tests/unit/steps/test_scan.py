@@ -59,7 +59,7 @@ class Press(FakeTester):
 
 
 def plan_of(*actions, interlocks=()):
-    pairs = [each if isinstance(each, tuple) else (each, Terms()) for each in actions]
+    pairs = [action if isinstance(action, tuple) else (action, Terms()) for action in actions]
     steps = tuple(
         PlannedStep(f"main[{n}]", Phase.MAIN, action, "", 1.0, terms)
         for n, (action, terms) in enumerate(pairs)

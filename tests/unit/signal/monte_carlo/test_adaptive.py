@@ -62,7 +62,7 @@ def test_a_seed_names_the_values_and_further_blocks_only_add():
 def test_the_deviation_of_all_values_is_that_of_their_blocks_together():
     """The law of total variance."""
     values = np.array([[3.0, 7.0, 3.0, 7.0], [8.0, 16.0, 8.0, 16.0]])
-    found = [(float(each.mean()), float(each.std())) for each in values]
+    found = [(float(value.mean()), float(value.std())) for value in values]
     assert adaptive._pooled_u(found) == pytest.approx(values.std())
 
 
@@ -97,7 +97,7 @@ def test_intervals_of_blocks_are_those_of_all_their_values(p, n, digits):
     values[3] += 4.0  # the blocks need not be alike
     ordered, q = np.sort(values, axis=None), min(round(p * values.size), values.size - 1)
     r = (values.size - q) // 2
-    even, short = intervals([ranked(each, p) for each in values], p)
+    even, short = intervals([ranked(value, p) for value in values], p)
     alone = ranked(values.ravel(), p)
     assert symmetric(alone, p) == intervals([alone], p).symmetric == even
     assert (even.low, even.high) == (ordered[r], ordered[r + q])
