@@ -44,9 +44,9 @@ def read_list(
     too long or a table without names of its columns.
     """
     # Spreadsheets begin a CSV with a byte order mark.
-    first, *rest = re.split("\r\n|\r|\n", text.removeprefix("\ufeff"))
-    every = ["" if _SEPARATOR.fullmatch(first.strip()) else first, *rest]
-    lines = [(number, line) for number, line in enumerate(every, 1) if line.strip()]
+    first, *others = re.split("\r\n|\r|\n", text.removeprefix("\ufeff"))
+    all_lines = ["" if _SEPARATOR.fullmatch(first.strip()) else first, *others]
+    lines = [(number, line) for number, line in enumerate(all_lines, 1) if line.strip()]
     if not asked:
         raise UsageError("the procedure has no inputs, so there is no specimen to give")
     if not lines:
@@ -88,18 +88,18 @@ def list_text(content: bytes, name: str = "list") -> str:
 
 def accepted_inputs(given: Mapping[str, str], asked: Mapping[str, Input]) -> dict[str, str]:
     """Return inputs in the form for the record; raise UsageError for an invalid one."""
-    found = {}
+    accepted = {}
     for name, text in given.items():
         if name not in asked:
             hint = f"it asks for: {', '.join(asked) or 'nothing'}"
             raise UsageError(f"the procedure has no input '{name[:60]}'", hint=hint)
         try:
-            found[name] = asked[name].expected.accept(text)
+            accepted[name] = asked[name].expected.accept(text)
         except AnswerError as error:
             raise UsageError(f"{name}: {error.message}", hint=error.hint) from error
-        if not found[name]:
+        if not accepted[name]:
             raise UsageError(f"{name}: got nothing", hint="leave it out to be asked at the start")
-    return found
+    return accepted
 
 
 def _key(asked: Mapping[str, Input]) -> str:
@@ -108,11 +108,11 @@ def _key(asked: Mapping[str, Input]) -> str:
 
 def _header(line: str, asked: Mapping[str, Input]) -> tuple[list[str], str]:
     """Return the inputs in the first line, and the separator; none for a specimen."""
-    known = {name.casefold(): name for name in asked}
+    input_names = {name.casefold(): name for name in asked}
     for delimiter in DELIMITERS:
         cells = [cell.strip() for cell in line[:LONGEST_LINE].split(delimiter)]
         cells = _without_empty_end(cells, 1)
-        names = [known.get(cell.casefold(), "") for cell in cells]
+        names = [input_names.get(cell.casefold(), "") for cell in cells]
         if _key(asked) not in names:
             continue
         if "" in names:
@@ -136,8 +136,8 @@ def _refuse_table(lines: list[str], asked: Mapping[str, Input]) -> None:
     for delimiter in DELIMITERS:
         counts = {line.count(delimiter) + 1 for line in lines}
         columns = max(counts)
-        several = len(lines) > 1 and len(counts) == 1
-        if columns > 1 and (delimiter == "\t" or several):
+        is_table = len(lines) > 1 and len(counts) == 1
+        if columns > 1 and (delimiter == "\t" or is_table):
             message = f"the list has {columns} columns without names"
             hint = f"write a first line with their names, of: {', '.join(asked)}"
             raise UsageError(message, hint=hint)
@@ -163,14 +163,16 @@ def _inputs(cells: list[str], names: list[str], asked: Mapping[str, Input]) -> d
     cells = _without_empty_end(cells, len(names))
     if len(cells) != len(names):
         count, columns = len(cells), ", ".join(names)
-        words = f"got {count} {'cell' if count == 1 else 'cells'}, expected {len(names)}: {columns}"
-        raise AnswerError(words)
-    found = {}
+        message = (
+            f"got {count} {'cell' if count == 1 else 'cells'}, expected {len(names)}: {columns}"
+        )
+        raise AnswerError(message)
+    inputs = {}
     for name, cell in zip(names, cells, strict=True):
         if len(cell) > LONGEST_LINE:
             raise AnswerError(f"got {len(cell)} characters, expected at most {LONGEST_LINE}")
         if cell.strip():  # an empty one is asked for when the run starts
-            found[name] = asked[name].expected.accept(cell)
-    if not found.get(_key(asked)):
+            inputs[name] = asked[name].expected.accept(cell)
+    if not inputs.get(_key(asked)):
         raise AnswerError(f"has no {_key(asked)}")
-    return found
+    return inputs
