@@ -77,4 +77,4 @@ def _settings_model(name: str, context: Mapping[str, Any]) -> type[Settings] | N
     try:
         return None if record is None else record.settings_model
     except PluginError:
-        return None  # told by the check of the plugins
+        return None  # reported by the check of the plugins

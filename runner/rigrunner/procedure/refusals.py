@@ -17,7 +17,7 @@ def refused(message: str, hint: str = "") -> PydanticCustomError:
 
 def require_one(model: Settings, first: str, second: str) -> None:
     """Refuse a model of which not exactly one of two keys is given."""
-    given = [name for name in (first, second) if getattr(model, name) is not None]
-    if len(given) != 1:
-        got = "both" if given else "neither"
+    names = [name for name in (first, second) if getattr(model, name) is not None]
+    if len(names) != 1:
+        got = "both" if names else "neither"
         raise refused(f"got {got}, expected one of: {first}, {second}")

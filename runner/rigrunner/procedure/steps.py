@@ -74,14 +74,14 @@ def _read(value: Any, info: core_schema.ValidationInfo) -> Step:
 
 def _known_key(value: object, kinds: Mapping[str, object]) -> str:
     """Return the one key; refuse what is no mapping with one key that names a kind."""
-    known = f"expected one of: {', '.join(kinds)}"
+    expected = f"expected one of: {', '.join(kinds)}"
     if not isinstance(value, dict):
-        raise refused(f"a step is a mapping with one key, such as 'settle: ...'; {known}")
+        raise refused(f"a step is a mapping with one key, such as 'settle: ...'; {expected}")
     keys = [str(key) for key in value]
     if len(keys) != 1:
         got = " and ".join(f"'{key}'" for key in keys[:5]) or "none"
         hint = "begin each step with its own '-'" if keys else ""
-        raise refused(f"a step has one key, got {got}; {known}", hint)
+        raise refused(f"a step has one key, got {got}; {expected}", hint)
     if keys[0] not in kinds:
-        raise refused(f"unknown step '{keys[0][:40]}'; {known}", did_you_mean(keys[0], kinds))
+        raise refused(f"unknown step '{keys[0][:40]}'; {expected}", did_you_mean(keys[0], kinds))
     return keys[0]
