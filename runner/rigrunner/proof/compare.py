@@ -104,8 +104,8 @@ def _of_lists(recorded: Sequence[Any], derived: Sequence[Any], where: str) -> It
     numbers = (abs(each) for row in rows for each in row if _is_number(each))
     width = SIGNIFICANT * max(numbers, default=0.0)
     for index, (one, other) in enumerate(zip(recorded, derived, strict=True)):
-        names = [one.get(name) for name in _NAMES] if isinstance(one, dict) else []
-        label = next((name for name in names if isinstance(name, str) and name), index)
+        labels = [one.get(key) for key in _NAMES] if isinstance(one, dict) else []
+        label = next((text for text in labels if isinstance(text, str) and text), index)
         yield from mismatches(one, other, f"{where}/{label}", width)
 
 

@@ -235,9 +235,9 @@ class Queue:
 
         def change(stored: Stored) -> Stored:
             nonlocal removed
-            open_entries = tuple(entry for entry in stored.entries if self._shown(entry).status in OPEN)
-            removed += len(stored.entries) - len(open_entries)
-            return stored.model_copy(update={"entries": open_entries})
+            left = tuple(each for each in stored.entries if self._shown(each).status in OPEN)
+            removed += len(stored.entries) - len(left)
+            return stored.model_copy(update={"entries": left})
 
         for name in [station] if station else self.stations():
             self._change(name, change)
