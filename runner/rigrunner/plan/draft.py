@@ -83,7 +83,7 @@ class Place(NamedTuple):
 class Draft:
     """What is written down of a plan so far."""
 
-    wanted: int
+    recordings_total: int
     """How many recordings are asked for; those with problems never come to be."""
     steps: list[PlannedStep] = field(default_factory=list)
     recordings: list[Recorded] = field(default_factory=list)

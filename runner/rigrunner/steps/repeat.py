@@ -36,9 +36,9 @@ class RepeatStep(StepSettings):
 
     @model_validator(mode="after")
     def _ends(self) -> Self:
-        given = [key for key, each in (("times", self.times_), ("until", self.until)) if each]
-        if len(given) != 1:
-            got = "both" if given else "neither"
+        keys = [key for key, value in (("times", self.times_), ("until", self.until)) if value]
+        if len(keys) != 1:
+            got = "both" if keys else "neither"
             raise refused(f"got {got}, expected one of: times, until")
         if bool(self.until) != bool(self.at_most):
             missing = "at_most" if self.until else "until"
@@ -62,15 +62,15 @@ def plan(repeat: RepeatStep, planning: Planning) -> None:
     if name and not planning.scene.coordinate(place, name, "counter", planning.path("as")):
         name = None
     written = planning.scene.document.part(planning.path("until"))
-    looks: list[int] = []
+    conditions: list[int] = []
     for index in range(times):
         at = place.time(index).at(name, index + 1) if name else place.time(index)
         planning.walker.steps(repeat.steps, at.inside("steps"))
         for key, until in each_until(repeat.until, written):
-            look = plan_until(until, key, (index + 1, times), planning)
-            looks += [] if look is None else [look]
-    # How many steps each look can leave out is known only now.
-    end_until(looks, planning.scene)
+            condition = plan_until(until, key, (index + 1, times), planning)
+            conditions += [] if condition is None else [condition]
+    # How many steps each condition can leave out is known only now.
+    end_until(conditions, planning.scene)
 
 
 STEP = StepRecord(

@@ -38,9 +38,8 @@ class Wait(Action):
 
 def plan(wait: WaitStep, planning: Planning) -> None:
     """Plan the wait."""
-    text = f"Wait for {wait.time:.3g} s"
-    whole = f"{text}: {wait.text}" if wait.text else text
-    planning.emit(Wait(wait.time), whole, wait.time)
+    text = f"Wait for {wait.time:.3g} s{f': {wait.text}' if wait.text else ''}"
+    planning.emit(Wait(wait.time), text, wait.time)
 
 
 STEP = StepRecord(
