@@ -52,8 +52,8 @@ def jackknife_error(replicates: Array, *, in_a_row: bool = True) -> tuple[float,
     of the values (Efron and Stein, Ann. Statist. 9(3), 1981). What does not follow each other in
     time is taken to be independent.
     """
-    n, moved = len(replicates), influences(replicates)
-    return standard_error(moved) if in_a_row else (float(moved.std(ddof=1)) / sqrt(n), n - 1.0)
+    n, changes = len(replicates), influences(replicates)
+    return standard_error(changes) if in_a_row else (float(changes.std(ddof=1)) / sqrt(n), n - 1.0)
 
 
 def influences(replicates: Array) -> Array:

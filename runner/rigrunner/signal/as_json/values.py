@@ -53,15 +53,15 @@ def plain(value: object) -> object:
     if isinstance(value, np.ndarray | np.generic):
         return plain(value.tolist())
     if isinstance(value, dict):
-        return {str(key): plain(each) for key, each in value.items()}
+        return {str(key): plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [plain(each) for each in value]
+        return [plain(item) for item in value]
     return number(value) if isinstance(value, float) else value
 
 
-def coordinates_of(found: Mapping[str, CoordinateValue]) -> Json:
+def coordinates_of(coordinates: Mapping[str, CoordinateValue]) -> Json:
     """Return where a result holds: a text as it is, a number with its unit."""
     return {
         name: each.value if isinstance(each.value, str) else quantity(each.value, each.unit)
-        for name, each in found.items()
+        for name, each in coordinates.items()
     }

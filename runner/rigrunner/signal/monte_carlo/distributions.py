@@ -91,8 +91,8 @@ class Triangular:
     def draw(self, rng: Generator, n: int) -> Array:
         """Return values of shape (n,)."""
         # Two equal rectangles add to a triangle.
-        both = rng.uniform(-1, 1, (2, n)).mean(axis=0)
-        return np.asarray(self.centre + self.half_width * both)
+        mean_of_two = rng.uniform(-1, 1, (2, n)).mean(axis=0)
+        return np.asarray(self.centre + self.half_width * mean_of_two)
 
 
 @dataclass(frozen=True)
