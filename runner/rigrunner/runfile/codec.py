@@ -42,9 +42,9 @@ KINDS: Mapping[str, type[events.Event]] = {
     )
 }
 """The stored kinds of events, by name."""
-_KEPT: Any = Union[tuple(KINDS.values())]  # noqa: UP007  (of a tuple)
-_from_json: Callable[[str | bytes], events.Event] = msgspec.json.Decoder(_KEPT).decode
-_from_packed: Callable[[bytes], events.Event] = msgspec.msgpack.Decoder(_KEPT).decode
+_STORED_EVENT: Any = Union[tuple(KINDS.values())]  # noqa: UP007  (of a tuple)
+_from_json: Callable[[str | bytes], events.Event] = msgspec.json.Decoder(_STORED_EVENT).decode
+_from_packed: Callable[[bytes], events.Event] = msgspec.msgpack.Decoder(_STORED_EVENT).decode
 """Fast decoders. What they refuse is decoded again: an unknown kind, or JSON with not-a-number."""
 
 

@@ -133,11 +133,11 @@ def _entry_of(path: Path, *, walk: bool = True) -> Iterator[h5py.Group]:
 def _read(entry: h5py.Group, path: Path, *, rows: bool = True) -> StoredRun:
     """Read a run, and refuse one of which anything differs from its manifest."""
     # First: it walks through the file, and so refuses what could lead us astray.
-    found = _differences(entry, samples=False)
+    differences_found = _differences(entry, samples=False)
     run = read_entry(entry, path, rows=rows)
-    if found:
+    if differences_found:
         raise DataError(
-            f"{path}: {found[0]}",
+            f"{path}: {differences_found[0]}",
             hint=f"'rigrunner verify {path}' lists all that differs, and"
             " 'rigrunner recover --salvage' saves the intact recordings",
         )

@@ -36,9 +36,9 @@ from rigrunner.runfile.manifest import (
     MANIFEST,
     ROOT,
     Difference,
-    compared,
     item_of,
     kind_of,
+    mismatch,
     stored_items,
     write_manifest,
 )
@@ -132,18 +132,18 @@ class _Reading:
     lost: dict[str, Difference] = field(default_factory=dict)
 
     def run(self, path: Path, sha256: str) -> DamagedRun:
-        wanted = self._manifest()
-        whole = {ROOT: self.entry.file, ENTRY_ITEM: self.entry}
-        for place, said in wanted.items():
+        expected = self._manifest()
+        containers = {ROOT: self.entry.file, ENTRY_ITEM: self.entry}
+        for place, stored in expected.items():
             try:
-                item = whole[place] if place in whole else self.entry[place]
+                item = containers[place] if place in containers else self.entry[place]
                 h5py.h5o.get_info(item.id)  # reads all of its header, which attributes alone do not
-                what = compared(item_of(place, item), said)
+                problem = mismatch(item_of(place, item), stored)
             except (DataError, *UNREADABLE) as error:
-                what = f"cannot be read, it is damaged: {error}"
-            if what:
-                self._lose(place, what)
-        sound = dict(self._sound_recordings(wanted))
+                problem = f"cannot be read, it is damaged: {error}"
+            if problem:
+                self._lose(place, problem)
+        sound = dict(self._sound_recordings(expected))
         events = self._part(EVENTS, lambda: read_events(self.entry), StoredEvents())
         return DamagedRun(
             path=path,
@@ -163,16 +163,16 @@ class _Reading:
         try:
             return stored_items(self.entry)
         except (DataError, *UNREADABLE) as error:
-            what = "cannot be read: only recordings can be checked, by digests of their own"
-            self._lose(MANIFEST, f"{what} ({error})")
+            message = "cannot be read: only recordings can be checked, by digests of their own"
+            self._lose(MANIFEST, f"{message} ({error})")
             return {}
 
-    def _sound_recordings(self, wanted: Mapping[str, object]) -> Iterator[tuple[str, str]]:
+    def _sound_recordings(self, expected: Mapping[str, object]) -> Iterator[tuple[str, str]]:
         for kind in KINDS:
-            for member in self._members(kind, wanted):
+            for member in self._members(kind, expected):
                 place = f"{kind}/{member}"
                 # Without a manifest a recording has only its own digest to be checked by.
-                if (not wanted or place in wanted) and not self._is_lost(place):
+                if (not expected or place in expected) and not self._is_lost(place):
                     try:
                         name = self._read(place)
                     except (DataError, *UNREADABLE) as error:
@@ -180,15 +180,15 @@ class _Reading:
                     else:
                         yield place, name
 
-    def _members(self, kind: str, wanted: Iterable[str]) -> list[str]:
+    def _members(self, kind: str, expected: Iterable[str]) -> list[str]:
         """Return the paths of recordings of a kind, from the file or else from its manifest."""
-        known = {place.split("/")[1] for place in wanted if place.startswith(f"{kind}/")}
+        from_manifest = {place.split("/")[1] for place in expected if place.startswith(f"{kind}/")}
         try:
-            found = set(members(self.entry[kind])) if kind in self.entry else set()
+            from_file = set(members(self.entry[kind])) if kind in self.entry else set()
         except (DataError, *UNREADABLE) as error:
             self._lose(kind, f"cannot be listed, it is damaged: {error}")
-            found = set()
-        return sorted(known | found)
+            from_file = set()
+        return sorted(from_manifest | from_file)
 
     def _read(self, place: str) -> str:
         """Read a recording and return its name; raise if it differs from its digest."""
@@ -198,28 +198,27 @@ class _Reading:
 
     def _header(self, path: Path) -> RunHeader:
         texts = {name: self._text(self.entry, name) for name in HEADER_TEXTS}
-        known: dict[str, Any] = {
+        fields: dict[str, Any] = {
             **texts,
             **{name: self._verbatim(f"texts/{name}") for name in VERBATIM},
-            **{name: self._named(name) for name in _TEXTS},
+            **{name: self._named_texts(name) for name in _TEXTS},
         }
-        known["run_id"] = texts["run_id"] or path.parent.name
-        known["approval"] = known["approval"] or dict(DRAFT)
+        fields["run_id"] = texts["run_id"] or path.parent.name
+        fields["approval"] = fields["approval"] or dict(DRAFT)
         return RunHeader(
-            **known,
+            **fields,
             plan_text=LongText.of(self._verbatim(f"texts/{PLAN}")),
-            called_texts=self._named(CALLED_PLACE),
+            called_texts=self._named_texts(CALLED_PLACE),
             mapping_text=self._verbatim("texts/mapping_text"),
         )
 
-    def _named(self, place: str) -> dict[str, str]:
+    def _named_texts(self, place: str) -> dict[str, str]:
         """Return a group of named texts; an empty one if it is absent or lost."""
 
         def read() -> dict[str, str]:
             return read_texts(self.entry[place]) if place in self.entry else {}
 
-        nothing: dict[str, str] = {}
-        return self._part(place, read, nothing)
+        return self._part(place, read, dict[str, str]())
 
     def _text(self, group: h5py.Group, name: str) -> str:
         try:
@@ -232,8 +231,8 @@ class _Reading:
         group, _, name = place.partition("/")
 
         def read() -> str:
-            there = place in self.entry
-            return read_text(self.entry[group], name) if there else ""
+            is_stored = place in self.entry
+            return read_text(self.entry[group], name) if is_stored else ""
 
         return self._part(place, read, "")
 
@@ -273,7 +272,7 @@ class _Reading:
             return instead
 
     def _is_lost(self, place: str) -> bool:
-        return any(one == place or one.startswith(f"{place}/") for one in self.lost)
+        return any(lost == place or lost.startswith(f"{place}/") for lost in self.lost)
 
     def _lose(self, place: str, what: str) -> None:
         self.lost.setdefault(place, Difference(place, kind_of(place), what))
