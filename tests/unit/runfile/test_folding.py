@@ -188,7 +188,7 @@ def test_a_journal_that_is_damaged_before_it_is_folded_is_told_and_kept(tmp_path
         content[len(content) // 2] ^= 1
         samples.write_bytes(content)
         held.set()
-        wait(writer._folding.going)
+        wait(writer._folding.pending)
         with pytest.raises(DataError, match=r"samples can be read back, not 40001"):
             start_recording(emit, TWO[0], 1)
     assert samples.exists()

@@ -45,7 +45,7 @@ def test_ctrl_c_while_a_damaged_file_is_read_is_not_taken_for_damage(path, monke
     def interrupted(*_arguments):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("rigrunner.runfile.salvage.compared", interrupted)
+    monkeypatch.setattr("rigrunner.runfile.salvage.mismatch", interrupted)
     with pytest.raises(KeyboardInterrupt):
         read_damaged(path)
 

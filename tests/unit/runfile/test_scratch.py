@@ -41,13 +41,13 @@ def folder(tmp_path, monkeypatch):
 @pytest.fixture
 def unpacked(monkeypatch):
     """Return which slices were unpacked."""
-    found, unpack = [], StoredSamples._unpacked
+    found, unpack = [], StoredSamples._unpack
 
     def noted(self, which):
         found.append((which.start, which.stop))
         return unpack(self, which)
 
-    monkeypatch.setattr(StoredSamples, "_unpacked", noted)
+    monkeypatch.setattr(StoredSamples, "_unpack", noted)
     return found
 
 
