@@ -25,9 +25,9 @@ def with_steps(steps, text=ALONE):
 
 
 def coordinates(steps):
-    found = plan_of(with_steps(steps)).steps
-    return [(dict(each.coordinates), dict(each.coordinate_units)) for each in found
-            if each.path.startswith("main[2]")]  # fmt: skip
+    plan = plan_of(with_steps(steps))
+    return [(dict(step.coordinates), dict(step.coordinate_units)) for step in plan.steps
+            if step.path.startswith("main[2]")]  # fmt: skip
 
 
 def test_six_blocks_are_six_different_things():
@@ -53,12 +53,11 @@ def test_labels_are_inherited_and_end_with_their_step():
 
 def test_set_and_sweep_take_labels_beside_their_own_keys():
     over = "over: [1 N, 2 N], label: {stroke: up}, steps: [{note: {text: here}}]"
-    assert [each for each, _ in coordinates(f"sweep: {{set: tester.load, {over}}}")] == [
+    assert [labels for labels, _ in coordinates(f"sweep: {{set: tester.load, {over}}}")] == [
         {"stroke": "up"}
     ] * 4
-    assert [each for each, _ in coordinates("set: {tester.load: 1 N, label: {aged: true}}")] == [
-        {"aged": True}
-    ]
+    ((labels, _),) = coordinates("set: {tester.load: 1 N, label: {aged: true}}")
+    assert labels == {"aged": True}
 
 
 def test_a_called_procedure_inherits_labels(tmp_path):
@@ -69,7 +68,7 @@ def test_a_called_procedure_inherits_labels(tmp_path):
     plan = make_plan(procedure, parse_station(STATION, "s.yaml"), {"tester": TESTER})
     called = [step for step in plan.steps if step.path.startswith("main[2].call")]
     assert len(called) > 6
-    assert all(each.coordinates == {"phase": "final"} for each in called)
+    assert all(step.coordinates == {"phase": "final"} for step in called)
 
 
 # the step, where the finger points, field, message, hint

@@ -226,10 +226,10 @@ def test_what_a_repeated_step_has_each_time_is_held_once_and_what_changes_is_kep
     measured = [step for step in steps if isinstance(step.action, Measure)]
     first, second, third = measured[::2]
     assert first.terms is second.terms is third.terms
-    assert [each.terms.limits[0].maximum for each in measured] == [3.0, 4.0] * 3
+    assert [step.terms.limits[0].maximum for step in measured] == [3.0, 4.0] * 3
     assert first.action.units is second.action.units is third.action.units
     # The load is set in kN at the end of the first time.
-    assert [each.written_in for each in (first, second)] == [{}, {"tester.load": "kN"}]
+    assert [step.written_in for step in (first, second)] == [{}, {"tester.load": "kN"}]
     assert second.written_in is third.written_in
 
 
@@ -247,8 +247,8 @@ teardown:
 
 
 def test_a_sweep_within_a_loop_has_what_it_sets_once_and_each_pass_its_place():
-    every = plan_of(("teardown:\n", SWEPT)).steps
-    steps = [each for each in every if ".repeat" in each.path]
+    all_steps = plan_of(("teardown:\n", SWEPT)).steps
+    steps = [step for step in all_steps if ".repeat" in step.path]
     assert [step.path.partition(".")[2] for step in steps] == [
         f"repeat[{time}].steps[0].sweep[{value}].{what}"
         for time in range(2)

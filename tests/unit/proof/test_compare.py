@@ -97,7 +97,7 @@ ZERO = {"name": "zero", "ok": True, "text": "was zeroed", "value": 0.0}
 
 
 @pytest.mark.parametrize(
-    ("recorded", "derived", "told"),
+    ("recorded", "derived", "expected"),
     [
         ([CLIPPING], [ZERO, CLIPPING], []),
         ([], [CLIPPING], []),
@@ -114,8 +114,8 @@ ZERO = {"name": "zero", "ok": True, "text": "was zeroed", "value": 0.0}
         ),
     ],
 )
-def test_checks_of_a_newer_program_are_no_difference_unless_they_fail(recorded, derived, told):
-    assert differences({"checks": recorded}, {"checks": derived}) == told
+def test_checks_of_a_newer_program_are_no_difference_unless_they_fail(recorded, derived, expected):
+    assert differences({"checks": recorded}, {"checks": derived}) == expected
 
 
 def named(name, value):
