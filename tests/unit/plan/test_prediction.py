@@ -32,16 +32,12 @@ def predicted(expected, **entry):
     ],
 )
 def test_a_force_in_the_unit_of_its_full_scale(entry, unit):
-    (prediction,) = predicted([(-30e3, 10e3)], measures="force", **entry).readings
+    (force,) = predicted([(-30e3, 10e3)], measures="force", **entry).readings
 
     scale = {"kN": 1, "N": 1000}[unit]
-    assert (prediction.recording, prediction.channel, prediction.unit) == (
-        "001_2Hz",
-        "press.x",
-        unit,
-    )
-    assert (prediction.peak, prediction.full_scale) == pytest.approx((30 * scale, 25 * scale))
-    assert prediction.share == pytest.approx(1.2)
+    assert (force.recording, force.channel, force.unit) == ("001_2Hz", "press.x", unit)
+    assert (force.peak, force.full_scale) == pytest.approx((30 * scale, 25 * scale))
+    assert force.share == pytest.approx(1.2)
 
 
 def test_an_instrument_is_overloaded_above_its_full_scale():

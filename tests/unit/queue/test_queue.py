@@ -36,13 +36,13 @@ def draft(specimen, procedure="p.yaml", station=STATION):
 
 @pytest.fixture
 def queue(tmp_path):
-    found = Queue(tmp_path / "runs")
-    found.add([draft("SN-1"), draft("SN-2"), draft("SN-3")], "Ann", NOW)
-    return found
+    queue = Queue(tmp_path / "runs")
+    queue.add([draft("SN-1"), draft("SN-2"), draft("SN-3")], "Ann", NOW)
+    return queue
 
 
 def specimens(queue, *statuses):
-    return [each.entry.specimen for each in queue.shown() if each.status in statuses]
+    return [shown.entry.specimen for shown in queue.shown() if shown.status in statuses]
 
 
 def test_entries_are_run_in_the_order_that_a_person_gave_them(queue):
@@ -144,16 +144,16 @@ def test_an_interrupted_entry_is_none_that_runs_while_several_look_at_it(queue, 
     with ThreadPoolExecutor(4) as several:
         assert set(several.map(look, range(400))) == {"interrupted"}
     with queue.started(2, "Ann"), ThreadPoolExecutor(4) as several:
-        found = several.map(lambda _: Queue(runs).shown()[1].status, range(40))
-        assert set(found) == {"running"}
+        statuses = several.map(lambda _: Queue(runs).shown()[1].status, range(40))
+        assert set(statuses) == {"running"}
 
 
 def test_a_run_that_is_resumed_has_the_outcome_of_its_last_end(queue):
     """As after a lost device; the panel keeps one queue for as long as it runs."""
     folder = queue.path(STATION).parent / "20261123_X"
-    known = dict.fromkeys(("procedure_id", "procedure_revision", "procedure_title"), "p")
+    ids = dict.fromkeys(("procedure_id", "procedure_revision", "procedure_title"), "p")
     texts = dict.fromkeys(("station_id", "procedure_text", "station_text"), "s")
-    header = RunHeader(run_id=folder.name, started_utc="2026-11-23T12:00:00.000Z", **known, **texts)
+    header = RunHeader(run_id=folder.name, started_utc="2026-11-23T12:00:00.000Z", **ids, **texts)
     stamp = EventStamp(SimulatedClock(NOW))
     began = stamp(RunStarted, run_id=folder.name, steps=1, estimated_s=1.0)
     outcomes = []
@@ -204,11 +204,11 @@ def test_a_specimen_that_a_run_has_tested_needs_a_reason(queue, tmp_path):
     others = ["SN-8", "SN-9", "SN-7", "SN-11", ""]
     sentence = f"sn 7/É has already been tested: run {newest}"
     assert before(runs, "P", [*others, "sn 7/É"]) == {"sn 7/É": sentence}
-    asked = [draft("sn 7/É"), draft("SN-8")]
+    drafts = [draft("sn 7/É"), draft("SN-8")]
     with pytest.raises(InvalidFileError) as refused:
-        queue.add(asked, "Ann", NOW, procedure_id="P")
+        queue.add(drafts, "Ann", NOW, procedure_id="P")
     assert [(each.message, each.field) for each in refused.value.problems] == [(sentence, "again")]
-    again = [each.model_copy(update={"again": "customer asks"}) for each in asked]
+    again = [draft.model_copy(update={"again": "customer asks"}) for draft in drafts]
     first, second = queue.add(again, "Ann", NOW, procedure_id="P")
     queue.hold(first.id, "Bob", "dirty")
     queue.release(first.id, "Bob")
@@ -262,7 +262,7 @@ def test_numbers_are_given_once_and_what_is_over_can_be_cleared(queue):
     queue.skip(3, "Ann", "lost")
     assert queue.clear(station="other.yaml") == 0
     assert queue.clear() == 1
-    assert [each.id for each in queue.add([draft("SN-5")], "Ann", NOW)] == [4]
+    assert [entry.id for entry in queue.add([draft("SN-5")], "Ann", NOW)] == [4]
 
 
 def test_a_file_that_is_no_queue_is_left_alone(queue):
@@ -290,7 +290,7 @@ for i in range(10):
 
 
 @pytest.mark.parametrize(
-    ("text", "found"),
+    ("text", "expected"),
     [
         ("SN-1\r\n\r\n  SN-2 \n", [(1, {"specimen": "SN-1"}), (3, {"specimen": "SN-2"})]),
         ("SN-1, left\n", [(1, {"specimen": "SN-1, left"})]),
@@ -305,9 +305,9 @@ for i in range(10):
         ("specimen\nA;1\nB;2\n", [(2, {"specimen": "A;1"}), (3, {"specimen": "B;2"})]),
     ],
 )
-def test_lists_are_read_as_people_write_them(text, found):
+def test_lists_are_read_as_people_write_them(text, expected):
     items, invalid = read_list(text, ASKED)
-    assert [(item.line, item.inputs) for item in items] == found
+    assert [(item.line, item.inputs) for item in items] == expected
     assert invalid == []
 
 
@@ -357,13 +357,13 @@ def files(runs):
 
 
 def test_each_station_has_a_file_and_a_number_belongs_to_one_entry(queue, tmp_path):
-    made = queue.add([draft("SN-8", station=OTHER), draft("SN-9", station=OTHER)], "Bob", NOW)
-    assert [each.id for each in made] == [4, 5]
+    entries = queue.add([draft("SN-8", station=OTHER), draft("SN-9", station=OTHER)], "Bob", NOW)
+    assert [entry.id for entry in entries] == [4, 5]
     assert queue.add([draft("SN-10")], "Ann", NOW)[0].id == 6
     assert files(tmp_path / "runs") == ["queue-benches%2Fb%202.yaml.json", "queue-s.yaml.json"]
     queue.hold(5, "Bob", "dirty")
-    assert [each.entry.id for each in queue.shown(OTHER)] == [4, 5]
-    assert [each.entry.id for each in queue.shown(STATION)] == [1, 2, 3, 6]
+    assert [shown.entry.id for shown in queue.shown(OTHER)] == [4, 5]
+    assert [shown.entry.id for shown in queue.shown(STATION)] == [1, 2, 3, 6]
     assert (queue.next(OTHER).specimen, queue.next(STATION).specimen) == ("SN-8", "SN-1")
     with pytest.raises(UsageError, match=r"2 stations wait: benches/b 2\.yaml, s\.yaml"):
         queue.next()
@@ -415,7 +415,7 @@ def test_a_file_that_cannot_be_read_stops_no_other_station(queue):
     queue.release(4, "Ann")
     assert queue.next(OTHER).id == 4
     with queue.started(4, "Ann"):
-        assert [each.status for each in queue.shown(OTHER)] == ["running"]
+        assert [shown.status for shown in queue.shown(OTHER)] == ["running"]
     with pytest.raises(DataError, match="queue-s"):
         queue.get(1)
 
@@ -429,12 +429,12 @@ def test_the_common_file_of_versions_before_is_parted_by_station(queue, tmp_path
         (runs / file).unlink()
     common = {"rigrunner": "queue/1", "next": 12, "entries": entries}
     (runs / "queue.json").write_text(json.dumps(common), encoding="utf-8")
-    found = Queue(runs)
-    assert [(each.entry.id, each.status) for each in found.shown(STATION)] == [
+    reopened = Queue(runs)
+    assert [(shown.entry.id, shown.status) for shown in reopened.shown(STATION)] == [
         (1, "waiting"), (2, "held"), (3, "waiting"),
     ]  # fmt: skip
     assert files(runs) == ["queue-benches%2Fb%202.yaml.json", "queue-s.yaml.json"]
-    assert found.add([draft("SN-9")], "Ann", NOW)[0].id == 12
+    assert reopened.add([draft("SN-9")], "Ann", NOW)[0].id == 12
 
 
 def test_a_parting_that_was_interrupted_is_completed_and_undoes_nothing(queue, tmp_path):
@@ -444,7 +444,7 @@ def test_a_parting_that_was_interrupted_is_completed_and_undoes_nothing(queue, t
     queue.hold(1, "Ann", "dirty")
     common = {"rigrunner": "queue/1", "next": 5, "entries": [*entries, other]}
     (runs / "queue.json").write_text(json.dumps(common), encoding="utf-8")
-    assert [each.status for each in Queue(runs).shown()] == [
+    assert [shown.status for shown in Queue(runs).shown()] == [
         "waiting",
         "held",
         "waiting",

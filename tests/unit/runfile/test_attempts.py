@@ -94,7 +94,7 @@ def test_the_last_good_one_counts_and_the_others_are_kept(  # noqa: PLR0917  (a 
 
 def test_a_measurement_that_was_repeated_is_one_row(tmp_path):
     run = read(written(tmp_path / "run", [("a", True)], [1.0, 2.0]))
-    assert [dict(one.values) for one in run.measurements] == [{"tester.load": 2.0}]
+    assert [dict(measurement.values) for measurement in run.measurements] == [{"tester.load": 2.0}]
 
 
 def test_other_steps_of_the_same_name_do_not_replace_each_other(tmp_path):
@@ -139,7 +139,7 @@ def of_scans(folder, *attempts, over=True):
 
 
 def torques(run):
-    return [one.values["tester.torque"] for one in run.measurements]
+    return [measurement.values["tester.torque"] for measurement in run.measurements]
 
 
 @pytest.mark.parametrize(
@@ -175,7 +175,7 @@ def test_the_last_completed_attempt_of_a_scan_counts_the_same_sealed_or_not(
             loads = tables["friction/setpoints/tester_load"][()]
             assert list(loads) == list(LOADS[: len(counts)])
             times = [each.decode() for each in tables["friction/utc"][()]]
-            assert times == [one.utc for one in after.measurements]
+            assert times == [measurement.utc for measurement in after.measurements]
 
 
 def test_a_scan_that_was_killed_keeps_the_points_that_were_told(tmp_path):
@@ -252,7 +252,7 @@ def test_a_step_that_was_repeated_counts_in_the_order_of_its_last_attempt():
         for seq, index in enumerate([0, 1, 0])
     ]  # fmt: skip
     found = StoredEvents(events).measured
-    assert [one.values["tester.load"] for one in found.rows] == [1.0, 2.0]
+    assert [row.values["tester.load"] for row in found.rows] == [1.0, 2.0]
     assert [one.values["tester.load"] for one in found.superseded] == [0.0]
 
 

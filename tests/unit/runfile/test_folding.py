@@ -115,9 +115,9 @@ def test_a_fold_that_fails_is_told_by_the_next_event_and_done_again_at_sealing(
         assert "No space left" in summary.reason
         writer.seal()
     stored = read(tmp_path / "run")
-    assert [one.name for one in stored.recordings] == ["001_10Hz"]
+    assert [recording.name for recording in stored.recordings] == ["001_10Hz"]
     assert (stored.info.outcome, stored.info.reason) == ("error", summary.reason)
-    assert any(isinstance(one, MadeSafe) for one in stored.events)
+    assert any(isinstance(event, MadeSafe) for event in stored.events)
 
 
 def test_an_interrupt_while_sealing_waits_for_a_fold_leaves_a_sealed_run(tmp_path, monkeypatch):

@@ -65,7 +65,7 @@ def found_in(path):
 
 def test_records_come_back(journal):
     assert found_in(journal) == RECORDS
-    assert unread_bytes(journal, [one.end for one in read_records(journal)][-1]) == 0
+    assert unread_bytes(journal, [record.end for record in read_records(journal)][-1]) == 0
 
 
 def test_what_comes_is_synced_at_least_once_a_second(tmp_path, monkeypatch):
@@ -98,7 +98,7 @@ def test_a_journal_of_an_earlier_version_is_read(tmp_path):
 
 def test_every_prefix_gives_all_records_that_are_whole(journal):
     content = journal.read_bytes()
-    ends = [one.end for one in read_records(journal)]
+    ends = [record.end for record in read_records(journal)]
     for length in range(len(content)):
         journal.write_bytes(content[:length])
         assert found_in(journal) == RECORDS[: sum(end <= length for end in ends)]
@@ -106,7 +106,7 @@ def test_every_prefix_gives_all_records_that_are_whole(journal):
 
 def test_every_flipped_bit_ends_the_reading_where_it_is(journal):
     content = journal.read_bytes()
-    ends = [len(MAGIC), *(one.end for one in read_records(journal))]
+    ends = [len(MAGIC), *(record.end for record in read_records(journal))]
     for place in range(len(MAGIC), len(content)):
         damaged = bytearray(content)
         damaged[place] ^= 1 << (place % 8)
@@ -117,7 +117,7 @@ def test_every_flipped_bit_ends_the_reading_where_it_is(journal):
 
 def test_lost_page_in_the_middle_hides_nothing_before_it(journal):
     content = journal.read_bytes()
-    ends = [one.end for one in read_records(journal)]
+    ends = [record.end for record in read_records(journal)]
     journal.write_bytes(content[: ends[1]] + bytes(len(content) - ends[1]))
     assert found_in(journal) == RECORDS[:2]
 
@@ -210,7 +210,7 @@ def test_run_with_a_torn_journal_of_events_is_read_as_far_as_it_got(tmp_path):
     write_run(tmp_path / "run", [wanted])
     events = tmp_path / "run" / "journal" / "events.journal"
     content, seen = events.read_bytes(), set()
-    ends = [one.end for one in read_records(events)]
+    ends = [record.end for record in read_records(events)]
     header_end = ends[1]  # after the plan
     lengths = {*range(0, len(content), 11), *ends, *(end - 1 for end in ends)} - {len(content)}
     for length in sorted(lengths):
@@ -235,7 +235,7 @@ def test_samples_up_to_the_last_whole_block_are_saved(tmp_path):
         send_samples(emit, wanted, 100)
     (path,) = (tmp_path / "run" / "journal").glob("*.samples")
     content = path.read_bytes()
-    ends = [one.end for one in read_records(path)]
+    ends = [record.end for record in read_records(path)]
     for length in range(0, len(content), 97):
         cut(path, length)
         whole = 100 * sum(end <= length for end in ends)
@@ -285,7 +285,7 @@ def test_recording_that_ended_but_was_not_folded_is_finished(tmp_path, monkeypat
 
 
 def test_a_journal_that_is_gone_on_with_ends_with_its_last_record(journal):
-    end = max(one.end for one in read_records(journal))
+    end = max(record.end for record in read_records(journal))
     with journal.open("ab") as file:
         file.write(b"torn" * 1000)
     writer = JournalWriter(journal, end)

@@ -91,10 +91,10 @@ def test_other_programs_find_what_happened_when_and_where(tmp_path):
         columns_of = [each.attrs for each in stored.values() if "column" in each.attrs]
         labels = {each["name"]: each["long_name"] for each in columns_of}
     assert columns == {
-        "kind": [type(one).__name__ for one in run.events],
-        "step": [getattr(one, "step", "") for one in run.events],
-        "text": [getattr(one, "text", "") for one in run.events],
-        "utc": [one.utc for one in run.events],
+        "kind": [type(event).__name__ for event in run.events],
+        "step": [getattr(event, "step", "") for event in run.events],
+        "text": [getattr(event, "text", "") for event in run.events],
+        "utc": [event.utc for event in run.events],
     }
     assert "main[0]" in columns["step"]
     assert (drawn, list(marked["axes"])) == ("tester.torque", ["time"])
@@ -179,7 +179,7 @@ def test_a_zero_that_failed_is_no_zero_and_a_measurement_that_failed_is_none(tmp
         writer.seal()
     found = read(tmp_path / "run")
     assert found.zeros == {"tester.torque": 0.0123}
-    assert [one.name for one in found.measurements] == ["table"]
+    assert [measurement.name for measurement in found.measurements] == ["table"]
 
 
 def test_digest_is_what_its_description_says(tmp_path):

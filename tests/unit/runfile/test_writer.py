@@ -128,7 +128,7 @@ def test_a_run_whose_samples_cannot_be_kept_has_its_end_on_record(tmp_path, monk
     stored = read(tmp_path / "run")
     assert (stored.info.outcome, stored.info.reason) == ("error", summary.reason)
     assert "No space left on device" in summary.reason
-    assert {one.what for one in stored.events if isinstance(one, MadeSafe)} == {"tester"}
+    assert {event.what for event in stored.events if isinstance(event, MadeSafe)} == {"tester"}
     assert isinstance(stored.events[-1], RunEnded)
     assert stored.events[-1].resumable
     assert not stored.recordings

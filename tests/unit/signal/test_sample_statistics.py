@@ -15,23 +15,25 @@ from rigrunner.signal.sample_statistics import SampleStatistics
 samples = st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=200)
 
 
-def found(values, cuts):
+def statistics_of(values, cuts):
     statistics = SampleStatistics()
     for part in np.split(np.array(values), sorted(cuts)):
         statistics.take(part)
-    return statistics.found()
+    return statistics.by_name()
 
 
 @given(samples, st.lists(st.integers(0, 200), max_size=5))
 def test_they_are_those_of_all_samples_however_they_are_cut(values, cuts):
-    one = found(values, [cut for cut in cuts if cut <= len(values)])
-    assert tuple(one) == STATISTICS
-    assert (one["minimum"], one["maximum"]) == (min(values), max(values))
-    assert one["peak_to_peak"] == max(values) - min(values)
+    statistics = statistics_of(values, [cut for cut in cuts if cut <= len(values)])
+    assert tuple(statistics) == STATISTICS
+    assert (statistics["minimum"], statistics["maximum"]) == (min(values), max(values))
+    assert statistics["peak_to_peak"] == max(values) - min(values)
     scale = max(map(abs, values))
-    assert one["mean"] == pytest.approx(fsum(values) / len(values), rel=1e-12, abs=1e-12 * scale)
+    assert statistics["mean"] == pytest.approx(
+        fsum(values) / len(values), rel=1e-12, abs=1e-12 * scale
+    )
     squares = sqrt(fsum(value * value for value in values) / len(values))
-    assert one["rms"] == pytest.approx(squares, rel=1e-12, abs=1e-150)
+    assert statistics["rms"] == pytest.approx(squares, rel=1e-12, abs=1e-150)
 
 
 def test_a_small_part_of_a_large_mean_is_not_lost_over_many_blocks():
@@ -41,11 +43,11 @@ def test_a_small_part_of_a_large_mean_is_not_lost_over_many_blocks():
     for _ in range(20_000):
         statistics.take(np.array([1e-8]))
     statistics.take(np.array([-1e9]))
-    assert statistics.found()["mean"] * 20_002 == pytest.approx(20_000 * 1e-8, rel=1e-9)
+    assert statistics.by_name()["mean"] * 20_002 == pytest.approx(20_000 * 1e-8, rel=1e-9)
 
 
 def test_of_no_sample_there_is_none():
     statistics = SampleStatistics()
     statistics.take(np.array([]))
     with pytest.raises(ValueError, match="no sample"):
-        statistics.found()
+        statistics.by_name()
