@@ -39,11 +39,11 @@ def sha256(document):
 
 
 def step(emit, value, limits=(LIMIT,), index=0):
-    known = {"step": f"main[{index}]", "index": index, "action": "measure"}
+    fields = {"step": f"main[{index}]", "index": index, "action": "measure"}
     units = dict(ROW.units)
-    emit(StepStarted, **known, text="measure", setpoints=ROW.setpoints, units=units, limits=limits)
+    emit(StepStarted, **fields, text="measure", setpoints=ROW.setpoints, units=units, limits=limits)
     ended = {"measurement": "cell", "setpoints": ROW.setpoints, "units": units}
-    emit(StepEnded, **known, ok=True, values={"press.torque": value}, **ended)
+    emit(StepEnded, **fields, ok=True, values={"press.torque": value}, **ended)
 
 
 def write(folder, *steps):
