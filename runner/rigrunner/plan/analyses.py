@@ -1,4 +1,4 @@
-"""Whether a run will measure what its analyses need, asked before the rig moves."""
+"""Whether a run will measure what its analyses need; checked before the rig moves."""
 
 from __future__ import annotations
 
@@ -197,7 +197,7 @@ class _Use:
             self.complain(key, message, hint, *column)
 
     def check_coordinates(self) -> None:
-        """Add a problem for each coordinate by which results cannot be told apart."""
+        """Add a problem for each coordinate that does not distinguish the results."""
         if not (self.needed or self.needs.results):
             return
         where = where_of(self.plugin.settings)
@@ -231,11 +231,11 @@ class _Use:
 
     def _check_values(self, needed: NeededChannel, chosen: Iterable[Measured]) -> None:
         """Add a problem for the first required value at which nothing will be measured."""
-        there = [each for each in chosen if needed.name in each.coordinate_units]
-        for value in needed.values if there else ():
-            if not any(each.may_be_at({needed.name: value}) for each in there):
+        candidates = [each for each in chosen if needed.name in each.coordinate_units]
+        for value in needed.values if candidates else ():
+            if not any(each.may_be_at({needed.name: value}) for each in candidates):
                 # Each has a place: one whose value is not known may be at any.
-                values = sorted({str(each.place[needed.name]) for each in there})
+                values = sorted({str(each.place[needed.name]) for each in candidates})
                 message = f"nothing is measured at {needed.name} = {value}"
                 hint = did_you_mean(str(value), values, f"there are: {', '.join(values)}")
                 self.complain(needed.key, message, hint)
@@ -333,7 +333,7 @@ class _Use:
             )
 
     def check_limits(self, limits: Iterable[Limit]) -> None:
-        """Add a problem for each limit that no result can be held against where it is measured."""
+        """Add a problem for each limit that cannot be applied where its result is measured."""
         where = where_of(self.plugin.settings)
         places = [each for each in self.places if each.may_be_at(where)] if self.needed else []
         for index, limit in enumerate(limits):

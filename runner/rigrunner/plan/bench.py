@@ -80,7 +80,7 @@ class Bench:
         }
 
     def reading(self, member: Member) -> ReadingInfo | None:
-        """Return what a role's device tells that is not a number; None for any other name."""
+        """Return a reading of a role's device that is not a number; None for any other name."""
         return self._readings.get(member)
 
     def drive(self, member: Member, path: Path, *, key: bool) -> DriveInfo | None:

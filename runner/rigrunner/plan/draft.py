@@ -84,7 +84,7 @@ class Draft:
     """What is written down of a plan so far."""
 
     recordings_total: int
-    """How many recordings are asked for; those with problems never come to be."""
+    """How many recordings the procedure has, including those with problems."""
     steps: list[PlannedStep] = field(default_factory=list)
     recordings: list[Recorded] = field(default_factory=list)
     answered: dict[str, Expected] = field(default_factory=dict)
@@ -131,7 +131,7 @@ class Scene:
         return False
 
     def once(self, place: Place, name: str, part: _T) -> _T:
-        """Return what a step in a loop had the last time, if it is the same: it is held once."""
+        """Return what a step in a loop had the last time, if it is the same: it is stored once."""
         where = (id(self.document), place.path, name)
         last: _T = self.draft.latest.setdefault(where, part)
         if last == part:
@@ -140,7 +140,7 @@ class Scene:
         return part
 
     def alike(self, place: Place, what: Hashable, make: Callable[[], _T]) -> _T:
-        """Return what a step has each time that it is planned; it is made the first time."""
+        """Return what a step has each time that it is planned; it is computed the first time."""
         where = (id(self.document), place.path, what)
         if where not in self.draft.latest:
             self.draft.latest[where] = make()

@@ -1,4 +1,4 @@
-"""Whether a limit can be held against its result where that is measured, asked before the run."""
+"""Whether a limit can be applied to its result where that is measured; checked before the run."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ Objection = tuple[tuple[str | int, ...], str, str]
 def objections_to_limit(
     limit: Limit, of: ResultDefinition, places: Sequence[Place]
 ) -> Iterator[Objection]:
-    """Yield why a limit cannot be held against its result at the places where that is measured."""
+    """Yield why a limit cannot be applied to its result at the places where that is measured."""
     fits = True
     for key, name, bound in limit.of_coordinates():
         symbol = next((each.coordinate_units[name] for each in places

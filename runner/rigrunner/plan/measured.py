@@ -42,7 +42,7 @@ class Measured(NamedTuple):
 
 def all_measured(plan: Plan) -> Iterator[Measured]:
     """Yield each recording and each row that the run will make."""
-    recorded = {each.record.name: each for each in plan.recordings}
+    recordings = {each.record.name: each for each in plan.recordings}
     for step in plan.steps:
         action, of = step.action, step.coordinate_units
         setpoints, symbols = action.known
@@ -56,7 +56,7 @@ def all_measured(plan: Plan) -> Iterator[Measured]:
             name: CoordinateValue.of_si(value, here[name], step.written_in.get(name, ""))
             for name, value in values.items()
         }
-        if recording := recorded.get(action.recording):
+        if recording := recordings.get(action.recording):
             record = recording.record
             members = [Member(record.role, name) for name in record.channels]
             channel_units: dict[str, str] = {member: record.units[member] for member in members}

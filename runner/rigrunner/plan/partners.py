@@ -74,7 +74,7 @@ def asked_runs(
 def check_partners(
     procedure: LoadedProcedure, station: LoadedStation, lookup: PartnerLookup
 ) -> None:
-    """Raise InvalidFileError where what is asked of partner runs cannot be, whatever runs exist."""
+    """Raise InvalidFileError where a requirement for partner runs can never be met."""
     problems, document = Problems(), procedure.document
     first_asked: dict[str, NeededRun] = {}
     for asked in asked_runs(procedure.model, lookup):

@@ -158,7 +158,7 @@ class Planning:
     def times_before(self, *what: Hashable) -> int:
         """Return how often this step of the file was written down before; of some more, for each.
 
-        To be asked once each time.
+        Call it once each time.
         """
         counter = (id(self.scene.document), self.place.path, *what)
         self.scene.draft.repeated[counter] += 1

@@ -1,4 +1,4 @@
-"""What the analyses of a procedure say of its plan, asked before the rig moves."""
+"""Problems that the analyses of a procedure find in its plan, before the rig moves."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class ReviewLookup(Protocol):
-    """Knows what each analysis says of a planned run."""
+    """Knows the problems and expectations of each analysis for a planned run."""
 
     def plan_problems(
         self, name: str, settings: Mapping[str, Any], planned: PlannedRun
@@ -108,7 +108,7 @@ def _add(
         if isinstance(by, Recorded):
             where = by.document.where(by.path)
         hint = "; ".join(filter(None, (hint, f"it is needed at {where}")))
-    # What is said of the analysis as a whole stands at its name.
+    # A problem of the analysis as a whole is placed at its name.
     is_whole = not problem.key and of is None
     problems.add(
         document, (*at, *problem.key), problem.message, hint, key=problem.at_key or is_whole

@@ -1,4 +1,4 @@
-"""Whether what the station says of safety is about devices and drives that it has."""
+"""Checks that the safety section of a station names only devices and drives that it has."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def drive_rules(
 
 @dataclass(frozen=True, eq=False)
 class _Drives:
-    """The drives of a station, for what the station's own file says of them."""
+    """Looks up the drives that the file of a station names."""
 
     station: LoadedStation
     devices: Mapping[str, Device]

@@ -58,16 +58,16 @@ def terms_of(
 
 
 def planned_limits(
-    bands: Mapping[Member, ValueBand], place: Place, found: Sequence[str], scene: Scene
+    bands: Mapping[Member, ValueBand], place: Place, channels: Sequence[str], scene: Scene
 ) -> Iterator[ValueLimit]:
-    """Yield the limits of the channels `found`; what does not fit them is a problem."""
+    """Yield the limits of channels; what does not fit them is a problem."""
     for member, band in bands.items():
         path = (*place.path, "limits", member)
         channel = scene.bench.channel(member, path, key=True)
         if channel is None:
             continue
-        if member not in found:
-            _refuse_unread(member, found, path, scene)
+        if member not in channels:
+            _refuse_unread(member, channels, path, scene)
         elif band.texts:
             key = "equals" if band.equals is not None else "one_of"
             message = f"{member} is a number, which has 'min' and 'max'"

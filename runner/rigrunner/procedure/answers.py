@@ -17,7 +17,7 @@ _LONGEST = 60
 
 
 class AnswerError(RigrunnerError, ValueError):
-    """An answer that is none to the question that was asked."""
+    """An answer that the question does not accept."""
 
 
 @dataclass(frozen=True)

@@ -65,7 +65,7 @@ def measurand_models(context: Mapping[str, Any]) -> tuple[type[Settings], ...]:
     records = [analyses[name] for name in context.get(ASKED, analyses) if name in analyses]
     models: dict[type[Settings], None] = {}
     for record in records:
-        # Else the key is kept as written, and refused where a result is held against it.
+        # Else the key is kept as written, and refused where it is applied to a result.
         with suppress(PluginError):
             if record.limit_measurand_model is not None:
                 models[record.limit_measurand_model] = None

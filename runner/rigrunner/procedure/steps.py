@@ -64,7 +64,7 @@ def _read(value: Any, info: core_schema.ValidationInfo) -> Step:
         return value
     context = info.context or {}
     kinds: Mapping[str, StepRecord] = (context.get(KINDS) or installed_kinds()).steps
-    # Of a stored run only the analysis is wanted: a kind that is not installed is kept unread.
+    # Of a stored run only the analysis is needed: a kind that is not installed is kept unread.
     if context.get(STORED) and isinstance(value, dict) and not value.keys() & kinds.keys():
         return Step(next(iter(value)), StepSettings(), _MISSING)
     kind = _known_key(value, kinds)

@@ -28,7 +28,7 @@ SIGNIFICANT = 5e-5
 """Half a unit of the fourth significant digit, relative to the smallest number that has it."""
 NEGLIGIBLE = 1e-12
 """In the document's units: what remains of a difference that should be zero, of a number whose
-resolution nothing tells."""
+resolution is unknown."""
 # The first that is there counts: a value is printed to the digits of U.
 _WIDTHS = ("expanded_uncertainty_95", "expanded_uncertainty", "standard_uncertainty")
 _NAMES = ("recording", "name", "item", "symbol")
@@ -100,8 +100,8 @@ def _of_lists(recorded: Sequence[Any], derived: Sequence[Any], where: str) -> It
     if len(recorded) != len(derived):
         yield Mismatch(where, f"{len(recorded)} are recorded, {len(derived)} were derived")
         return
-    rows = (each if isinstance(each, list) else [each] for each in recorded)
-    numbers = (abs(each) for row in rows for each in row if _is_number(each))
+    rows = (item if isinstance(item, list) else [item] for item in recorded)
+    numbers = (abs(number) for row in rows for number in row if _is_number(number))
     width = SIGNIFICANT * max(numbers, default=0.0)
     for index, (one, other) in enumerate(zip(recorded, derived, strict=True)):
         labels = [one.get(key) for key in _NAMES] if isinstance(one, dict) else []

@@ -29,7 +29,7 @@ except ImportError as error:
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-logging.getLogger("pypdf").addHandler(logging.NullHandler())  # what it says of forged files
+logging.getLogger("pypdf").addHandler(logging.NullHandler())  # its warnings about forged files
 
 _STORAGE = {"/Length", "/Filter", "/DecodeParms"}
 _WRITERS = {"Producer", "ModifyDate", "MetadataDate", "xmptk"}
@@ -87,7 +87,7 @@ def readable() -> Iterator[None]:
         raise
     except (PyPdfError, RecursionError, MemoryError) as error:
         raise DataError(f"the PDF cannot be read: {error}") from error
-    except Exception as error:  # a reader of strangers' files raises whatever they provoke
+    except Exception as error:  # a foreign file can make the reader raise anything
         raise DataError(f"the PDF cannot be read: {type(error).__name__}: {error}") from error
 
 

@@ -53,16 +53,16 @@ class Additions:
     """Names of the signed signature fields."""
 
 
-def additions_to(issued: bytes, whole: bytes) -> Additions:
+def additions_to(issued: bytes, current: bytes) -> Additions:
     """Return the additions to an issued PDF; raise DataError if it cannot be read."""
     with readable():
-        return _Appended(reader(issued), reader(whole), issued, whole).find()
+        return _Appended(reader(issued), reader(current), issued, current).find()
 
 
 class _Appended:
-    def __init__(self, before: PdfReader, after: PdfReader, issued: bytes, whole: bytes) -> None:
+    def __init__(self, before: PdfReader, after: PdfReader, issued: bytes, current: bytes) -> None:
         self.before, self.after = before, after
-        self.issued, self.whole = issued, whole
+        self.issued, self.current = issued, current
         self.result = Additions()
 
     def find(self) -> Additions:
@@ -176,12 +176,12 @@ class _Appended:
         if len(spans) != 4:  # noqa: PLR2004  (two ranges, around the signature itself)
             return False
         start, length, after, tail = spans
-        signed, gap = self.whole[start : start + length], self.whole[start + length : after]
-        signed += self.whole[after : after + tail]
+        signed, gap = self.current[start : start + length], self.current[start + length : after]
+        signed += self.current[after : after + tail]
         return (
             start == 0
             and len(self.issued) <= length < after
-            and after + tail <= len(self.whole)
+            and after + tail <= len(self.current)
             and gap.startswith(b"<")
             and gap.endswith(b">")
             and _names_digest_of(signed, gap)
@@ -225,8 +225,8 @@ def _same(one: object, other: object) -> bool:
 
 def _different(one: DictionaryObject, other: DictionaryObject) -> Iterator[str]:
     for key in sorted(one.keys() | other.keys()):
-        there = key in one and key in other
-        if not there or not _same(one.raw_get(key), other.raw_get(key)):
+        in_both = key in one and key in other
+        if not in_both or not _same(one.raw_get(key), other.raw_get(key)):
             yield key
 
 

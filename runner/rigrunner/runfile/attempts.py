@@ -56,7 +56,7 @@ class Measured(NamedTuple):
     By date and time, which continue while a run is interrupted, and over a restart.
     """
     digests: str | None = None
-    """The digests of the rows that count, one a line, where the rows themselves are not held."""
+    """The digests of the rows that count, one a line, where the rows themselves are not kept."""
 
 
 class Attempts:
@@ -127,7 +127,7 @@ _UNKNOWN = StepStarted(seq=0, monotonic_s=0.0, utc="", step="", index=0, action=
 
 @dataclass(eq=False)
 class _Rows:
-    """Makes rows of events. What many rows have in common, such as their limits, is held once."""
+    """Makes rows of events. What many rows have in common, such as their limits, is stored once."""
 
     started: StepStarted = _UNKNOWN
     """The start of the present step. It has the limits, and for a scan the units."""

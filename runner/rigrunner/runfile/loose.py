@@ -280,7 +280,7 @@ def _info(
 @contextmanager
 def _open_part(part: Path) -> Iterator[h5py.Group]:
     with open_file(part) as file:
-        for _ in objects(file):  # what a stranger's file could lead us into is refused here
+        for _ in objects(file):  # refuses what no run file has
             pass
         yield file[PART_GROUP]
 

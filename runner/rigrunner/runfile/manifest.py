@@ -127,7 +127,7 @@ def differences(entry: h5py.Group, *, samples: bool = True) -> Iterator[Differen
     Without `samples` the columns of recordings, which have a digest of their own, are skipped.
     Raises DataError if the structure of the file is too damaged to walk through.
     """
-    # First: the walk refuses what could lead us astray, also in the manifest.
+    # First: the walk refuses what no run file has, also in the manifest.
     items = {
         path: item_of(path, item) if samples or not _is_column(path, item) else None
         for path, item in _items(entry)
@@ -154,7 +154,7 @@ def item_of(path: str, item: h5py.Group | h5py.Dataset) -> dict[str, str] | str:
 
 
 def mismatch(item: dict[str, str] | str, stored: object) -> str:
-    """Return how an object differs from what the manifest says of it; '' if it does not."""
+    """Return how an object differs from its entry in the manifest; '' if it does not."""
     if stored is None:
         return "added: the manifest does not name it"
     if isinstance(item, str):

@@ -155,7 +155,7 @@ def _look(values: Array, low: float, high: float) -> _Look | None:
         samples = values[::stride].copy()
         is_low, is_high = samples <= low, samples >= high
         up, down = _turns(is_low, is_high), _turns(is_high, is_low)
-        # No rise at all tells nothing: all of them may lie between two looks.
+        # No rise at all means nothing: all of them may lie between two looks.
         if 0 < LOOKS * len(up[0]) <= len(samples):
             ups, downs = ((stride * before, stride * after) for before, after in (up, down))
             outside = is_low | is_high

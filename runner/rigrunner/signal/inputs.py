@@ -40,7 +40,7 @@ def scattered(name: str, u: float, dof: float) -> Effect:
 
 
 def unknown(name: str) -> Effect:
-    """Return an input whose uncertainty nothing tells; then that of the result is unknown too."""
+    """Return an input of unknown uncertainty; then that of the result is unknown too."""
     return scattered(name, nan, nan)
 
 

@@ -1,7 +1,7 @@
 """Order statistics of more samples than fit into memory, exact, in few passes over them.
 
-The first block tells about where a wanted rank is, and one pass then keeps what lies there. Where
-the rest is not like the first block, the first bits of a float64 tell where it stands among others:
+The first block shows about where a rank is, and one pass then keeps the values there. Where
+the rest is not like the first block, the first bits of a float64 give its place among the others:
 counting by them narrows each rank to a few values, or to equal ones.
 """
 
@@ -32,7 +32,7 @@ SLACK = 1.5
 WIDE = 0.03
 """Of all values, on either side: the most that a bracket is laid to hold of few."""
 SHIFTS = (44, 24, 4, 0)
-"""Bits that a pass leaves open. The first 20 tell apart what differs by a 256th."""
+"""Bits that a pass leaves open. The first 20 distinguish what differs by a 256th."""
 SIGN = np.uint64(1 << 63)
 
 

@@ -34,7 +34,7 @@ UNKNOWN_STEP = 1e-3
 
 @dataclass(frozen=True)
 class Propagated:
-    """What a model says of its measurand, and the budget that its parts make up."""
+    """The estimate of a measurand by its model, and the uncertainty budget."""
 
     estimate: Estimate
     components: tuple[Component, ...]
@@ -42,7 +42,7 @@ class Propagated:
 
 @lru_cache(maxsize=256)
 def propagate(model: MeasurementModel) -> Propagated:
-    """Return estimate and budget; remembered, as what a method gives is held against its model.
+    """Return estimate and budget; cached, as the result of a method is compared with its model.
 
     An input of unknown uncertainty (nan) makes that of the result unknown: nan, and so its degrees
     of freedom. Raises ValueError for correlated inputs that are neither of one ensemble nor both of

@@ -23,10 +23,10 @@ if TYPE_CHECKING:
     from rigrunner.api.data import Array
 
 LEAST = 8
-"""Cycles, of which a correlation can be told at all."""
+"""Fewest cycles from which a correlation is estimated."""
 
 CHANCE = 0.1
-"""That a correlation is taken for real in independent cycles."""
+"""Probability that independent cycles are taken for correlated ones."""
 
 GREATEST = 0.95
 """Of phi: nearer to 1 the cycles show no mean."""
@@ -65,7 +65,7 @@ def influences(replicates: Array) -> Array:
 
 
 def effective_number(values: Array, chance: float = CHANCE) -> float:
-    """Return how many independent values tell as much of the mean as these (n,); n at most.
+    """Return the effective number of independent values, for the mean of these (n,); n at most.
 
     `chance` is that of independent values to be taken for fewer.
     """

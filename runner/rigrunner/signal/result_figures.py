@@ -26,7 +26,7 @@ def over_coordinate(limited: Sequence[Limited]) -> tuple[Figure, ...]:
 
     The first figure shows the values. If each value has two limits, and their middle differs from
     value to value, a second one shows the distance of the values from the middle: on the scale of
-    the first one the limits could not be told apart.
+    the first one the limits could not be distinguished.
     """
     axis = _axis([result for result, _, _ in limited])
     if axis is None:

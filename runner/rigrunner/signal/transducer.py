@@ -1,4 +1,4 @@
-"""What the errors that a register states of a transducer come to in a result.
+"""The effect on a result of the errors that a register states for a transducer.
 
 Repeatability, hysteresis and resolution act on each reading on its own, and so does a temperature
 effect that is not split: how much of them two runs share is not stated. Creep and the

@@ -148,8 +148,8 @@ def plan(record: RecordStep, planning: Planning) -> None:
     # Channels that are read beside the stream have values, and no statistics.
     limited = [limit.of for limit in limits if limit.of not in beside]
     setpoints = planning.setpoints()
-    every = record.keep_every
-    kept = every is None or planning.times_before(*setpoints.items()) % every == 0
+    interval = record.keep_every
+    kept = interval is None or planning.times_before(*setpoints.items()) % interval == 0
     draft = scene.draft
     digits = max(_LEAST_DIGITS, len(str(draft.recordings_total)))
     number = f"{len(draft.recordings) + 1:0{digits}d}"

@@ -167,7 +167,7 @@ def plan(scan: ScanStep, planning: Planning) -> None:
     ]
     for index, quantity in enumerate(scan.over):
         if not planning.must_be_read(units, {scan.set: quantity.si}, ("over", index)):
-            break  # one such set-point tells of the others
+            break  # one such set-point is reported for all
     limits = tuple(planning.limits(scan.limits, scan.channels)) if units else ()
     if not units or None in moves:
         return

@@ -30,7 +30,7 @@ class Wait(Action):
     kind = "wait"
     duration_s: float
 
-    def do(self, step: str, doing: Doing) -> Found:  # noqa: ARG002  (there is nothing to tell)
+    def do(self, step: str, doing: Doing) -> Found:  # noqa: ARG002  (there is nothing to report)
         """Wait."""
         doing.wait(self.duration_s)
         return NOTHING
