@@ -16,6 +16,7 @@ from rigrunner.api.settings import (
     Settings,
     YesNo,
 )
+from rigrunner.api.units import with_article
 
 Timeout = Annotated[
     PositiveDuration | None,
@@ -65,10 +66,9 @@ class Bounds(Settings):
         if self.min is None and self.max is None:
             raise ValueError("a limit needs max, min, or both")
         bounds = [bound for bound in (self.min, self.max, self.marginal) if bound is not None]
-        kinds = list(dict.fromkeys(bound.dimension for bound in bounds))
-        if len(kinds) > 1:
-            first, last = bounds[0], bounds[-1]
-            raise ValueError(f"'{first}' is a {kinds[0]}, but '{last}' is a {last.dimension}")
+        kinds = [with_article(bound.dimension) for bound in bounds]
+        if len(set(kinds)) > 1:
+            raise ValueError(f"'{bounds[0]}' is {kinds[0]}, but '{bounds[-1]}' is {kinds[-1]}")
         if self.min is None or self.max is None:
             return
         if self.min.si >= self.max.si:

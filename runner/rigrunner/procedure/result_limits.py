@@ -131,9 +131,9 @@ class Limit(Settings):
             raise ValueError("a limit needs max, min, or both, or plus_minus")
         if self.plus_minus is not None and len(self.ends) > 1:
             raise ValueError("'plus_minus' replaces min and max")
-        kinds = {name: end.dimension for name, end in self._written.items()}
+        kinds = {name: with_article(end.dimension) for name, end in self._written.items()}
         if len(set(kinds.values())) > 1:
-            raise ValueError(f"min is a {kinds['min']}, max a {kinds['max']}")
+            raise ValueError(f"min is {kinds['min']}, max {kinds['max']}")
         ends = self.min, self.max
         if all(isinstance(end, Quantity) for end in ends) and self.min.si >= self.max.si:  # type: ignore[union-attr]  # quantities
             raise ValueError(f"min ({self.min}) must be below max ({self.max})")

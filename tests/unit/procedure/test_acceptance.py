@@ -46,6 +46,7 @@ def accept(*limits, **changes):
             {"limits": [each(where=["5 Hz", "9 Hz"]), each(where=["9 Hz", "5 Hz"])]},
             "there are two limits of torque at frequency = 5 Hz or 9 Hz",
         ),
+        ({"limits": [limit(min="1 rad")]}, "min is an angle, max a torque"),
         ({"limits": [limit(each="frequency")]}, "'mean' cannot be combined"),
         ({"limits": [limit(where={"frequency": []})]}, "got an empty list"),
         ({"limits": [limit()], "marginal": "0 N·m"}, "more than 0"),
