@@ -39,7 +39,7 @@ def plan_interlocks(
     for place in _places(procedure, station, devices, problems):
         if place.written.name in interlocks:
             place.complain("name", f"another interlock is called '{place.written.name}'")
-        interlock = place.planned()
+        interlock = place.to_si()
         if interlock is not None:
             interlocks[interlock.name] = interlock
     return tuple(interlocks.values())
@@ -79,7 +79,7 @@ class _Place:
     def complain(self, key: str | int, message: str, hint: str = "", *more: str | int) -> None:
         self.problems.add(self.document, (*self.path, key, *more), message, hint)
 
-    def planned(self) -> Interlock | None:
+    def to_si(self) -> Interlock | None:
         """Return the interlock in SI units; None after adding what is wrong with it."""
         written = self.written
         for index, member in enumerate(written.forbids):

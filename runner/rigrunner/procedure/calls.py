@@ -67,7 +67,7 @@ class _Loader:
                 _check_picture(step, at, loaded)
                 call = step.settings.calls()
                 if call is not None:
-                    called[at] = self._called(*call, (*at, step.kind), loaded, (*callers, path))
+                    called[at] = self._load_call(*call, (*at, step.kind), loaded, (*callers, path))
             except InvalidFileError as error:
                 problems.update(dict.fromkeys(error.problems))
         complete = replace(loaded, called=called)
@@ -77,7 +77,7 @@ class _Loader:
             raise InconsistentProcedureError(contradiction.problems, complete)
         return complete
 
-    def _called(
+    def _load_call(
         self,
         name: str,
         values: Mapping[str, Any],

@@ -67,7 +67,7 @@ def resolve(document: Document) -> Document:
     ]
     if problems:
         raise InvalidFileError(problems)
-    data = _replaced(document.data, parameters)
+    data = _resolved(document.data, parameters)
     origins = {path: (PARAMETERS, text[1:]) for path, text in references.items()}
     return replace(document, data=data, origins=origins)
 
@@ -110,14 +110,14 @@ def _is_reference(text: str) -> bool:
     return text.startswith("$") and not text.startswith(_ESCAPE)
 
 
-def _replaced(node: Any, parameters: Mapping[str, Any]) -> Any:
+def _resolved(node: Any, parameters: Mapping[str, Any]) -> Any:
     if isinstance(node, str):
         if _is_reference(node):
             # With no parameters: a value that refers to another one was refused, and `$$` is left.
-            return _replaced(parameters[node[1:]], {})
+            return _resolved(parameters[node[1:]], {})
         return node.removeprefix("$") if node.startswith(_ESCAPE) else node
     if isinstance(node, dict):
-        return {key: _replaced(value, parameters) for key, value in node.items()}
+        return {key: _resolved(value, parameters) for key, value in node.items()}
     if isinstance(node, list):
-        return [_replaced(value, parameters) for value in node]
+        return [_resolved(value, parameters) for value in node]
     return node

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from rigrunner.api.settings import Settings
 
 
-def refused(message: str, hint: str = "") -> PydanticCustomError:
+def refusal(message: str, hint: str = "") -> PydanticCustomError:
     """Return what a validator raises to refuse a value with these very words."""
     return PydanticCustomError("refused", "{message}", {"message": message, "hint": hint})
 
@@ -20,4 +20,4 @@ def require_one(model: Settings, first: str, second: str) -> None:
     names = [name for name in (first, second) if getattr(model, name) is not None]
     if len(names) != 1:
         got = "both" if names else "neither"
-        raise refused(f"got {got}, expected one of: {first}, {second}")
+        raise refusal(f"got {got}, expected one of: {first}, {second}")

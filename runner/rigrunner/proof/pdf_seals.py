@@ -67,7 +67,7 @@ class _Appended:
 
     def find(self) -> Additions:
         changed = self.result.changed
-        allowed = self._allowed()
+        allowed = self._allowed_changes()
         for name in ("/Root", "/Info"):
             if not _same(_raw(self.before.trailer, name), _raw(self.after.trailer, name)):
                 changed.append(f"another object is the {name} of the file")
@@ -83,7 +83,7 @@ class _Appended:
             changed.append("what was appended is not a signature of the rest")
         return self.result
 
-    def _allowed(self) -> dict[int, Any]:
+    def _allowed_changes(self) -> dict[int, Any]:
         """Return the check for each object that a seal may redefine, by number."""
         trailer = self.before.trailer
         catalogue = trailer.raw_get("/Root").idnum

@@ -81,7 +81,7 @@ class Queue:
 
     def shown(self, station: str = "") -> list[Shown]:
         """Return the entries in order, each with its status; of one station, if given."""
-        return [self._shown(entry) for entry in self.entries(station)]
+        return [self._show(entry) for entry in self.entries(station)]
 
     def get(self, number: int) -> Entry:
         """Return one entry; raise UsageError, or DataError for an unreadable file."""
@@ -95,7 +95,7 @@ class Queue:
                 continue
             if entries:
                 return entries[0]
-        raise unread or _unknown(number)
+        raise unread or _unknown_entry_error(number)
 
     def next(self, station: str = "") -> Entry | None:
         """Return the first waiting entry; None for none.
@@ -106,7 +106,7 @@ class Queue:
         all_shown = self.shown(station)
         for shown in all_shown:
             if shown.status == "interrupted":
-                raise _unanswered(shown.entry)
+                raise _interrupted_error(shown.entry)
         waiting = [shown.entry for shown in all_shown if shown.status == "waiting"]
         stations = list(dict.fromkeys(shown.station for shown in waiting))
         if len(stations) > 1:
@@ -209,7 +209,7 @@ class Queue:
         def change(stored: Stored) -> Stored:
             old = self._entry_in(stored, number, "done", "interrupted", "skipped", "closed")
             repeats = [entry for entry in stored.entries if entry.repeats == number]
-            if any(self._shown(repeat).status in OPEN for repeat in repeats):
+            if any(self._show(repeat).status in OPEN for repeat in repeats):
                 raise UsageError(f"entry {number} was already repeated: entry {repeats[-1].id}")
             next_id = max(stored.next for stored in self._all())
             new = old.model_copy(
@@ -220,7 +220,7 @@ class Queue:
                 }
             )  # fmt: skip
             added.append(new)
-            if self._shown(old).status == "interrupted":
+            if self._show(old).status == "interrupted":
                 old = old.model_copy(update={"state": "closed", "by": by, "reason": reason})
             at = [entry.id for entry in stored.entries].index(number)
             entries = (*stored.entries[:at], old, new, *stored.entries[at + 1 :])
@@ -235,7 +235,7 @@ class Queue:
 
         def change(stored: Stored) -> Stored:
             nonlocal removed
-            left = tuple(each for each in stored.entries if self._shown(each).status in OPEN)
+            left = tuple(each for each in stored.entries if self._show(each).status in OPEN)
             removed += len(stored.entries) - len(left)
             return stored.model_copy(update={"entries": left})
 
@@ -252,8 +252,8 @@ class Queue:
         entry that is not waiting.
         """
         entry = self.get(number)
-        if self._shown(entry).status == "interrupted":  # once locked below, it would be 'running'
-            raise _unanswered(entry)
+        if self._show(entry).status == "interrupted":  # once locked below, it would be 'running'
+            raise _interrupted_error(entry)
         lock = self._entry_lock(number)
         try:
             with self._probe_lock():
@@ -283,7 +283,7 @@ class Queue:
         if not self.get(number).run:
             self._replace(number, state="held", reason=reason)
 
-    def _shown(self, entry: Entry) -> Shown:
+    def _show(self, entry: Entry) -> Shown:
         if entry.state != "started":
             return Shown(entry, entry.state)
         if entry.run in self._outcomes:
@@ -303,7 +303,7 @@ class Queue:
     def _same_test(self, entries: Iterable[Entry], draft: Draft) -> Shown | None:
         for entry in entries:
             if entry.state not in ("skipped", "closed") and entry.is_same_test(draft):
-                return self._shown(entry)
+                return self._show(entry)
         return None
 
     def _set(self, number: int, state: State, by: str, reason: str, *allowed: str) -> None:
@@ -324,7 +324,7 @@ class Queue:
 
     def _entry_in(self, stored: Stored, number: int, *allowed: str) -> Entry:
         entry = _entry(stored.entries, number)
-        status = self._shown(entry).status
+        status = self._show(entry).status
         if status not in allowed:
             expected = " or ".join(allowed)
             raise UsageError(f"entry {number} is {status}, expected {expected}")
@@ -411,10 +411,10 @@ def _entry(entries: Sequence[Entry], number: int) -> Entry:
     for entry in entries:
         if entry.id == number:
             return entry
-    raise _unknown(number)
+    raise _unknown_entry_error(number)
 
 
-def _unknown(number: int) -> UsageError:
+def _unknown_entry_error(number: int) -> UsageError:
     return UsageError(f"the queue has no entry {number}")
 
 
@@ -438,7 +438,7 @@ def _problem(draft: Draft, same: Shown | None, tested: str) -> Problem | None:
     return Problem(message, field="again", hint=hint) if status == "done" else Problem(message)
 
 
-def _unanswered(entry: Entry) -> UsageError:
+def _interrupted_error(entry: Entry) -> UsageError:
     number = entry.id
     options = [f"continue it: 'rigrunner resume {entry.run}'"] if entry.run else []
     options += [

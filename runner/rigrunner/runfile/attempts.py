@@ -100,7 +100,7 @@ class Attempts:
             previous = latest.get(step, number)
             if self._completed[number] or not self._completed[previous]:
                 counts[previous], counts[number], latest[step] = False, True, number
-        began, timed = self._make.began, self._make.timed
+        began, timed = self._make.began, self._make.with_time
         if self._digest is not None:
             return Measured((), (), began, lines_of(self._rows(counts, which=True)))
         counting, others = (map(timed, self._rows(counts, which=which)) for which in (True, False))
@@ -143,7 +143,7 @@ class _Rows:
         if self.began is None and event.step.startswith(_MAIN):
             self.began = moment(event.utc)
 
-    def timed(self, row: Measurement) -> Measurement:
+    def with_time(self, row: Measurement) -> Measurement:
         """Return a row with its time, also if `main` had not begun when it was made."""
         if row.elapsed_s is not None:
             return row

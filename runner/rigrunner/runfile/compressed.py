@@ -65,7 +65,7 @@ class LongText:
 
     def __iter__(self) -> Iterator[bytes]:
         """Yield its parts; raise DataError for one that is damaged."""
-        return map(_unpacked, self.packed)
+        return map(_unpack, self.packed)
 
     def __str__(self) -> str:
         return b"".join(self).decode(errors="surrogateescape")
@@ -80,7 +80,7 @@ class LongText:
         return hash(str(self))
 
 
-def _unpacked(packed: bytes) -> bytes:
+def _unpack(packed: bytes) -> bytes:
     unpack = zlib.decompressobj()
     try:
         part = unpack.decompress(packed, PART)

@@ -226,15 +226,15 @@ def read_entry(entry: h5py.Group, path: Path, *, rows: bool = True) -> StoredRun
     scratch = None if sum(map(stored_bytes, groups.values())) <= IN_MEMORY else Scratch()
     measured = events.measured
 
-    def timed(kind: str) -> tuple[Recording, ...]:
+    def recordings_of(kind: str) -> tuple[Recording, ...]:
         recordings = (read_recording(group, scratch)[1] for group in groups[kind])
         return with_elapsed(recordings, events.outline, measured.began)
 
     return StoredRun(
         info=_read_info(entry, path, events),
-        recordings=timed("recordings"),
-        incomplete=timed("incomplete"),
-        superseded=timed(SUPERSEDED),
+        recordings=recordings_of("recordings"),
+        incomplete=recordings_of("incomplete"),
+        superseded=recordings_of(SUPERSEDED),
         zeros=read_values(entry["zeros"])[0],
         recording_zeros=zeros_in_force(events.outline),
         measurements=measured.rows,

@@ -288,13 +288,13 @@ def _in_chunks(
         waiting.append(block)
         count += block.samples
         if count >= _CHUNK:
-            yield _joined(waiting, names), count
+            yield _join(waiting, names), count
             waiting, count = [], 0
     if count:
-        yield _joined(waiting, names), count
+        yield _join(waiting, names), count
 
 
-def _joined(blocks: list[Block], names: tuple[str, ...]) -> dict[str, Array]:
+def _join(blocks: list[Block], names: tuple[str, ...]) -> dict[str, Array]:
     if any(set(block.channels) != set(names) for block in blocks):
         raise DataError(f"a block of samples has other channels than {', '.join(names)}")
     return {name: np.concatenate([block.channels[name] for block in blocks]) for name in names}

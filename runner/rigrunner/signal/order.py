@@ -115,7 +115,7 @@ def ranked(parts: Parts, ranks: Sequence[int]) -> list[float]:
     prefixes, below = [0] * len(ranks), [0] * len(ranks)
     opened = 64
     for shift in SHIFTS:
-        tables = _counted(parts, set(prefixes), opened, shift)
+        tables = _count_next_bits(parts, set(prefixes), opened, shift)
         counts = {}
         for k, rank in enumerate(ranks):
             total = below[k] + np.cumsum(tables[prefixes[k]])
@@ -141,7 +141,7 @@ def ranked(parts: Parts, ranks: Sequence[int]) -> list[float]:
     return [float(ordered[p][r - b]) for p, r, b in zip(prefixes, ranks, below, strict=True)]
 
 
-def _counted(
+def _count_next_bits(
     parts: Parts, prefixes: set[int], opened: int, shift: int
 ) -> dict[int, NDArray[np.int64]]:
     """Return for each prefix how many values go on with which next bits."""

@@ -52,7 +52,7 @@ def propagate(model: MeasurementModel) -> Propagated:
     is_known = [not np.isnan(x.u) for x in model.inputs]
     numbers = _uncertain_numbers(model)
     parts = {
-        line: _combined(rows, gradient, numbers) if all(is_known[row] for row in rows) else None
+        line: _combine(rows, gradient, numbers) if all(is_known[row] for row in rows) else None
         for line, rows in _lines(model).items()
     }
     u, dof = _u_and_dof(None if None in parts.values() else sum(parts.values()))
@@ -193,7 +193,7 @@ def _refuse_without_dof(one: Input, other: Input) -> None:
         )
 
 
-def _combined(rows: Sequence[int], gradient: Array, numbers: Sequence[Any]) -> Any:
+def _combine(rows: Sequence[int], gradient: Array, numbers: Sequence[Any]) -> Any:
     import GTC  # noqa: PLC0415  (see above)
 
     # 0 times an uncertain number has nan degrees of freedom in GTC, which would reach the sum.

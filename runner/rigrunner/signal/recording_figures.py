@@ -29,7 +29,7 @@ def of_recording(recording: Recording) -> Picture:
     time, units, written_in = Axis("time", "s"), recording.units, recording.written_in
     panels, alt = [], []
     for name, samples in list(recording.channels.items())[:MOST_CHANNELS]:
-        values, unit = _shown(np.asarray(samples), units.get(name, ""), written_in.get(name, ""))
+        values, unit = _in_unit(np.asarray(samples), units.get(name, ""), written_in.get(name, ""))
         places = places_of_extremes(values, most=MOST_SAMPLES)
         series = Series.over(places / recording.rate_hz, values[places], kind="line")
         panels.append(Figure("", time, Axis(name, unit), (series,)))
@@ -57,11 +57,11 @@ def of_table(rows: Sequence[Measurement]) -> Picture | None:
     for name in list(rows[0].values)[:MOST_CHANNELS]:
         drawn = [row for row in rows if name in row.values and (not axis or axis in row.setpoints)]
         measured = np.array([row.values[name] for row in drawn])
-        values, unit = _shown(measured, units.get(name, ""), _common(drawn, name))
+        values, unit = _in_unit(measured, units.get(name, ""), _common(drawn, name))
         x = np.arange(1.0, len(drawn) + 1)
         if axis:
             set_points = np.array([row.setpoints[axis] for row in drawn], float)
-            x, x_unit = _shown(set_points, units.get(axis, ""), _common(rows, axis))
+            x, x_unit = _in_unit(set_points, units.get(axis, ""), _common(rows, axis))
             over = Axis(f"set {axis}", x_unit)
         places = places_of_extremes(values, most=MOST_SAMPLES)
         series = Series.over(x[places], values[places], kind="joined")
@@ -77,7 +77,7 @@ def _common(rows: Sequence[Measurement], name: str) -> str:
     return written.pop() if len(written) == 1 else ""
 
 
-def _shown(si: Array, si_unit: str, written_in: str) -> tuple[Array, str]:
+def _in_unit(si: Array, si_unit: str, written_in: str) -> tuple[Array, str]:
     """Return values in the unit for display, shape (n,), and that unit."""
     if not written_in:
         return si, si_unit

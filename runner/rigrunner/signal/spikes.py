@@ -68,7 +68,7 @@ def _spikes_of(values: Samples, half: int, threshold: float) -> _Spikes:
         return iter(stretches or _stretches(values, half))
 
     usual = MAD_TO_SIGMA * median(lambda: (part.deviation for part in walk()), len(values))
-    return _Spikes.joined([stretch.spikes(usual, threshold) for stretch in walk()])
+    return _Spikes.join([stretch.spikes(usual, threshold) for stretch in walk()])
 
 
 def _spikes_at_once(values: Samples, half: int, threshold: float) -> _Spikes | None:
@@ -90,7 +90,7 @@ def _spikes_at_once(values: Samples, half: int, threshold: float) -> _Spikes | N
     ranked = bracket.ranked(middle(len(values))) if bracket is not None else None
     if ranked is None or (usual := MAD_TO_SIGMA * float(np.mean(ranked))) < least:
         return None
-    return _Spikes.joined(parts).beyond(threshold * usual)
+    return _Spikes.join(parts).beyond(threshold * usual)
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,7 +127,7 @@ class _Spikes:
     new: Array
 
     @classmethod
-    def joined(cls, parts: Sequence[_Spikes]) -> _Spikes:
+    def join(cls, parts: Sequence[_Spikes]) -> _Spikes:
         columns = zip(*((part.index, part.deviation, part.new) for part in parts), strict=True)
         return cls(*map(np.concatenate, columns))
 

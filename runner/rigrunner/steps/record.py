@@ -28,7 +28,7 @@ from rigrunner.procedure.options import (
     SampleStatistic,
     Timeout,
 )
-from rigrunner.procedure.refusals import refused, require_one
+from rigrunner.procedure.refusals import refusal, require_one
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -70,7 +70,7 @@ class RecordStep(StepSettings):
     def _fits_together(self) -> Self:
         require_one(self, "cycles", "duration")
         if self.keep_every and not self.statistics:
-            raise refused(
+            raise refusal(
                 "the key 'statistics' is missing: without it nothing is kept of the others",
                 "such as statistics: {tester.torque: [mean, rms]}",
             )

@@ -11,7 +11,7 @@ from rigrunner.api.hooks import StepRecord
 from rigrunner.api.labels import CoordinateName
 from rigrunner.api.settings import ListOf, OneOrSeveral
 from rigrunner.api.steps import StepSettings
-from rigrunner.procedure.refusals import refused
+from rigrunner.procedure.refusals import refusal
 from rigrunner.procedure.steps import Step
 
 if TYPE_CHECKING:
@@ -39,10 +39,10 @@ class RepeatStep(StepSettings):
         keys = [key for key, value in (("times", self.times_), ("until", self.until)) if value]
         if len(keys) != 1:
             got = "both" if keys else "neither"
-            raise refused(f"got {got}, expected one of: times, until")
+            raise refusal(f"got {got}, expected one of: times, until")
         if bool(self.until) != bool(self.at_most):
             missing = "at_most" if self.until else "until"
-            raise refused(f"the key '{missing}' is missing", "they go together: at_most: 50")
+            raise refusal(f"the key '{missing}' is missing", "they go together: at_most: 50")
         return self
 
     def actions(self) -> int:

@@ -32,7 +32,7 @@ def output_of(model: MeasurementModel) -> Callable[[Generator, int], Array]:
     degrees of freedom that they share, or a multivariate normal if these are infinite; bounded ones
     with r = 1 or -1 as one error. Raises DataError for correlations that contradict each other.
     """
-    alone, together = _grouped(model)
+    alone, together = _grouped_inputs(model)
 
     def output(rng: Generator, n: int) -> Array:
         drawn: dict[str, Array] = {
@@ -48,7 +48,7 @@ def output_of(model: MeasurementModel) -> Callable[[Generator, int], Array]:
     return output
 
 
-def _grouped(
+def _grouped_inputs(
     model: MeasurementModel,
 ) -> tuple[tuple[Input, ...], tuple[tuple[tuple[Input, ...], Distribution], ...]]:
     """Return the inputs that are drawn alone, and those that are drawn together."""
