@@ -29,7 +29,7 @@ class RecordedStatistics:
     def found(self) -> dict[str, float]:
         """Return the statistics by name; raise DataError without samples."""
         try:
-            known = {channel: statistics.by_name() for channel, statistics in self._of.items()}
+            known = {channel: statistics.found() for channel, statistics in self._of.items()}
         except ValueError as error:
             raise DataError(f"{', '.join(self._of)}: {error}") from error
         return {name: known[channel][statistic] for name, channel, statistic in self._names}
