@@ -102,7 +102,7 @@ class _Use:
     problems: Problems
 
     @property
-    def needed(self) -> tuple[NeededChannel, ...]:
+    def channels(self) -> tuple[NeededChannel, ...]:
         """The channels that it needs."""
         return self.needs.channels
 
@@ -157,7 +157,7 @@ class _Use:
         coordinates = sorted({name for each in self.measured for name in each.coordinate_units})
         missing = [
             channel
-            for channel in self.needed
+            for channel in self.channels
             if channel.name not in names
             and not (channel.or_coordinate and channel.name in coordinates)
         ]
@@ -171,9 +171,9 @@ class _Use:
                 else "not measured in any step"
             )
             self.complain(channel.key, f"{channel.name} is {where}", hint)
-        if missing or self.places or not self.needed:
+        if missing or self.places or not self.channels:
             return not missing
-        message = f"{self.together} are not measured together in any step"
+        message = f"{self.channel_names} are not measured together in any step"
         self.problems.add(self.procedure.document, self.at, message, "name them in one step",
                           key=True)  # fmt: skip
         return False
@@ -184,8 +184,8 @@ class _Use:
         for measured in self.measured:
             # What is read goes before a set-point or label of its name.
             unit_of = {**measured.coordinate_units, **unit_of, **measured.units}
-        units = {channel.name: unit_of[channel.name] for channel in self.needed}
-        for channel in self.needed:
+        units = {channel.name: unit_of[channel.name] for channel in self.channels}
+        for channel in self.channels:
             dimension = unit(units[channel.name] or "1").dimension
             if channel.quantity not in {"", dimension}:
                 message = f"{channel.name} is {with_article(dimension)}"
@@ -198,12 +198,12 @@ class _Use:
 
     def check_coordinates(self) -> None:
         """Add a problem for each coordinate that does not distinguish the results."""
-        if not (self.needed or self.needs.results):
+        if not (self.channels or self.needs.results):
             return
         where = where_of(self.plugin.settings)
         definitions = self.lookup.definitions(self.plugin.name, self.plugin.settings)
         per = sorted({name for each in definitions for name in each.per})
-        if not self.needed:
+        if not self.channels:
             of_results = {name for result in self.needs.results for name in
                           self.results[result.name][1].per}  # fmt: skip
             for name in per:
@@ -216,15 +216,15 @@ class _Use:
             values = {
                 f"{name} {each.place.get(name, '-')}" for each in self.places for name in where
             }
-            message = f"{self.together} is not measured there"
+            message = f"{self.channel_names} is not measured there"
             self.complain(("where",), message, f"there are: {', '.join(sorted(values))}")
             return
         everywhere = frozenset.intersection(*(frozenset(each.coordinate_units) for each in chosen))
         for name in sorted(set(per) - everywhere):
             listed = f"set by then: {', '.join(sorted(everywhere)) or 'none'}"
-            message = f"'{name}' is not set wherever {self.together} is measured"
+            message = f"'{name}' is not set wherever {self.channel_names} is measured"
             self.complain(("per",), message, did_you_mean(name, everywhere, listed))
-        for needed in self.needed:
+        for needed in self.channels:
             self._check_values(needed, chosen)
             self._check_shared(needed, chosen, per)
             self._check_set_points(needed, chosen, per)
@@ -309,7 +309,7 @@ class _Use:
         """
         register = {each.channel: index for index, each in enumerate(station.model.instruments)}
         units = {name: of for each in self.measured for name, of in each.units.items()}
-        for needed in self.needed:
+        for needed in self.channels:
             if needed.name not in units:
                 continue
             channel, kind = channel_of(needed.name), unit(units[needed.name]).dimension
@@ -335,7 +335,7 @@ class _Use:
     def check_limits(self, limits: Iterable[Limit]) -> None:
         """Add a problem for each limit that cannot be applied where its result is measured."""
         where = where_of(self.plugin.settings)
-        places = [each for each in self.places if each.may_be_at(where)] if self.needed else []
+        places = [each for each in self.places if each.may_be_at(where)] if self.channels else []
         for index, limit in enumerate(limits):
             at, definition = self.results.get(limit.of, ((), None))
             if definition is None or not places or at != self.at:
@@ -382,12 +382,12 @@ class _Use:
     @property
     def places(self) -> list[Measured]:
         """The recordings and rows with all needed channels."""
-        return [measured for measured in self.measured if has_all(measured, self.needed)]
+        return [measured for measured in self.measured if has_all(measured, self.channels)]
 
     @property
-    def together(self) -> str:
-        """The channels, in words."""
-        return " and ".join(dict.fromkeys(channel.name for channel in self.needed))
+    def channel_names(self) -> str:
+        """The names of the channels, in words."""
+        return " and ".join(dict.fromkeys(channel.name for channel in self.channels))
 
     def complain(
         self, key: tuple[str | int, ...], message: str, hint: str, column: int = 0

@@ -130,7 +130,7 @@ class Scene:
             return True
         return False
 
-    def once(self, place: Place, name: str, part: _T) -> _T:
+    def shared(self, place: Place, name: str, part: _T) -> _T:
         """Return what a step in a loop had the last time, if it is the same: it is stored once."""
         where = (id(self.document), place.path, name)
         last: _T = self.draft.latest.setdefault(where, part)
@@ -139,7 +139,7 @@ class Scene:
         self.draft.latest[where] = part
         return part
 
-    def alike(self, place: Place, what: Hashable, make: Callable[[], _T]) -> _T:
+    def cached(self, place: Place, what: Hashable, make: Callable[[], _T]) -> _T:
         """Return what a step has each time that it is planned; it is computed the first time."""
         where = (id(self.document), place.path, what)
         if where not in self.draft.latest:
@@ -159,14 +159,14 @@ class Scene:
             **self.drives.written(),
             **place.written_in,
         }
-        within, written = self.once(place, "written", (place.within, written))
+        within, written = self.shared(place, "written", (place.within, written))
         step = PlannedStep(
             within,
             place.phase,
             action,
-            self.once(place, "text", text),
+            self.shared(place, "text", text),
             seconds,
-            self.once(place, "terms", terms),
+            self.shared(place, "terms", terms),
             place.calls,
             place.points,
             place.coordinates,

@@ -80,7 +80,7 @@ class Planning:
         """Return each channel's unit; none at all where there is a problem with one."""
         find_units = partial(self._units, channels, key)
         # A copy: a kind may add to it.
-        return dict(self.scene.alike(self.place, ("units", key, *channels), find_units))
+        return dict(self.scene.cached(self.place, ("units", key, *channels), find_units))
 
     def _units(self, channels: Sequence[Member], key: Key) -> dict[Member, str]:
         infos = {each: self.channel(each, (*key, index)) for index, each in enumerate(channels)}
@@ -184,4 +184,4 @@ class Planning:
         def make() -> tuple[ValueLimit, ...]:
             return tuple(planned_limits(bands, self.place, found, self.scene))
 
-        return list(self.scene.alike(self.place, ("limits", *bands, *found), make))
+        return list(self.scene.cached(self.place, ("limits", *bands, *found), make))

@@ -65,7 +65,7 @@ class Attempts:
     def __init__(self, digest: Callable[[Measurement], str] | None = None) -> None:
         """Keep the rows, or the `digest` of each in its place."""
         self._digest = digest
-        self._make = _Rows()
+        self._maker = _RowMaker()
         self._kept: list[Any] = []
         # Of each attempt in order: the index of its step, which is its own among all steps of a
         # run, the number of its first row, and whether it was completed.
@@ -73,18 +73,18 @@ class Attempts:
 
     def take(self, event: Event) -> None:
         """Take the next event."""
-        self._make.zeros.take(event)
+        self._maker.zeros.take(event)
         match event:
             case StepStarted():
-                self._make.start(event)
+                self._maker.start(event)
                 # Its rows come one by one, before it is known whether it will be completed.
                 if event.action == "scan":
                     self._begin(event.index, completed=False)
             case Scanned() if self._steps:
-                self._store(self._make.of_point(event))
+                self._store(self._maker.of_point(event))
             case StepEnded(ok=True, action="scan") if self._steps:
                 self._completed[-1] = True
-            case StepEnded(ok=True) if row := self._make.of_step(event):
+            case StepEnded(ok=True) if row := self._maker.of_step(event):
                 self._begin(event.index, completed=True)
                 self._store(row)
 
@@ -100,7 +100,7 @@ class Attempts:
             previous = latest.get(step, number)
             if self._completed[number] or not self._completed[previous]:
                 counts[previous], counts[number], latest[step] = False, True, number
-        began, timed = self._make.began, self._make.with_time
+        began, timed = self._maker.began, self._maker.with_time
         if self._digest is not None:
             return Measured((), (), began, lines_of(self._rows(counts, which=True)))
         counting, others = (map(timed, self._rows(counts, which=which)) for which in (True, False))
@@ -126,7 +126,7 @@ _UNKNOWN = StepStarted(seq=0, monotonic_s=0.0, utc="", step="", index=0, action=
 
 
 @dataclass(eq=False)
-class _Rows:
+class _RowMaker:
     """Makes rows of events. What many rows have in common, such as their limits, is stored once."""
 
     started: StepStarted = _UNKNOWN
@@ -135,7 +135,7 @@ class _Rows:
     began: datetime | None = None
     _common: dict[bytes, Any] = field(default_factory=dict)
     """Units, limits and shown units of rows by all that these follow from."""
-    _held: dict[bytes, Any] = field(default_factory=dict)
+    _parts: dict[bytes, Any] = field(default_factory=dict)
 
     def start(self, event: StepStarted) -> None:
         """Begin with the rows of a step."""
@@ -202,7 +202,7 @@ class _Rows:
             units |= {name: started.units[name] for name in coordinates if name in started.units}
             shown = {name: symbol for name in values if (symbol := _display_unit(name, written_in))}
             shown |= {n: written_in[n] for n in (*setpoints, *coordinates) if n in written_in}
-            self._common[key] = [self._once(part) for part in (units, started.limits, shown)]
+            self._common[key] = [self._shared(part) for part in (units, started.limits, shown)]
         units, limits, shown = self._common[key]
         return Measurement(
             intern(table),
@@ -212,7 +212,7 @@ class _Rows:
             units,
             limits,
             recording,
-            coordinates=self._once(coordinates),
+            coordinates=self._shared(coordinates),
             elapsed_s=seconds_since(self.began, utc),
             cycles=cycles_of(started, values),
             readings=readings or NONE,
@@ -221,9 +221,9 @@ class _Rows:
             zeros=self.zeros.in_force,
         )
 
-    def _once(self, part: _T) -> _T:
+    def _shared(self, part: _T) -> _T:
         """Return the part of an earlier row that is the same, or else this one."""
-        first: _T = self._held.setdefault(packed(part), part)
+        first: _T = self._parts.setdefault(packed(part), part)
         return first
 
 

@@ -97,7 +97,7 @@ def read_damaged(path: Path) -> DamagedRun:
         sha256 = hashlib.file_digest(file, "sha256").hexdigest()
     with open_file(path) as file:
         check_format(int(file.attrs[FORMAT_ATTRIBUTE]), str(path))
-        return _Reading(file[ENTRY]).run(path, sha256)
+        return _Reader(file[ENTRY]).run(path, sha256)
 
 
 def write_salvaged(
@@ -125,7 +125,7 @@ def write_salvaged(
 
 
 @dataclass(eq=False)
-class _Reading:
+class _Reader:
     """Reads an entry part by part, and notes what is lost."""
 
     entry: h5py.Group
@@ -142,7 +142,7 @@ class _Reading:
             except (DataError, *UNREADABLE) as error:
                 problem = f"cannot be read, it is damaged: {error}"
             if problem:
-                self._lose(place, problem)
+                self._note_lost(place, problem)
         sound = dict(self._sound_recordings(expected))
         events = self._part(EVENTS, lambda: read_events(self.entry), StoredEvents())
         return DamagedRun(
@@ -164,7 +164,7 @@ class _Reading:
             return stored_items(self.entry)
         except (DataError, *UNREADABLE) as error:
             message = "cannot be read: only recordings can be checked, by digests of their own"
-            self._lose(MANIFEST, f"{message} ({error})")
+            self._note_lost(MANIFEST, f"{message} ({error})")
             return {}
 
     def _sound_recordings(self, expected: Mapping[str, object]) -> Iterator[tuple[str, str]]:
@@ -176,7 +176,7 @@ class _Reading:
                     try:
                         name = self._read(place)
                     except (DataError, *UNREADABLE) as error:
-                        self._lose(place, f"cannot be read, it is damaged: {error}")
+                        self._note_lost(place, f"cannot be read, it is damaged: {error}")
                     else:
                         yield place, name
 
@@ -186,7 +186,7 @@ class _Reading:
         try:
             from_file = set(members(self.entry[kind])) if kind in self.entry else set()
         except (DataError, *UNREADABLE) as error:
-            self._lose(kind, f"cannot be listed, it is damaged: {error}")
+            self._note_lost(kind, f"cannot be listed, it is damaged: {error}")
             from_file = set()
         return sorted(from_manifest | from_file)
 
@@ -224,7 +224,7 @@ class _Reading:
         try:
             return read_text(group, name)
         except (DataError, *UNREADABLE) as error:
-            self._lose(ENTRY_ITEM, f"its {name} cannot be read: {error}")
+            self._note_lost(ENTRY_ITEM, f"its {name} cannot be read: {error}")
             return ""
 
     def _verbatim(self, place: str) -> str:
@@ -245,7 +245,7 @@ class _Reading:
         try:
             places = members(self.entry)
         except (DataError, *UNREADABLE) as error:
-            self._lose(ENTRY_ITEM, f"its members cannot be listed: {error}")
+            self._note_lost(ENTRY_ITEM, f"its members cannot be listed: {error}")
             return []
         return [p for p in places if self._part(p, partial(is_partner, p), instead=False)]
 
@@ -268,11 +268,11 @@ class _Reading:
         try:
             return read()
         except (DataError, *UNREADABLE) as error:
-            self._lose(place, f"cannot be read, it is damaged: {error}")
+            self._note_lost(place, f"cannot be read, it is damaged: {error}")
             return instead
 
     def _is_lost(self, place: str) -> bool:
         return any(lost == place or lost.startswith(f"{place}/") for lost in self.lost)
 
-    def _lose(self, place: str, what: str) -> None:
+    def _note_lost(self, place: str, what: str) -> None:
         self.lost.setdefault(place, Difference(place, kind_of(place), what))

@@ -136,7 +136,7 @@ def _spans(begins: Sequence[IntArray], ends: Sequence[IntArray]) -> list[list[in
 
 @dataclass(frozen=True, eq=False)
 class _Look:
-    """The crossings that every so manyth sample shows: indices of both sides of each."""
+    """The crossings that every n-th sample shows: indices of both sides of each."""
 
     values: Array
     low: float

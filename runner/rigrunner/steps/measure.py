@@ -130,7 +130,7 @@ class _Listed(NamedTuple):
 def plan(measure: MeasureStep, planning: Planning) -> None:
     """Plan single readings, or an average."""
     scene, place, seconds = planning.scene, planning.place, measure.duration or 0.0
-    listed = scene.alike(place, "listed", partial(_Listed.of, measure, scene.bench))
+    listed = scene.cached(place, "listed", partial(_Listed.of, measure, scene.bench))
     numbers, readings = listed.numbers, listed.readings
     units = planning.units(numbers)
     twice = len(set(measure.channels)) < len(measure.channels)
@@ -151,7 +151,7 @@ def plan(measure: MeasureStep, planning: Planning) -> None:
         channels=numbers,
         duration_s=seconds,
         setpoints=planning.setpoints(),
-        units=scene.once(place, "units", planning.drive_units() | units | listed.reading_units),
+        units=scene.shared(place, "units", planning.drive_units() | units | listed.reading_units),
         told=tuple(readings),
         sample_rate_hz=rate_hz,
     )
