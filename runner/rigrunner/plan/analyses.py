@@ -137,9 +137,7 @@ class _Use:
                 hint = f"both need the same 'per': [{', '.join(reference[1].per)}]"
                 self.complain(needed.key, message, hint)
                 complete = False
-        independent = [
-            each for each in self.needs.results if each.independent and each.name in self.results
-        ]
+        independent = [n for n in self.needs.results if n.independent and n.name in self.results]
         for one, other in combinations(independent, 2):
             if self.results[one.name][0] == self.results[other.name][0]:
                 message = (
@@ -156,10 +154,9 @@ class _Use:
         names = sorted({name for measured in self.measured for name in measured.units})
         coordinates = sorted({name for each in self.measured for name in each.coordinate_units})
         missing = [
-            channel
-            for channel in self.channels
-            if channel.name not in names
-            and not (channel.or_coordinate and channel.name in coordinates)
+            each
+            for each in self.channels
+            if each.name not in names and not (each.or_coordinate and each.name in coordinates)
         ]
         for channel in missing:
             options = [*names, *(coordinates if channel.or_coordinate else ())]
@@ -406,15 +403,12 @@ def _set_points(
     """
     groups: dict[tuple[CoordinateValue, ...], list[tuple[float, Measured]]] = {}
     for measured in chosen:
-        point = measured.place.get(name)
-        if (
-            point is None
-            or isinstance(point.value, str)
-            or any(n not in measured.place for n in per)
-        ):
+        place = measured.place
+        point = place.get(name)
+        if point is None or isinstance(point.value, str) or any(n not in place for n in per):
             return []
         written = unit(point.unit or "1")
-        key = tuple(measured.place[n].usual for n in per)
+        key = tuple(place[n].usual for n in per)
         groups.setdefault(key, []).append((point.value * written.factor + written.offset, measured))
     return [*groups.values()]
 
@@ -428,11 +422,7 @@ def _refuse_circles(uses: Iterable[_Use]) -> None:
     """Add a problem where results are made of each other."""
     by_place = {use.at: use for use in uses}
     needed: dict[Path, dict[Path, NeededResult]] = {
-        at: {
-            use.results[result.name][0]: result
-            for result in use.needs.results
-            if result.name in use.results
-        }
+        at: {use.results[n.name][0]: n for n in use.needs.results if n.name in use.results}
         for at, use in by_place.items()
     }
     try:

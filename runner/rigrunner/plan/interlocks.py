@@ -57,10 +57,8 @@ def _places(
     ]
     used = () if procedure is None else (procedure, *procedure.all_called())
     # A procedure that is called twice has its interlocks once.
-    by_name = {each.document.name: each for each in used}
-    sources += [
-        (used.document, ("interlocks",), used.model.interlocks) for used in by_name.values()
-    ]
+    different = {each.document.name: each for each in used}.values()
+    sources += [(each.document, ("interlocks",), each.model.interlocks) for each in different]
     for document, path, interlocks in sources:
         for index, written in enumerate(interlocks):
             yield _Place(written, document, (*path, index), devices, problems)

@@ -163,10 +163,8 @@ def _inputs(cells: list[str], names: list[str], questions: Mapping[str, Input]) 
     cells = _without_empty_end(cells, len(names))
     if len(cells) != len(names):
         count, columns = len(cells), ", ".join(names)
-        message = (
-            f"got {count} {'cell' if count == 1 else 'cells'}, expected {len(names)}: {columns}"
-        )
-        raise AnswerError(message)
+        words = f"got {count} {'cell' if count == 1 else 'cells'}, expected {len(names)}: {columns}"
+        raise AnswerError(words)
     inputs = {}
     for name, cell in zip(names, cells, strict=True):
         if len(cell) > LONGEST_LINE:

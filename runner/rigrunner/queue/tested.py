@@ -19,9 +19,7 @@ if TYPE_CHECKING:
 def tested_before(runs: Path, procedure_id: str, specimens: Iterable[str]) -> dict[str, str]:
     """Return a sentence with the newest run, for each specimen that a procedure has tested."""
     names = [(name, name.casefold()) for name in reversed(run_names(runs))]
-    newest = {
-        specimen: _newest(runs, names, procedure_id, specimen) for specimen in specimens if specimen
-    }
+    newest = {each: _newest(runs, names, procedure_id, each) for each in specimens if each}
     return {
         specimen: f"{specimen} has already been tested: run {run}"
         for specimen, run in newest.items()

@@ -29,9 +29,8 @@ def test_they_are_those_of_all_samples_however_they_are_cut(values, cuts):
     assert (statistics["minimum"], statistics["maximum"]) == (min(values), max(values))
     assert statistics["peak_to_peak"] == max(values) - min(values)
     scale = max(map(abs, values))
-    assert statistics["mean"] == pytest.approx(
-        fsum(values) / len(values), rel=1e-12, abs=1e-12 * scale
-    )
+    mean = fsum(values) / len(values)
+    assert statistics["mean"] == pytest.approx(mean, rel=1e-12, abs=1e-12 * scale)
     squares = sqrt(fsum(value * value for value in values) / len(values))
     assert statistics["rms"] == pytest.approx(squares, rel=1e-12, abs=1e-150)
 
