@@ -17,7 +17,7 @@ from rigrunner.api.fit_choice import FitChoice
 from rigrunner.api.member import channel_of
 from rigrunner.api.units import of_difference, unit, with_article
 from rigrunner.plan.limits import objections_to_limit
-from rigrunner.plan.measured import all_measured, has_all, where_of
+from rigrunner.plan.measured import has_all, planned_data, where_of
 from rigrunner.procedure.named_results import all_named, definitions_of
 from rigrunner.yamlfile.problems import Problems
 
@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 
     from rigrunner.api.analysis import NeededChannel, NeededResult, Requirements
     from rigrunner.api.findings import Objection, ResultDefinition
-    from rigrunner.plan.actions import Plan, Recorded
-    from rigrunner.plan.measured import Measured
+    from rigrunner.plan.actions import Plan, PlannedRecording
+    from rigrunner.plan.measured import PlannedData
     from rigrunner.procedure import AnalysisRef, Limit, LoadedProcedure
     from rigrunner.station import LoadedStation
     from rigrunner.yamlfile.document import Path
@@ -60,7 +60,7 @@ def check_analyses(
 ) -> None:
     """Raise InvalidFileError with all that the analyses need and the run would not give."""
     problems = Problems()
-    measured = tuple(all_measured(plan)) if procedure.model.analyses_at else ()
+    planned = tuple(planned_data(plan)) if procedure.model.analyses_at else ()
     limits = procedure.model.acceptance.limits if procedure.model.acceptance else ()
     limited = {limit.of for limit in limits}
     results = {each.name: (path, each) for path, each in definitions_of(procedure, lookup)}
@@ -72,7 +72,7 @@ def check_analyses(
         except PluginError:
             continue  # reported by the check of the plugins
         uses.append(
-            _Use(procedure, path, plugin, needs, measured, results, complete, lookup, problems)
+            _Use(procedure, path, plugin, needs, planned, results, complete, lookup, problems)
         )
     for use in uses:
         if use.has_results() and use.is_measured():
@@ -93,7 +93,7 @@ class _Use:
     at: Path
     plugin: AnalysisRef
     needs: Requirements
-    measured: tuple[Measured, ...]
+    planned: tuple[PlannedData, ...]
     results: Mapping[str, tuple[Path, ResultDefinition]]
     """The results of the procedure by name, each with where the analysis stands that makes it."""
     knows_all: bool
@@ -127,7 +127,7 @@ class _Use:
             if missing:
                 message = f"there is no result '{needed.name}' for each {missing}"
                 hint = f"write 'per: [{', '.join((*per, missing))}]' there"
-                if not any(missing in measured.coordinate_units for measured in self.measured):
+                if not any(missing in planned.coordinate_units for planned in self.planned):
                     hint = f"{missing} is read, not set: name the result of a 'readings' of it"
                 self.complain(needed.key, message, hint)
                 complete = False
@@ -151,8 +151,8 @@ class _Use:
 
     def is_measured(self) -> bool:
         """Add a problem for each channel that no step measures; say whether there is none."""
-        names = sorted({name for measured in self.measured for name in measured.units})
-        coordinates = sorted({name for each in self.measured for name in each.coordinate_units})
+        names = sorted({name for planned in self.planned for name in planned.units})
+        coordinates = sorted({name for each in self.planned for name in each.coordinate_units})
         missing = [
             each
             for each in self.channels
@@ -178,9 +178,9 @@ class _Use:
     def check_units(self) -> None:
         """Add what does not fit the units of the channels and results."""
         unit_of: dict[str, str] = {}
-        for measured in self.measured:
+        for planned in self.planned:
             # What is read goes before a set-point or label of its name.
-            unit_of = {**measured.coordinate_units, **unit_of, **measured.units}
+            unit_of = {**planned.coordinate_units, **unit_of, **planned.units}
         units = {channel.name: unit_of[channel.name] for channel in self.channels}
         for channel in self.channels:
             dimension = unit(units[channel.name] or "1").dimension
@@ -226,7 +226,7 @@ class _Use:
             self._check_shared(needed, chosen, per)
             self._check_set_points(needed, chosen, per)
 
-    def _check_values(self, needed: NeededChannel, chosen: Iterable[Measured]) -> None:
+    def _check_values(self, needed: NeededChannel, chosen: Iterable[PlannedData]) -> None:
         """Add a problem for the first required value at which nothing will be measured."""
         candidates = [each for each in chosen if needed.name in each.coordinate_units]
         for value in needed.values if candidates else ():
@@ -239,7 +239,7 @@ class _Use:
                 return
 
     def _check_shared(
-        self, needed: NeededChannel, chosen: Sequence[Measured], per: Iterable[str]
+        self, needed: NeededChannel, chosen: Sequence[PlannedData], per: Iterable[str]
     ) -> None:
         """Add a problem if nowhere one set-point is set at all values of a label."""
         name = needed.shared
@@ -261,13 +261,13 @@ class _Use:
             self.complain(needed.key, message, "set it to the same value at both")
 
     def _check_set_points(
-        self, needed: NeededChannel, chosen: Iterable[Measured], per: Iterable[str]
+        self, needed: NeededChannel, chosen: Iterable[PlannedData], per: Iterable[str]
     ) -> None:
         """Add a problem where set-points do not reach far enough, or are too few for a fit."""
         least = self._points_of_fit(needed)
         if needed.spans is None and not least:
             return
-        symbol = next((measured.coordinate_units.get(needed.name, "") for measured in chosen), "")
+        symbol = next((planned.coordinate_units.get(needed.name, "") for planned in chosen), "")
         for group in _set_points(needed.name, chosen, per):
             values = {value for value, _ in group}
             low, high = min(values), max(values)
@@ -305,7 +305,7 @@ class _Use:
         the register counts as exact.
         """
         register = {each.channel: index for index, each in enumerate(station.model.instruments)}
-        units = {name: of for each in self.measured for name, of in each.units.items()}
+        units = {name: of for each in self.planned for name, of in each.units.items()}
         for needed in self.channels:
             if needed.name not in units:
                 continue
@@ -347,7 +347,7 @@ class _Use:
         if not (needs.rate_hz or needs.cycles):
             return
         where = where_of(self.plugin.settings)
-        chosen = [each.recorded for each in self.places if each.may_be_at(where)]
+        chosen = [each.recording for each in self.places if each.may_be_at(where)]
         recordings = [each for each in chosen if each is not None]
         if not recordings:
             message = f"{name} needs a recording, but only single values are measured"
@@ -362,7 +362,7 @@ class _Use:
             if needs.cycles:
                 self._check_cycles(recorded, name)
 
-    def _check_cycles(self, recorded: Recorded, name: str) -> None:
+    def _check_cycles(self, recorded: PlannedRecording, name: str) -> None:
         """Ask for enough whole cycles: a recording is of one period more than it has whole ones."""
         record = recorded.record
         frequency_hz = record.cycle_frequency_hz or 0.0
@@ -377,9 +377,9 @@ class _Use:
         self.problems.add(recorded.document, path, message, hint)
 
     @property
-    def places(self) -> list[Measured]:
+    def places(self) -> list[PlannedData]:
         """The recordings and rows with all needed channels."""
-        return [measured for measured in self.measured if has_all(measured, self.channels)]
+        return [planned for planned in self.planned if has_all(planned, self.channels)]
 
     @property
     def channel_names(self) -> str:
@@ -395,21 +395,21 @@ class _Use:
 
 
 def _set_points(
-    name: str, chosen: Iterable[Measured], per: Iterable[str]
-) -> list[list[tuple[float, Measured]]]:
-    """Return the values in SI that are set, with what is measured there, for each place of `per`.
+    name: str, chosen: Iterable[PlannedData], per: Iterable[str]
+) -> list[list[tuple[float, PlannedData]]]:
+    """Return the values in SI that are set, with the data planned there, for each place of `per`.
 
     Empty if one is not known beforehand, or is a text.
     """
-    groups: dict[tuple[CoordinateValue, ...], list[tuple[float, Measured]]] = {}
-    for measured in chosen:
-        place = measured.place
+    groups: dict[tuple[CoordinateValue, ...], list[tuple[float, PlannedData]]] = {}
+    for planned in chosen:
+        place = planned.place
         point = place.get(name)
         if point is None or isinstance(point.value, str) or any(n not in place for n in per):
             return []
         written = unit(point.unit or "1")
         key = tuple(place[n].usual for n in per)
-        groups.setdefault(key, []).append((point.value * written.factor + written.offset, measured))
+        groups.setdefault(key, []).append((point.value * written.factor + written.offset, planned))
     return [*groups.values()]
 
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from rigrunner.api.coordinates import Coordinate
     from rigrunner.api.steps import Action
-    from rigrunner.plan.actions import Phase, Recorded
+    from rigrunner.plan.actions import Phase, PlannedRecording
     from rigrunner.plan.bench import Bench
     from rigrunner.plan.drives import DriveStates
     from rigrunner.procedure.answers import Expected
@@ -86,7 +86,7 @@ class Draft:
     recordings_total: int
     """How many recordings the procedure has, including those with problems."""
     steps: list[PlannedStep] = field(default_factory=list)
-    recordings: list[Recorded] = field(default_factory=list)
+    recordings: list[PlannedRecording] = field(default_factory=list)
     answered: dict[str, Expected] = field(default_factory=dict)
     """The inputs that have an answer by then, and what is allowed as one."""
     latest: dict[Hashable, Any] = field(default_factory=dict)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Protocol
 
 from rigrunner.api.steps import NONE
 from rigrunner.api.units import rate_of, unit, units_of, with_article
-from rigrunner.plan.actions import Recorded
+from rigrunner.plan.actions import PlannedRecording
 from rigrunner.plan.terms import planned_limits, recorded_limits, terms_of
 
 if TYPE_CHECKING:
@@ -166,7 +166,7 @@ class Planning:
 
     def record(self, recording: RecordingAction, beside: Sequence[Member]) -> None:
         """Take note of a recording, and of what is read beside it."""
-        recorded = Recorded(
+        recorded = PlannedRecording(
             recording,
             self.scene.document,
             self.place.path,

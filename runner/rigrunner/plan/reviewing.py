@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from rigrunner.api.errors import PluginError
 from rigrunner.api.member import Member
 from rigrunner.api.planned import PlannedRows, PlannedRun, StationPart
-from rigrunner.plan.actions import Recorded
+from rigrunner.plan.actions import PlannedRecording
 from rigrunner.procedure import Limit
 from rigrunner.yamlfile.problems import Problems
 
@@ -97,7 +97,7 @@ def _add(
 ) -> None:
     of, hint = problem.of, problem.hint
     document, at = procedure.document, path
-    if isinstance(of, Recorded):
+    if isinstance(of, PlannedRecording):
         document, at = of.document, of.path
     elif isinstance(of, Limit):
         limits = procedure.model.acceptance.limits if procedure.model.acceptance else ()
@@ -105,7 +105,7 @@ def _add(
     elif isinstance(of, StationPart):
         document, at = station.document, (of.value,)
         where, by = procedure.document.where(path, key=True), problem.needed_by
-        if isinstance(by, Recorded):
+        if isinstance(by, PlannedRecording):
             where = by.document.where(by.path)
         hint = "; ".join(filter(None, (hint, f"it is needed at {where}")))
     # A problem of the analysis as a whole is placed at its name.

@@ -43,7 +43,7 @@ def superseded(events: Iterable[Event]) -> frozenset[str]:
     return frozenset(repeated)
 
 
-class Measured(NamedTuple):
+class MeasuredRows(NamedTuple):
     """The rows of a run, in order."""
 
     rows: tuple[Measurement, ...]
@@ -88,7 +88,7 @@ class Attempts:
                 self._begin(event.index, completed=True)
                 self._store(row)
 
-    def measured(self) -> Measured:
+    def measured(self) -> MeasuredRows:
         """Return the rows, of each step those of its last completed attempt.
 
         Of a scan without a completed attempt the points of the last one count: each of them was
@@ -102,9 +102,9 @@ class Attempts:
                 counts[previous], counts[number], latest[step] = False, True, number
         began, timed = self._maker.began, self._maker.with_time
         if self._digest is not None:
-            return Measured((), (), began, lines_of(self._rows(counts, which=True)))
+            return MeasuredRows((), (), began, lines_of(self._rows(counts, which=True)))
         counting, others = (map(timed, self._rows(counts, which=which)) for which in (True, False))
-        return Measured(tuple(counting), tuple(others), began)
+        return MeasuredRows(tuple(counting), tuple(others), began)
 
     def _begin(self, step: int, *, completed: bool) -> None:
         self._steps.append(step)

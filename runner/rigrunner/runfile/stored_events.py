@@ -18,7 +18,7 @@ from rigrunner.runfile.measurements import measurement_digest
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping
 
-    from rigrunner.runfile.attempts import Measured
+    from rigrunner.runfile.attempts import MeasuredRows
 
 FROM: Mapping[int, Callable[[bytes], Event | None]] = {
     Kind.EVENT: event_from,
@@ -70,7 +70,7 @@ class StoredEvents(Sequence[Event]):
         return event
 
     @cached_property
-    def measured(self) -> Measured:
+    def measured(self) -> MeasuredRows:
         """The rows that they measured; no event is taken after that."""
         measured = self._attempts.measured()
         del self._attempts  # they hold more than the rows
