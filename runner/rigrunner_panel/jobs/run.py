@@ -58,7 +58,7 @@ def _done(job: Job, link: Link) -> FinishedRun:
         overrides=overrides,
         pauses=screen.pauses,
         person=screen.person,
-        told=entry.remarks() if entry else (),
+        before=entry.remarks() if entry else (),
         progress=screen.progress,
     )
 
