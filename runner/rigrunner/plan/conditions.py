@@ -74,12 +74,12 @@ class Reached(Action):
         """Read the channel once."""
         value = doing.read((self.member,))[self.member]
         met = not self.minimum <= value <= self.maximum
-        shown = unit(self.shown)
-        reading = f"{self.member} is {(value - shown.offset) / shown.factor:.6g} {self.shown}"
+        unit_ = unit(self.shown)
+        text = f"{self.member} is {(value - unit_.offset) / unit_.factor:.6g} {self.shown}"
         if met:
-            doing.note(step, f"{reading}: {self.condition} after {self.number} of {self.of} times")
+            doing.note(step, f"{text}: {self.condition} after {self.number} of {self.of} times")
         elif self.number == self.of:
-            doing.note(step, f"{reading}: not {self.condition} after all {self.of} times")
+            doing.note(step, f"{text}: not {self.condition} after all {self.of} times")
         return Found({self.member: value}, {self.member: self.unit}, leaves=met)
 
 
@@ -105,20 +105,20 @@ class ResultReached(Action):
     def do(self, step: str, doing: Doing) -> Found:
         """Have the result computed."""
         result = doing.result(self.result)
-        written, shown = unit(result.unit), unit(self.shown)
-        if written.dimension != shown.dimension:
+        result_unit, unit_ = unit(result.unit), unit(self.shown)
+        if result_unit.dimension != unit_.dimension:
             message = (
-                f"'{self.result}' is {with_article(written.dimension)}, compared with"
-                f" {with_article(shown.dimension)}"
+                f"'{self.result}' is {with_article(result_unit.dimension)}, compared with"
+                f" {with_article(unit_.dimension)}"
             )
             raise DataError(message)
         if not isfinite(result.value):  # of no range, and so it would seem to be reached
             raise DataError(f"'{self.result}' is not a finite number ({result.value})")
-        value = result.value * written.factor + written.offset
-        reading = f"{self.result} is {(value - shown.offset) / shown.factor:.6g} {self.shown}"
+        value = result.value * result_unit.factor + result_unit.offset
+        text = f"{self.result} is {(value - unit_.offset) / unit_.factor:.6g} {self.shown}"
         met = not self.minimum <= value <= self.maximum
-        state = self.condition if met else f"not {self.condition}"
-        doing.note(step, f"{reading}: {state} after {self.number} of {self.of} times")
+        condition_text = self.condition if met else f"not {self.condition}"
+        doing.note(step, f"{text}: {condition_text} after {self.number} of {self.of} times")
         return Found({}, {}, leaves=met)
 
 
@@ -175,7 +175,7 @@ def plan_until(
         return None
     name, bound = until.bound
     low, high = (-inf, bound.si) if name == "above" else (bound.si, inf)
-    condition = low, high, f"{name} {bound}", bound.unit.symbol, number, of
+    arguments = low, high, f"{name} {bound}", bound.unit.symbol, number, of
     action: Action
     if until.channel is not None:
         channel = planning.channel(until.channel, (*key, "channel"))
@@ -184,10 +184,10 @@ def plan_until(
         if not planning.fits(bound, channel.unit, until.channel, (*key, name)):
             return None
         planning.must_be_read([until.channel])
-        action = Reached(until.channel, channel.unit, *condition)
+        action = Reached(until.channel, channel.unit, *arguments)
     else:
         assert until.result is not None  # noqa: S101  (one of two)
-        action = ResultReached(until.result, *condition)
+        action = ResultReached(until.result, *arguments)
     what = until.channel or until.result
     text = f"Until {what} is {name} {bound}: {number} of at most {of} times"
     # Not a part of the pass: where the pass is skipped, the value is still read.

@@ -133,5 +133,5 @@ def in_si(coordinate: CoordinateValue) -> Value:
     """Return the value of a coordinate in the SI unit."""
     if isinstance(coordinate.value, str):
         return coordinate.value
-    written = unit(coordinate.unit or "1")
-    return coordinate.value * written.factor + written.offset
+    unit_ = unit(coordinate.unit or "1")
+    return coordinate.value * unit_.factor + unit_.offset

@@ -200,7 +200,7 @@ def _check_measurand(
     if measurand is None:
         hint = f"the analysis of {dimension} names it"
         problems.add(document, ("measurand",), "the key 'measurand' is missing", hint, key=True)
-    elif measurand.unit is not None and (written := unit(measurand.unit)).dimension != dimension:
-        message = f"'{written.symbol}' is a unit of {written.dimension}, not of {dimension}"
+    elif measurand.unit is not None and (unit_ := unit(measurand.unit)).dimension != dimension:
+        message = f"'{unit_.symbol}' is a unit of {unit_.dimension}, not of {dimension}"
         hint = f"units of {dimension}: {', '.join(units_of(dimension))}"
         problems.add(document, ("measurand", "unit"), message, hint)

@@ -77,14 +77,14 @@ def predict(
 def _reading(
     expected: ExpectedReading, record: RecordingAction, instrument: Instrument
 ) -> PredictedReading:
-    shown = _full_scale_unit(instrument)
+    unit = _full_scale_unit(instrument)
     return PredictedReading(
         recording=expected.recording,
         cycle_frequency_hz=record.cycle_frequency_hz,
         channel=expected.channel,
-        peak=max(abs(expected.low), abs(expected.high)) / shown.factor,
-        full_scale=instrument.full_scale / shown.factor,
-        unit=shown.symbol,
+        peak=max(abs(expected.low), abs(expected.high)) / unit.factor,
+        full_scale=instrument.full_scale / unit.factor,
+        unit=unit.symbol,
     )
 
 

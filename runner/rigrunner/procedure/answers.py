@@ -44,12 +44,12 @@ class Expected:
         A number without a unit is in the unit of the question, which the person sees.
         """
         text = answer.strip()
-        wrong = refused_character(text)
-        if wrong:
+        match = refused_character(text)
+        if match:
             shown = text[:_LONGEST].encode("unicode_escape").decode()
             raise AnswerError(
                 f"got '{shown}', expected a text without control characters",
-                hint=f"its character {wrong.start() + 1} is {name_of(wrong[0])}: type it again",
+                hint=f"its character {match.start() + 1} is {name_of(match[0])}: type it again",
             )
         for choice in self.choices:
             if choice.casefold() == text.casefold():

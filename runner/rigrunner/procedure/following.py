@@ -153,10 +153,10 @@ def _si(coordinates: Mapping[str, CoordinateValue], name: str, kind: str) -> flo
     coordinate = coordinates.get(name)
     if coordinate is None or isinstance(coordinate.value, str):
         raise DataError(f"the limit follows '{name}', and the result has no such number")
-    written = unit(coordinate.unit or "1")
-    if written.dimension != kind:
+    unit_ = unit(coordinate.unit or "1")
+    if unit_.dimension != kind:
         raise DataError(
             f"the limit follows {with_article(kind)}, and '{name}' is"
-            f" {with_article(written.dimension)}"
+            f" {with_article(unit_.dimension)}"
         )
-    return coordinate.value * written.factor + written.offset
+    return coordinate.value * unit_.factor + unit_.offset

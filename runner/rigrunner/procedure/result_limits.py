@@ -295,16 +295,16 @@ def misfit(value: Quantity, result: ResultDefinition) -> tuple[str, str] | None:
 
     A result in K may be a difference, of which 0.7 °C would be 273.85 K.
     """
-    written = unit(result.unit)
-    if value.dimension != written.dimension:
-        kinds = with_article(value.dimension), with_article(written.dimension)
+    unit_ = unit(result.unit)
+    if value.dimension != unit_.dimension:
+        kinds = with_article(value.dimension), with_article(unit_.dimension)
         message = f"'{value}' is {kinds[0]}; {result.name} is {kinds[1]}, in {result.unit}"
         return message, f"write it in {result.unit}"
-    if value.unit.offset and not written.offset:
+    if value.unit.offset and not unit_.offset:
         message = (
             f"'{value}' is a temperature, and {result.name}, in {result.unit}, may be a difference"
         )
-        amounts = (value.number * value.unit.factor / written.factor, value.si / written.factor)
+        amounts = (value.number * value.unit.factor / unit_.factor, value.si / unit_.factor)
         of_difference, of_value = (f"'{amount:.6g} {result.unit}'" for amount in amounts)
         return message, f"write {of_difference} for a difference, else {of_value}"
     return None
@@ -329,13 +329,13 @@ def _number(
     *,
     is_difference: bool = False,
 ) -> float:
-    shown = unit(symbol)
+    unit_ = unit(symbol)
     if isinstance(end, Quantity):
         if end.unit.symbol == symbol:
             return end.number
         si = end.si
     else:
         si = end.si_at(coordinates)
-    offset = 0.0 if is_difference else shown.offset
+    offset = 0.0 if is_difference else unit_.offset
     # 15 digits, without the rounding of the conversion: a limit reads as it was written.
-    return float(f"{(si - offset) / shown.factor:.15g}")
+    return float(f"{(si - offset) / unit_.factor:.15g}")

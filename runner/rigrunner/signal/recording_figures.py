@@ -81,8 +81,8 @@ def _in_unit(si: Array, si_unit: str, written_in: str) -> tuple[Array, str]:
     """Return values in the unit for display, shape (n,), and that unit."""
     if not written_in:
         return si, si_unit
-    shown = unit_of(written_in)
-    return (si - shown.offset) / shown.factor, shown.symbol
+    unit = unit_of(written_in)
+    return (si - unit.offset) / unit.factor, unit.symbol
 
 
 def _span(name: str, values: Array, unit: str) -> str:
