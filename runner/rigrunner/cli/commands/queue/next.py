@@ -63,7 +63,7 @@ def command(
                 unattended=unattended,
                 listeners=[queue.began(entry.id)],
                 person=here,
-                told=entry.told(),
+                told=entry.remarks(),
             )
         except BaseException as error:
             queue.give_back(entry.id, f"the run did not start: {error}")
