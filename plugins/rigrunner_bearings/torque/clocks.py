@@ -88,20 +88,20 @@ def alignments(
     )
 
 
-def alignment_check(found: Iterable[Alignment]) -> Check:
+def alignment_check(aligned: Iterable[Alignment]) -> Check:
     """Check that the method bears the alignment at every set-point."""
     return CLOCKS.check(
         (
-            each.effect,
-            f"{each.frequency_hz:.4g} Hz: {_ms(each.u_s)}, allowed {_ms(each.allowed_s)}",
+            point.effect,
+            f"{point.frequency_hz:.4g} Hz: {_ms(point.u_s)}, allowed {_ms(point.allowed_s)}",
         )
-        for each in found
+        for point in aligned
     )
 
 
-def refusal(found: Iterable[Alignment]) -> str:
+def refusal(aligned: Iterable[Alignment]) -> str:
     """Return why there is no result, by the set-point where the alignment is worst."""
-    worst = max(found, key=lambda each: each.effect)
+    worst = max(aligned, key=lambda point: point.effect)
     return (
         f"torque and angle were sampled by two clocks, aligned to {_ms(worst.u_s)} (standard"
         f" uncertainty); at {worst.frequency_hz:.4g} Hz {_ms(worst.allowed_s)} is allowed, for more"
@@ -114,8 +114,10 @@ def with_clocks(error: DataError, points: Iterable[PeakPoint]) -> DataError:
     worst_s = max((p.alignment_u_s for p in points if isinstance(p, SwingPoint)), default=0.0)
     if not worst_s:
         return error
-    told = f"torque and angle were sampled by two clocks, aligned to {_ms(worst_s)}"
-    return DataError(f"{error.message}; {told}", hint=f"{error.hint}; {CLOCKS.advice}".lstrip("; "))
+    reason = f"torque and angle were sampled by two clocks, aligned to {_ms(worst_s)}"
+    return DataError(
+        f"{error.message}; {reason}", hint=f"{error.hint}; {CLOCKS.advice}".lstrip("; ")
+    )
 
 
 def _ms(seconds: float) -> str:

@@ -60,18 +60,18 @@ def draw_pipeline(
     Raises DataError where the method refuses all of them.
     """
     maker = _maker(method, sweep, points, zeroed=zeroed)
-    found: list[Array] = []
+    torques: list[Array] = []
     for number in range(draws):
         rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(STREAM, number)))
         with suppress(DataError):  # counted below
-            found.append(maker.draw(rng))
+            torques.append(maker.draw(rng))
         progress(number + 1, draws)
-    if not found:
+    if not torques:
         raise DataError(f"the method refuses each of {draws} draws of its own data")
     lines = dict.fromkeys(part.name for point in points for part in point.components)
     return Drawn(
-        torque_nm=np.array(found),
-        refused=draws - len(found),
+        torque_nm=np.array(torques),
+        refused=draws - len(torques),
         through_the_data=tuple(name for name in lines if name in maker.covers),
         as_effects=tuple(name for name in lines if name not in maker.covers),
     )
@@ -100,11 +100,11 @@ class _Maker:
             for part in point.components:
                 if part.name in self.covers or part.u == 0:
                     continue
-                own = float(named(part.distribution, 0.0, 1.0, part.dof).draw(rng, 1)[0])
-                drawn = shared.setdefault(part.name, own) if part.common else own
+                fresh = float(named(part.distribution, 0.0, 1.0, part.dof).draw(rng, 1)[0])
+                error = shared.setdefault(part.name, fresh) if part.common else fresh
                 # A common error moves two points against each other where their sensitivities
                 # have two signs.
-                effects[place] += drawn * copysign(part.u, part.sensitivity)
+                effects[place] += error * copysign(part.u, part.sensitivity)
         return effects
 
 

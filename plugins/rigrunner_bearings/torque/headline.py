@@ -85,10 +85,10 @@ def torque_at(
     raw: Callable[[Sequence[PeakPoint]], Estimate | None],
 ) -> Iterator[MeasurementResult]:
     """Yield the torque of each set-point, in the order of the run; `raw` is without correction."""
-    recorded = {each.name: each for each in run.recordings}
-    for point, found in zip(loaded, compensated, strict=False):
+    recordings = {recording.name: recording for recording in run.recordings}
+    for point, compensated_point in zip(loaded, compensated, strict=False):
         coordinates = {FREQUENCY: CoordinateValue(point.set_frequency_hz, "Hz")}
-        source = None if isinstance(point, StartPoint) else recorded.get(point.recording)
+        source = None if isinstance(point, StartPoint) else recordings.get(point.recording)
         if source is not None:
             coordinates |= {
                 name: CoordinateValue.of_si(
@@ -98,8 +98,8 @@ def torque_at(
             }
         yield MeasurementResult(
             of=definition,
-            estimate=found.torque,
-            components=found.components,
+            estimate=compensated_point.torque,
+            components=compensated_point.components,
             coordinates=coordinates,
             readings=int(point.peak_kept.sum()),
             uncorrected=raw([point]),

@@ -1,4 +1,4 @@
-"""What a recording tells of its motion: cycles and frequency, and the phase if anything shows it.
+"""What a recording shows of its motion: cycles and frequency, and the phase if anything shows it.
 
 The angle channel shows all. The swing's angular velocity or one index pulse in every cycle show
 frequency and phase too, the phase with a doubt of its own. Without any of them cycles are cut by

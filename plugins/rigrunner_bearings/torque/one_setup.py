@@ -50,22 +50,23 @@ def setup_differences(
 
     Transducers by channel; one that only one of the runs has is not compared.
     """
-    for each in transducers:
-        if each.channel not in needed:
+    for transducer in transducers:
+        if transducer.channel not in needed:
             continue
-        own = needed[each.channel]
+        counterpart = needed[transducer.channel]
         for what, theirs, ours in (
-            ("torque transducer", each.serial, own.serial),
-            ("transducer's certificate", each.certificate, own.certificate),
-            ("full scale", f"{each.full_scale:g} N·m", f"{own.full_scale:g} N·m"),
-            ("low-pass filter", _filter(each), _filter(own)),
+            ("torque transducer", transducer.serial, counterpart.serial),
+            ("transducer's certificate", transducer.certificate, counterpart.certificate),
+            ("full scale", f"{transducer.full_scale:g} N·m", f"{counterpart.full_scale:g} N·m"),
+            ("low-pass filter", _filter(transducer), _filter(counterpart)),
         ):
             if theirs != ours:
                 yield f"its {what} is '{theirs}', but '{ours}' is needed"
     for what in ("eccentric", "centre_distance"):
         lengths_m = (getattr(rig, what), getattr(needed_rig, what))
         theirs, ours = (
-            "not stated" if each is None else f"{1000 * each:.6g} mm" for each in lengths_m
+            "not stated" if length_m is None else f"{1000 * length_m:.6g} mm"
+            for length_m in lengths_m
         )
         if theirs != ours:
             yield f"its {what.replace('_', ' ')} is {theirs}, but {ours} is needed"
@@ -73,10 +74,10 @@ def setup_differences(
 
 def setup_check(run: RunData, no_load: RunData) -> Check:
     """Check that the no-load run was made with the transducer, filter and swing of the run."""
-    theirs, ours = (torque_instruments(each.instruments.values()) for each in (no_load, run))
+    theirs, ours = (torque_instruments(one_run.instruments.values()) for one_run in (no_load, run))
     differences = setup_differences(rig_of(no_load), theirs.values(), rig_of(run), ours)
-    found = [(1.0, f"of the no-load run, {words}") for words in differences]
-    return ONE_SETUP.check(found or [(0.0, "")])
+    failures = [(1.0, f"of the no-load run, {words}") for words in differences]
+    return ONE_SETUP.check(failures or [(0.0, "")])
 
 
 def unloaded_check(
@@ -102,11 +103,11 @@ def unloaded_check(
         check,
         biases=tuple(
             Bias(
-                f"{each.frequency_hz:.4g} Hz",
-                -most * each.torque.value,
-                most * abs(each.torque.value) / 2,
+                f"{point.frequency_hz:.4g} Hz",
+                -most * point.torque.value,
+                most * abs(point.torque.value) / 2,
             )
-            for each in compensated
+            for point in compensated
         ),
     )
 

@@ -210,7 +210,9 @@ class TorqueSettings(Settings):
     @property
     def primary_plugin(self) -> CompensationRef | None:
         """The compensation that the headline and the verdict use."""
-        return next((each for each in self.compensations if each.label == self.primary), None)
+        return next(
+            (reference for reference in self.compensations if reference.label == self.primary), None
+        )
 
     def yields(self, symbol: str, text: str, kind: MeasurandKind | None) -> ResultDefinition | None:
         """Return the definition of the compensated torque; None where nothing is compensated."""

@@ -49,18 +49,18 @@ def waveforms(values: Samples, starts: Array) -> Array:
         return resample(values, starts, PHASES)
     row = row_of(cycles)
     total = np.zeros((rows_of(cycles), PHASES))
-    for some, each in resampled(values, starts, PHASES):
-        rows, first = np.unique(row[some], return_index=True)
-        total[rows] += np.add.reduceat(each, first, axis=0)
+    for part, block in resampled(values, starts, PHASES):
+        rows, first = np.unique(row[part], return_index=True)
+        total[rows] += np.add.reduceat(block, first, axis=0)
     return np.asarray(total / np.bincount(row)[:, None])
 
 
 def mean_of(values: Samples, starts: Array, offset: float, kept: Mask) -> Array:
     """Return the mean of values less an offset over the kept cycles, shape (PHASES,)."""
     total = np.zeros(PHASES)
-    for some, rows in resampled(values, starts, PHASES):
-        mine = (rows - offset)[kept[some]]
-        if len(mine) == kept.sum():
-            return np.asarray(mine.mean(axis=0))
-        total += mine.sum(axis=0)
+    for part, rows in resampled(values, starts, PHASES):
+        kept_rows = (rows - offset)[kept[part]]
+        if len(kept_rows) == kept.sum():
+            return np.asarray(kept_rows.mean(axis=0))
+        total += kept_rows.sum(axis=0)
     return np.asarray(total / kept.sum())

@@ -11,7 +11,7 @@ from rigrunner.api.analysis import Component
 from rigrunner.api.data import Estimate
 from rigrunner_bearings.api.compensations import CompensatedPoint, Compensation
 from rigrunner_bearings.signal.kinematics import swing_angle
-from rigrunner_bearings.torque.diagnosis import Diagnosed, diagnose
+from rigrunner_bearings.torque.diagnosis import PreparedRuns, diagnose
 from unit.analysis.helpers_analysis import RATIO, recording, run_of, swing_point
 
 PEAKS = np.linspace(0.9, 1.1, 12)
@@ -36,7 +36,7 @@ def compensation(name, input_u, sensitivity):
 def found(name, point, primary, *runs, moved_nm=()):
     """Return the biases of a check that is to have found something."""
     run, no_load_run = (*runs, None, None)[:2]
-    diagnosed = Diagnosed(run or run_of(recording(PEAKS)), no_load_run, (point,), (), moved_nm)
+    diagnosed = PreparedRuns(run or run_of(recording(PEAKS)), no_load_run, (point,), (), moved_nm)
     (check,) = (c for c in diagnose(diagnosed, primary, own_no_load=False) if c.name == name)
     assert not check.ok
     return [each.value for each in check.biases]

@@ -107,9 +107,9 @@ def test_no_more_is_kept_than_the_latest_samples(monkeypatch):
     follow(fold, whole, run_of(whole))
     fold.findings()
     wanted = max(2000, live.KEPT_CYCLES * whole.rate_hz / 10.0)
-    assert wanted <= fold._now.window().samples <= wanted + 200
-    latest = whole.channels["tester.torque"][-fold._now.window().samples :]
-    assert np.array_equal(fold._now.window().channels["tester.torque"], latest)
+    assert wanted <= fold._current.window().samples <= wanted + 200
+    latest = whole.channels["tester.torque"][-fold._current.window().samples :]
+    assert np.array_equal(fold._current.window().channels["tester.torque"], latest)
 
 
 def test_after_a_gap_it_begins_anew(swings):
@@ -120,7 +120,7 @@ def test_after_a_gap_it_begins_anew(swings):
     blocks = list(blocks_of(whole, 200))
     for block in (*blocks[:20], *blocks[30:]):
         fold.take(block)
-    assert fold._now.window().samples == whole.samples - 30 * 200
+    assert fold._current.window().samples == whole.samples - 30 * 200
 
 
 @pytest.mark.parametrize("frequency_hz", [0.0, None])

@@ -76,7 +76,7 @@ def checked(method, made, how=HOW, headline=None):
         points,
         headline or Estimate(float(mean), points[0].torque.u),
         name="mean_of_peaks",
-        how=how,
+        spec=how,
         zeroed=True,
         progress=lambda *_: None,
     )
