@@ -91,10 +91,10 @@ def bearing_torque(line: DriveLine, friction: SupportFriction, pair: Pair) -> Ar
     by, because the coupling twists otherwise under load, and what the inertia does if the runs were
     not quite at the same frequency, is taken out.
     """
-    return rest(line, friction, pair.loaded) - rest(line, friction, pair.no_load)
+    return unexplained(line, friction, pair.loaded) - unexplained(line, friction, pair.no_load)
 
 
-def rest(line: DriveLine, friction: SupportFriction, mean: MeanSwing) -> Array:
+def unexplained(line: DriveLine, friction: SupportFriction, mean: MeanSwing) -> Array:
     """Return what neither inertia nor the support's known friction explains of one run."""
     frequency = mean.frequency_hz
     inertial = line.inertia_kgm2 * friction.swing.acceleration_per_hz2 * frequency**2
@@ -116,11 +116,11 @@ def _friction(line: DriveLine, friction: SupportFriction, mean: MeanSwing) -> Ar
 
 def _twist(line: DriveLine, mean: MeanSwing) -> Array:
     """Return the twist in one run, which says where friction acts and where the load reverses."""
-    return _any_twist(replace(line, share=0.0, harmonics=0), mean)
+    return _cached_twist(replace(line, share=0.0, harmonics=0), mean)
 
 
 @lru_cache(maxsize=REMEMBERED)
-def _any_twist(line: DriveLine, mean: MeanSwing) -> Array:
+def _cached_twist(line: DriveLine, mean: MeanSwing) -> Array:
     return line.twist(mean.waveform, mean.frequency_hz)
 
 

@@ -42,11 +42,11 @@ def noise_bias(bearing_nm: Array, runs: Sequence[Array], where: Reversals) -> fl
     """
     index = np.concatenate([where.forward, where.backward])
     split = len(where.forward)
-    here = type(where)(np.arange(split), np.arange(split, len(index)))
+    local = type(where)(np.arange(split), np.arange(split, len(index)))
     rng, curve = np.random.default_rng(SEED), bearing_nm[index]
-    errors = sum((_errors(each[:, index], rng) for each in runs), np.zeros((DRAWS, len(index))))
-    both = here.torque(curve + errors) + here.torque(curve - errors)
-    return float(np.mean(both) / 2 - here.torque(curve))
+    errors = sum((_errors(curves[:, index], rng) for curves in runs), np.zeros((DRAWS, len(index))))
+    raised = local.torque(curve + errors) + local.torque(curve - errors)
+    return float(np.mean(raised) / 2 - local.torque(curve))
 
 
 def _errors(without_each: Array, rng: np.random.Generator) -> Array:
@@ -60,7 +60,7 @@ def _errors(without_each: Array, rng: np.random.Generator) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-class Evaluated:
+class Evaluation:
     """The torque of a pair, and what led to it."""
 
     pair: Pair
@@ -80,25 +80,25 @@ class Evaluated:
         return self.maximum_nm - self.bias_nm
 
 
-def evaluate(rig: Identified, pair: Pair, window_rad: float) -> Evaluated:
+def evaluate(rig: Identified, pair: Pair, window_rad: float) -> Evaluation:
     """Return the torque of a pair on the rig as it was learned."""
     line, friction = rig.line, rig.friction
     bearing = bearing_torque(line, friction, pair)
     where = reversals(line, friction, pair.loaded, window_rad)
-    without = (
+    without_each = (
         replicates(line, bearing, pair.loaded, +1),
         replicates(line, bearing, pair.no_load, -1),
     )
     noisy = [
-        each
-        for each, run in zip(without, (pair.loaded, pair.no_load), strict=True)
+        curves
+        for curves, run in zip(without_each, (pair.loaded, pair.no_load), strict=True)
         if run.of_cycles
     ]
-    return Evaluated(
+    return Evaluation(
         pair=pair,
         bearing_nm=bearing,
         where=where,
-        without_each_nm=without,
+        without_each_nm=without_each,
         maximum_nm=float(where.torque(bearing)),
         bias_nm=noise_bias(bearing, noisy, where),
     )

@@ -128,9 +128,9 @@ def _rig_part(curve: Curve, frequency_hz: float) -> tuple[float, tuple[Effect, .
     In directions in which the coefficients are independent of each other, each of them common to
     all points: so the covariance between two frequencies is carried too.
     """
-    at = np.array([frequency_hz])
-    value, u = curve.predict(at)
-    spread = curve.spread(at)[0] if isinstance(curve, Spreading) else u
+    at_hz = np.array([frequency_hz])
+    value, u = curve.predict(at_hz)
+    spread = curve.spread(at_hz)[0] if isinstance(curve, Spreading) else u
     directions = [
         Input(
             f"{FIT}, direction {number}",
@@ -146,7 +146,7 @@ def _rig_part(curve: Curve, frequency_hz: float) -> tuple[float, tuple[Effect, .
         for number in range(1, len(spread) + 1)
     ]
     return float(value[0]), tuple(
-        Effect(each, -float(row)) for each, row in zip(directions, spread, strict=True)
+        Effect(direction, -float(row)) for direction, row in zip(directions, spread, strict=True)
     )
 
 

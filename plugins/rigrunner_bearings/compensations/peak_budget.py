@@ -30,7 +30,7 @@ SINGLE_VALUES = (
 
 def frequency_effect(slope_nm_per_hz: float, frequency_hz: Estimate) -> Effect:
     """Return what not knowing the frequency makes of a no-load peak that goes with it."""
-    known = Input(
+    frequency = Input(
         "frequency",
         frequency_hz.value,
         frequency_hz.u,
@@ -38,7 +38,7 @@ def frequency_effect(slope_nm_per_hz: float, frequency_hz: Estimate) -> Effect:
         Distribution.RECTANGULAR if isinf(frequency_hz.dof) else Distribution.T,
         "Hz",
     )
-    return Effect(known, -slope_nm_per_hz)
+    return Effect(frequency, -slope_nm_per_hz)
 
 
 def scattered_peaks(*points: PeakPoint) -> list[Array]:
@@ -49,9 +49,9 @@ def scattered_peaks(*points: PeakPoint) -> list[Array]:
 
 def notes_on(points: Iterable[PeakPoint]) -> tuple[str, ...]:
     """Return what is to be said of any difference of such peaks."""
-    seen = tuple(points)
-    single = any(point.cycles == 1 for point in seen)
-    entered = any(point.motion is MotionSource.ENTERED for point in seen)
+    all_points = tuple(points)
+    single = any(point.cycles == 1 for point in all_points)
+    entered = any(point.motion is MotionSource.ENTERED for point in all_points)
     return (
         SAME_PHASE,
         *((SINGLE_VALUES,) if single else (NOISY_MAXIMUM,)),

@@ -85,9 +85,9 @@ def _frequency(loaded: PeakPoint, no_load: PeakPoint, others: Sequence[PeakPoint
     Each has its own uncertainty, and what they are seen to differ by is not corrected.
     """
     estimates = loaded.frequency_hz, no_load.frequency_hz
-    apart = (estimates[0].value - estimates[1].value) / sqrt(3)
-    u = hypot(estimates[0].u, estimates[1].u, apart)
-    dof = min(each.dof for each in estimates)
+    difference = (estimates[0].value - estimates[1].value) / sqrt(3)
+    u = hypot(estimates[0].u, estimates[1].u, difference)
+    dof = min(estimate.dof for estimate in estimates)
     return frequency_effect(_slope(no_load, others), Estimate(0.0, u, dof, "Hz"))
 
 
@@ -96,9 +96,9 @@ def _slope(point: PeakPoint, others: Sequence[PeakPoint]) -> float:
 
     From the neighbour in frequency; of a single point, what inertia alone would make: 2 T/f.
     """
-    own, hertz = mean_peak(point).value, point.frequency_hz.value
-    away = [each for each in others if abs(each.frequency_hz.value - hertz) > APART * hertz]
-    if not away:
-        return 2 * own / hertz
-    next_to = min(away, key=lambda each: abs(each.frequency_hz.value - hertz))
-    return (mean_peak(next_to).value - own) / (next_to.frequency_hz.value - hertz)
+    peak_nm, hertz = mean_peak(point).value, point.frequency_hz.value
+    distant = [other for other in others if abs(other.frequency_hz.value - hertz) > APART * hertz]
+    if not distant:
+        return 2 * peak_nm / hertz
+    neighbour = min(distant, key=lambda other: abs(other.frequency_hz.value - hertz))
+    return (mean_peak(neighbour).value - peak_nm) / (neighbour.frequency_hz.value - hertz)

@@ -65,9 +65,9 @@ class RigErrors:
         torque_nm = growth * self.rig.friction.dry_nm
         harmonics = np.arange(len(torque_nm) // 2 + 1, dtype=np.float64)
         at_sensor = self.rig.line.sensor(point.frequency_hz.value * harmonics)
-        seen = response.apply(at_sensor, torque_nm)
-        step = len(seen) // point.torque_nm.shape[1]
-        return replace(point, torque_nm=point.torque_nm + seen[::step])
+        sensor_nm = response.apply(at_sensor, torque_nm)
+        step = len(sensor_nm) // point.torque_nm.shape[1]
+        return replace(point, torque_nm=point.torque_nm + sensor_nm[::step])
 
 
 def _drawn(error: Input | None, rng: Generator) -> float:

@@ -1,4 +1,4 @@
-"""What the compensations can be told; loads without numpy."""
+"""The settings of the compensations; loads without numpy."""
 
 from __future__ import annotations
 

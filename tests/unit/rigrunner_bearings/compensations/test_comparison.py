@@ -9,7 +9,7 @@ import pytest
 
 from rigrunner.signal.coverage import expanded
 from rigrunner_bearings.compensations import hum
-from rigrunner_bearings.compensations.comparison import LINE, compared
+from rigrunner_bearings.compensations.comparison import LINE, comparable_runs
 from rigrunner_bearings.compensations.inverse import TemplateInverse
 from rigrunner_bearings.compensations.settings import TemplateInverseSettings
 from rigrunner_bearings.devices.swing_tester_sim.parameters import RigParameters
@@ -43,8 +43,8 @@ def scaled(made, gains):
 def comparison(made, **settings):
     chosen = TemplateInverseSettings.model_validate(settings)
     method = TemplateInverse(chosen)
-    rig = method._learned(made)
-    return compared(rig, made, method.templates(made, rig), chosen)
+    rig = method._identified_rig(made)
+    return comparable_runs(rig, made, method.templates(made, rig), chosen)
 
 
 def line_of(point, name):

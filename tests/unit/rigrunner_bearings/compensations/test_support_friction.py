@@ -74,5 +74,5 @@ def test_noise_of_the_line_prolonged_to_rest_stays_out():
     friction = make_friction(SWING, RIGID, DRY - KNOWN_HZ * wrong, growth, KNOWN_HZ)
     assert np.std(friction.dry_nm - DRY) > 0.01, "there is noise to keep out"
     assert np.std(friction.torque(0.0, RIGID, 1.0) - DRY) < 0.001
-    seen = friction.seen(20.0, RIGID, 1.0)
+    seen = friction.measured_torque(20.0, RIGID, 1.0)
     np.testing.assert_allclose(seen, friction.dry_nm + 20 * growth, atol=1e-12)
