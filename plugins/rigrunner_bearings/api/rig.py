@@ -225,4 +225,5 @@ def planned_rig(planned: PlannedRun) -> RigDescription:
 
 def torque_instruments(register: Iterable[Instrument]) -> dict[str, Instrument]:
     """Return the torque transducers of a register, by channel."""
-    return {each.channel: each for each in register if each.quantity == TORQUE}
+    transducers = (instrument for instrument in register if instrument.quantity == TORQUE)
+    return {transducer.channel: transducer for transducer in transducers}
