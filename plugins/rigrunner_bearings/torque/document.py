@@ -76,13 +76,13 @@ def _point(point: PeakPoint) -> Json:
 def _rejections(rejections: Iterable[Rejection]) -> list[Json]:
     return [
         {
-            "cycle": each.index,
-            "value": quantity(each.value, TORQUE),
-            "rule": each.rule,
-            "statistic": number(each.statistic),
-            "critical": number(each.critical),
+            "cycle": rejection.index,
+            "value": quantity(rejection.value, TORQUE),
+            "rule": rejection.rule,
+            "statistic": number(rejection.statistic),
+            "critical": number(rejection.critical),
         }
-        for each in rejections
+        for rejection in rejections
     ]
 
 

@@ -24,7 +24,7 @@ CRANK_PHASE = Axis(
     "crank phase",
     low=0.0,
     high=TURN_DEG,
-    ticks=tuple((float(each), f"{each}°") for each in range(0, 361, 90)),
+    ticks=tuple((float(degrees), f"{degrees}°") for degrees in range(0, 361, 90)),
 )
 
 
