@@ -75,7 +75,7 @@ def _results(details: TorqueDetails, run: RunData) -> Results | None:
         motion="start"
         if any(isinstance(point, StartPoint) for point in details.loaded)
         else "swing",
-        points=tuple(_point(point, details.loaded) for point in points),
+        points=tuple(map(_point, points, details.loaded)),
     )
 
 
@@ -154,10 +154,7 @@ def _extremes(points: Sequence[PeakPoint]) -> tuple[float, float]:
     return min(values), max(values)
 
 
-def _point(compensated: CompensatedPoint, points: Sequence[PeakPoint]) -> PointResult:
-    # Its recording: the same set-point, the nearest in frequency.
-    same = [point for point in points if point.set_frequency_hz == compensated.set_frequency_hz]
-    point = min(same, key=lambda point: abs(point.frequency_hz.value - compensated.frequency_hz))
+def _point(compensated: CompensatedPoint, point: PeakPoint) -> PointResult:
     torque = stated(compensated.torque, f"the result of {point.recording}")
     raw_nm = mean_peak(point).value
     peaks = int(point.peak_kept.sum())

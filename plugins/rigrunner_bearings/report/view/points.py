@@ -64,14 +64,14 @@ def set_points(report: ReportInput) -> tuple[SetPoint, ...]:
         SetPoint(
             point=point,
             by_method={
-                name: compensated
+                name: compensation.points[place]
                 for name, compensation in torque.compensations.items()
-                if (compensated := _of_recording(point, compensation.points)) is not None
+                if compensation.points
             },
             truth=report.truth.get(point.recording, {}),
             truth_nm=true_torque(report.truth.get(point.recording, {}), measurand),
         )
-        for point in torque.loaded
+        for place, point in enumerate(torque.loaded)
     )
 
 
@@ -135,13 +135,3 @@ def error(set_point: SetPoint, name: str, compensation: Compensation) -> float |
 def _trace(set_point: SetPoint, method: str) -> Trace | None:
     result = set_point.by_method.get(method)
     return result.trace if result else None
-
-
-def _of_recording(
-    point: PeakPoint, candidates: Sequence[CompensatedPoint]
-) -> CompensatedPoint | None:
-    """Return the candidate of this recording: the same set-point, the nearest in frequency."""
-    same = [other for other in candidates if other.set_frequency_hz == point.set_frequency_hz]
-    return min(
-        same, key=lambda other: abs(other.frequency_hz - point.frequency_hz.value), default=None
-    )

@@ -92,22 +92,19 @@ def test_rejected_cycles_are_counted_and_listed(result, points):
 
 
 def test_a_repeated_set_point_finds_its_own_result(result):
-    twin = replace(
-        torque_of(result).loaded[0],
-        recording="again",
-        frequency_hz=replace(torque_of(result).loaded[0].frequency_hz, value=1.2),
-    )
+    """Its frequency may be the same number, as that of one that was only entered."""
+    twin = replace(torque_of(result).loaded[0], recording="again", load_n=500.0)
     name = "template_inverse"
     compensation = torque_of(result).compensations[name]
-    second = replace(compensation.points[0], frequency_hz=1.2)
-    other = changed(
+    twin_result = replace(compensation.points[0], raw_nm=0.5)
+    repeated = changed(
         result,
         loaded=(twin, *torque_of(result).loaded),
-        compensations={name: replace(compensation, points=(*compensation.points, second))},
+        compensations={name: replace(compensation, points=(twin_result, *compensation.points))},
     )
-    first, other, *_ = set_points(report_input(other))
-    assert first.by_method[name] is second
-    assert other.by_method[name] is compensation.points[0]
+    first, second, *_ = set_points(report_input(repeated))
+    assert first.by_method[name] is twin_result
+    assert second.by_method[name] is compensation.points[0]
 
 
 def test_a_truth_belongs_to_the_measurand_that_has_its_name():
