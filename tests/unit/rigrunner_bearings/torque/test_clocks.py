@@ -46,7 +46,7 @@ def _made(value):
     return CompensatedPoint(HERTZ, HERTZ, value, 0.0, Estimate(value, BASE.u, BASE.dof), (BASE,))
 
 
-def sweep(u_s):
+def sweep_of(u_s):
     """Return a sweep of cos(phi), amplitude 3 loaded and 1 without load, so badly aligned."""
     loaded = replace(swing_point(np.full(6, 3.0), HERTZ), alignment_u_s=u_s)
     no_load = replace(swing_point(np.full(6, 1.0), HERTZ, load_n=0.0), alignment_u_s=u_s)
@@ -63,7 +63,7 @@ TOLERATED_S = SHARE * TORQUE_NM / effect_nm(1.0)
 
 def test_within_the_tolerance_it_is_a_line_of_the_budget():
     u_s = 0.5 * TOLERATED_S
-    found = compensated(difference, sweep(u_s))
+    found = compensated(difference, sweep_of(u_s))
     (line,) = (c for c in found.points[0].components if c.name == ALIGNMENT)
     assert line.u == pytest.approx(effect_nm(u_s), rel=1e-3)
     assert not line.common
@@ -75,7 +75,7 @@ def test_within_the_tolerance_it_is_a_line_of_the_budget():
 
 def test_beyond_it_is_refused_with_what_is_and_what_may_be():
     u_s = 2 * TOLERATED_S
-    found = compensated(difference, sweep(u_s))
+    found = compensated(difference, sweep_of(u_s))
     assert found.points == ()
     assert f"aligned to {1e3 * u_s:.2g} ms" in found.not_applicable
     assert f"at 10 Hz {1e3 * TOLERATED_S:.2g} ms is allowed" in found.not_applicable
@@ -100,18 +100,18 @@ def test_a_single_value_has_no_doubt_about_its_clocks():
 
 
 def test_a_doubt_of_a_whole_cycle_does_not_pass_for_none():
-    found = compensated(difference, sweep(1 / HERTZ))
+    found = compensated(difference, sweep_of(1 / HERTZ))
     assert found.not_applicable
 
 
 def test_methods_that_no_shift_moves_are_left_alone():
-    found = compensated(peaks, sweep(1.0))
+    found = compensated(peaks, sweep_of(1.0))
     assert found.points
     assert found.checks == ()
 
 
 def test_one_clock_leaves_no_doubt():
-    found = compensated(difference, sweep(0.0))
+    found = compensated(difference, sweep_of(0.0))
     assert found.checks == found.notes == ()
 
 
@@ -128,6 +128,6 @@ def test_a_method_that_fails_on_two_clocks_says_that_there_are_two():
         raise DataError("no reversal", hint="look at the signal")
 
     with pytest.raises(DataError, match="no reversal; torque and angle were sampled by two clocks"):
-        compensated(failing, sweep(4.1e-3))
+        compensated(failing, sweep_of(4.1e-3))
     with pytest.raises(DataError, match=r"^no reversal \(look at the signal\)$"):
-        compensated(failing, sweep(0.0))
+        compensated(failing, sweep_of(0.0))

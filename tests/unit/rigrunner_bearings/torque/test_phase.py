@@ -40,7 +40,7 @@ def made(value):
     return CompensatedPoint(10.0, 10.0, value, 0.0, Estimate(value, BASE.u, BASE.dof), (BASE,))
 
 
-def sweep(common=0.0, own=0.0):
+def sweep_of(common=0.0, own=0.0):
     """Return a sweep of cos(phi), amplitude 3 loaded and 1 without load."""
     doubt = {"phase_common_u_rad": common, "phase_u_rad": own}
     loaded = replace(swing_point(np.full(6, 3.0), 10.0), **doubt)
@@ -53,13 +53,13 @@ def component(found, name):
 
 
 def test_an_angle_leaves_the_method_as_it_is():
-    found = compensated(difference, sweep())
+    found = compensated(difference, sweep_of())
     assert found.points[0].components == (BASE,)
     assert found.notes == ()
 
 
 def test_a_common_error_moves_both_runs():
-    found = compensated(difference, sweep(common=0.02))
+    found = compensated(difference, sweep_of(common=0.02))
     assert component(found, COMMON) == pytest.approx((3 - 1) * np.sin(0.02))
     assert component(found, OWN) is None
     assert NOTE in found.notes
@@ -71,18 +71,18 @@ def test_the_worse_of_early_and_late_counts(sign):
         (point,) = difference(each).points
         return Compensation("one-sided", (made(max(sign * point.torque.value, 0.0)),))
 
-    found = compensated(one_sided, sweep(common=0.02))
+    found = compensated(one_sided, sweep_of(common=0.02))
     assert component(found, COMMON) == pytest.approx((3 - 1) * np.sin(0.02))
 
 
 def test_the_own_errors_of_both_runs_add_as_independent():
-    found = compensated(difference, sweep(own=0.02))
+    found = compensated(difference, sweep_of(own=0.02))
     assert component(found, OWN) == pytest.approx(np.hypot(3, 1) * np.sin(0.02))
     assert component(found, COMMON) is None
 
 
 def test_each_point_of_a_run_is_moved_by_its_own_error():
-    one = sweep(own=0.02)
+    one = sweep_of(own=0.02)
     several = replace(one, loaded=3 * one.loaded, no_load=3 * one.no_load)
     found = compensated(difference, several)
     own = [c.u for point in found.points for c in point.components if c.name == OWN]
@@ -90,7 +90,7 @@ def test_each_point_of_a_run_is_moved_by_its_own_error():
 
 
 def test_the_combined_uncertainty_contains_them():
-    point = compensated(difference, sweep(common=0.02, own=0.01)).points[0]
+    point = compensated(difference, sweep_of(common=0.02, own=0.01)).points[0]
     parts = [BASE.u, 2 * np.sin(0.02), np.sqrt(10) * np.sin(0.01)]
     assert point.torque.u == pytest.approx(np.sqrt(np.sum(np.square(parts))))
     assert point.torque.dof > BASE.dof
@@ -98,6 +98,6 @@ def test_the_combined_uncertainty_contains_them():
 
 
 def test_a_peak_method_does_not_care():
-    found = compensated(peaks, sweep(common=0.02, own=0.01))
+    found = compensated(peaks, sweep_of(common=0.02, own=0.01))
     assert found.points[0].components == (BASE,)
     assert found.notes == ()

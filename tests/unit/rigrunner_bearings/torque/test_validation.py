@@ -62,7 +62,7 @@ def mean_of_peaks(u_gain, extra=(), u_peaks=U_PEAKS):
     return method
 
 
-def sweep(gain="3 %", frequencies=(5.0, 10.0)):
+def sweep_of(gain="3 %", frequencies=(5.0, 10.0)):
     points = tuple(peak_point(hz) for hz in frequencies)
     return Sweep(points, (), None, instrument(gain=gain), None)
 
@@ -86,7 +86,7 @@ U_GAIN = 0.03 * PEAKS.mean() / sqrt(3)
 
 
 def test_a_true_budget_agrees_with_draws_of_the_data():
-    found = checked(mean_of_peaks(U_GAIN), sweep(), headline=headline())
+    found = checked(mean_of_peaks(U_GAIN), sweep_of(), headline=headline())
     assert found.pipeline.mean.agrees
     assert all(point.agrees for point in found.pipeline.points)
     assert found.pipeline.mean.u == pytest.approx(headline().u, rel=0.1)
@@ -101,7 +101,7 @@ def headline():
 @pytest.mark.parametrize("factor", [0.5, 2.0])
 def test_a_budget_that_states_another_effect_does_not(factor):
     """The trials of the equation cannot see it: they draw what the budget states."""
-    found = checked(mean_of_peaks(factor * U_GAIN, u_peaks=factor * U_PEAKS), sweep())
+    found = checked(mean_of_peaks(factor * U_GAIN, u_peaks=factor * U_PEAKS), sweep_of())
     assert not found.pipeline.mean.agrees
     assert not found.agrees
     assert found.pipeline.mean.gum_is_wider == (factor > 1)
@@ -110,14 +110,14 @@ def test_a_budget_that_states_another_effect_does_not(factor):
 
 
 def test_common_errors_stay_in_the_mean_and_the_others_average():
-    trials = checked(mean_of_peaks(U_GAIN), sweep(), headline=headline()).equation
+    trials = checked(mean_of_peaks(U_GAIN), sweep_of(), headline=headline()).equation
     assert trials.mean.u == pytest.approx(sqrt(U_GAIN**2 + U_PEAKS**2 / 2 * 9 / 7), rel=0.005)
     assert trials.points[0].u == pytest.approx(sqrt(U_GAIN**2 + U_PEAKS**2 * 9 / 7), rel=0.005)
     assert trials.trials >= 1_000_000
 
 
 def test_a_rectangle_alone_is_narrower_than_the_gum_says():
-    found = checked(mean_of_peaks(U_GAIN, u_peaks=1e-6), sweep())
+    found = checked(mean_of_peaks(U_GAIN, u_peaks=1e-6), sweep_of())
     edge = 0.95 * 0.03 * PEAKS.mean()
     assert found.equation.mean.high - PEAKS.mean() == pytest.approx(edge, rel=0.01)
     assert not found.equation.mean.agrees
@@ -127,7 +127,7 @@ def test_a_rectangle_alone_is_narrower_than_the_gum_says():
 
 def test_what_is_no_error_of_the_data_is_added_as_the_budget_states():
     extra = (Component("method", 0.2, inf, "normal", common=True),)
-    found = checked(mean_of_peaks(U_GAIN, extra), sweep(gain="0 %"))
+    found = checked(mean_of_peaks(U_GAIN, extra), sweep_of(gain="0 %"))
     assert found.pipeline.as_effects == ("method",)
     assert found.pipeline.through_the_data == ("scatter between cycles", "sensor gain")
     assert found.pipeline.mean.u == pytest.approx(sqrt(0.04 + U_PEAKS**2 / 2), rel=0.1)
@@ -136,14 +136,14 @@ def test_what_is_no_error_of_the_data_is_added_as_the_budget_states():
 def test_the_same_seed_gives_the_same_numbers():
     method = mean_of_peaks(U_GAIN)
     first, again, other = (
-        checked(method, sweep(), MonteCarloSpec(draws=500, seed=seed)) for seed in (4, 4, 5)
+        checked(method, sweep_of(), MonteCarloSpec(draws=500, seed=seed)) for seed in (4, 4, 5)
     )
     assert first == again
     assert other.pipeline.mean.mean != first.pipeline.mean.mean
 
 
 def test_draws_that_the_method_refuses_are_counted():
-    made, times = sweep(), []
+    made, times = sweep_of(), []
     points = mean_of_peaks(U_GAIN)(made).points
 
     def moody(changed):
