@@ -39,23 +39,28 @@ def part(name, place, celsius):
     begun = START + timedelta(hours=PLACES[name])
     return tuple(
         replace(
-            each,
-            name=f"{name} {each.name}",
+            recording,
+            name=f"{name} {recording.name}",
             started_utc=begun.isoformat(),
-            conditions={**each.conditions, "tester.temperature": 273.15 + celsius},
+            conditions={**recording.conditions, "tester.temperature": 273.15 + celsius},
         )
-        for each in run.recordings
+        for recording in run.recordings
     )
 
 
 def run_of(friction, celsius=(20.0, 20.0, 20.0), parts=tuple(PLACES)):
     """Return a run whose support's friction is at those places between begin and end."""
-    made = zip(PLACES, friction, celsius, strict=True)
-    recordings = [one for each in made if each[0] in parts for one in part(*each)]
+    arguments = zip(PLACES, friction, celsius, strict=True)
+    recordings = [
+        recording
+        for part_arguments in arguments
+        if part_arguments[0] in parts
+        for recording in part(*part_arguments)
+    ]
     return replace(run_data(RIG, 1000.0, FREQUENCIES[:1], seed=3), recordings=tuple(recordings))
 
 
-def found(run, **no_load):
+def compensation_of(run, **no_load):
     spec = SwingTorque.model_validate(
         {
             "no_load": {"from": "this run", **no_load},
@@ -74,7 +79,7 @@ def between(before, loaded, after):
     return replace(loaded, partners={"no_load": before, "no_load_after": after})
 
 
-def found_of_three(friction, **no_load):
+def result_of_three(friction, **no_load):
     """Return what is found of three runs of their own, at those places between begin and end."""
     before, loaded, after = (
         replace(run_of(friction, parts=(name,)), run_id=name, zeros={}) for name in PLACES
@@ -87,8 +92,8 @@ def found_of_three(friction, **no_load):
             "compensations": ["template_inverse"],
         }
     )
-    known = {"acceptance": None, "measurand": MEASURAND, "lookup": load_registry()}
-    return analyse(between(before, loaded, after), (asked(spec),), **known)
+    context = {"acceptance": None, "measurand": MEASURAND, "lookup": load_registry()}
+    return analyse(between(before, loaded, after), (asked(spec),), **context)
 
 
 def errors_nm(compensation):
@@ -101,7 +106,9 @@ def errors_nm(compensation):
 
 
 def line(point):
-    return next((each for each in point.components if each.name.startswith(NAMED)), None)
+    return next(
+        (component for component in point.components if component.name.startswith(NAMED)), None
+    )
 
 
 STEADY = (0.0, 0.5, 1.0)
@@ -109,12 +116,12 @@ STEADY = (0.0, 0.5, 1.0)
 
 @pytest.fixture(scope="module")
 def drifting():
-    return found(run_of(STEADY))
+    return compensation_of(run_of(STEADY))
 
 
 def test_a_drift_over_time_is_taken_out(drifting):
     """3 % of 0.76 N·m, of which some 0.8 are in the torque, against the points before alone."""
-    alone = found(run_of(STEADY, parts=("before", "loaded")))
+    alone = compensation_of(run_of(STEADY, parts=("before", "loaded")))
     assert errors_nm(alone).mean() < -0.014
     assert abs(errors_nm(drifting).mean()) < 0.003
 
@@ -132,7 +139,7 @@ def test_half_the_difference_is_a_line_of_the_budget(drifting):
 @pytest.mark.thorough
 def test_the_interval_holds_a_drift_that_was_not_straight():
     """Nearly all of it before the loaded points."""
-    sudden = found(run_of((0.0, 0.9, 1.0)))
+    sudden = compensation_of(run_of((0.0, 0.9, 1.0)))
     error = errors_nm(sudden)
     assert error.mean() < -0.010
     assert all(abs(e) < expanded(p.torque) for e, p in zip(error, sudden.points, strict=True))
@@ -140,20 +147,22 @@ def test_the_interval_holds_a_drift_that_was_not_straight():
 
 @pytest.mark.thorough
 def test_a_temperature_tells_a_drift_that_was_not_straight():
-    warm = found(run_of((0.0, 0.9, 1.0), celsius=(20.0, 29.0, 30.0)), drift="tester.temperature")
+    warm = compensation_of(
+        run_of((0.0, 0.9, 1.0), celsius=(20.0, 29.0, 30.0)), drift="tester.temperature"
+    )
     assert line(warm.points[0]).name == f"{NAMED} (tester.temperature)"
     assert abs(errors_nm(warm).mean()) < 0.003
 
 
 @pytest.mark.thorough
 def test_a_temperature_that_does_not_change_tells_nothing():
-    steady = found(run_of(STEADY), drift="tester.temperature")
+    steady = compensation_of(run_of(STEADY), drift="tester.temperature")
     assert "by time, as tester.temperature does not tell" in line(steady.points[0]).name
     assert abs(errors_nm(steady).mean()) < 0.003
 
 
 def test_points_on_one_side_alone_have_no_such_line():
-    alone = found(run_of(STEADY, parts=("before", "loaded")))
+    alone = compensation_of(run_of(STEADY, parts=("before", "loaded")))
     assert all(line(point) is None for point in alone.points)
 
 
@@ -166,11 +175,13 @@ def test_a_drift_over_a_channel_needs_points_of_the_run_itself():
 
 @pytest.mark.thorough
 def test_runs_before_and_after_are_as_good_as_points_of_the_run_itself(drifting):
-    result = found_of_three(STEADY)
+    result = result_of_three(STEADY)
     apart = TorqueDetails.of(result).compensations["template_inverse"]
     np.testing.assert_allclose(errors_nm(apart), errors_nm(drifting), atol=1e-6)
-    both = ([line(point).u for point in each.points] for each in (apart, drifting))
-    np.testing.assert_allclose(*both, rtol=1e-3)
+    drift_u = (
+        [line(point).u for point in compensation.points] for compensation in (apart, drifting)
+    )
+    np.testing.assert_allclose(*drift_u, rtol=1e-3)
     assert result.run.partners["no_load_after"].run_id == "after"
 
 
@@ -180,9 +191,9 @@ def test_two_runs_that_are_not_around_the_loaded_one_are_refused():
     spec = SwingTorque.model_validate(
         {"no_load": {"procedure": "N", "after": True}, "compensations": ["template_inverse"]}
     )
-    known = {"acceptance": None, "measurand": MEASURAND, "lookup": load_registry()}
+    context = {"acceptance": None, "measurand": MEASURAND, "lookup": load_registry()}
     with pytest.raises(DataError, match="before and loaded are not before and after after"):
-        analyse(between(before, after, loaded), (asked(spec),), **known)
+        analyse(between(before, after, loaded), (asked(spec),), **context)
 
 
 def test_this_run_has_no_run_after_it():

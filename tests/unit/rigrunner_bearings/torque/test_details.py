@@ -38,11 +38,11 @@ def test_what_is_beyond_a_calibrated_range_is_said_of_the_run_in_which_it_was():
     )
     run, no_load = run_of(run_id="loaded"), run_of(run_id="unloaded")
     no_load = replace(no_load, instruments={"tester.torque": narrow})
-    found = TorqueDetails(
+    details = TorqueDetails(
         loaded=(swing_point([2.0, 2.0], 10.0),), no_load=(swing_point([2.0, 2.0], 10.0),)
     )
-    deviations = certified_torque(found, run, no_load).deviations
-    (beyond,) = (each for each in deviations if each.kind == "range")
+    deviations = certified_torque(details, run, no_load).deviations
+    (beyond,) = (deviation for deviation in deviations if deviation.kind == "range")
     assert beyond.run_id == "unloaded"
 
 
@@ -63,8 +63,8 @@ def test_two_loads_at_one_frequency_are_two_recordings_of_the_certificate():
 
 
 def test_plugins_made_by_the_first_version_still_find_the_compensations():
-    kept = TorqueDetails(compensations={"a": None})
+    details = TorqueDetails(compensations={"a": None})
     with pytest.warns(DeprecationWarning, match="import compensations_of from"):
-        assert result(AnalysisDetails(), kept).compensations == {"a": None}
+        assert result(AnalysisDetails(), details).compensations == {"a": None}
     with pytest.warns(DeprecationWarning, match="import compensations_of from"):
         assert result(AnalysisDetails()).compensations == {}
