@@ -201,16 +201,14 @@ class _TorqueOfRun:
             return None
         under_load = tuple(map(RecordedPoint, self._loaded_sources(), loaded))
         if spec.is_this_run:
-            no_load_sources = of_this_run(self.run, loaded=False)
-            return bracket(
-                under_load, tuple(map(RecordedPoint, no_load_sources, no_load)), spec.drift
-            )
+            unloaded = of_this_run(self.run, loaded=False)
+            return bracket(under_load, tuple(map(RecordedPoint, unloaded, no_load)), spec.drift)
         if self.no_load_run is None or self.no_load_after is None:
             return None
         early, late = sources(self.no_load_run), sources(self.no_load_after)
         after = self._points(self.no_load_after, late)
-        unloaded = tuple(map(RecordedPoint, (*early, *late), (*no_load, *after)))
-        around = bracket(under_load, unloaded, spec.drift)
+        without_load = tuple(map(RecordedPoint, (*early, *late), (*no_load, *after)))
+        around = bracket(under_load, without_load, spec.drift)
         if around is None:
             raise DataError(
                 f"{self.no_load_run.run_id} and {self.no_load_after.run_id} are not before and"
@@ -288,17 +286,14 @@ class _TorqueOfRun:
         """Return the Monte Carlo check of the primary method, where one is asked for."""
         if self.spec.validate_ is None or headline is None or self.context.interim:
             return None
-        (primary,) = (
-            reference
-            for reference in self.spec.compensations
-            if reference.label == self.spec.primary
-        )
+        primary = self.spec.primary
+        (reference,) = (each for each in self.spec.compensations if each.label == primary)
         return validate(
-            self._method(primary),
+            self._method(reference),
             self._sweep(loaded, no_load),
-            compensations[primary.label].points,
+            compensations[primary].points,
             headline,
-            name=primary.label,
+            name=primary,
             spec=self.spec.validate_.monte_carlo,
             zeroed=self._instrument().channel in self.run.zeros,
             progress=self.context.progress,

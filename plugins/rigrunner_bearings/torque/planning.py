@@ -306,23 +306,20 @@ def partner_problems(
     rig = planned_rig(planned)
     yield from setup_differences(rig_of(partner), transducers, rig, needed_transducers)
     recordings = sources(partner)
-    frequencies_hz = [
-        recording.setpoints.get(planned.cycle_drive or "", 0.0) for recording in recordings
-    ]
+    drive = planned.cycle_drive or ""
+    recorded_hz = [recording.setpoints.get(drive, 0.0) for recording in recordings]
     needed_hz = {point.frequency_hz for point in points_of(analysed(planned, spec))}
     missing = [
         hz
         for hz in sorted(needed_hz - {0.0})
-        if not any(
-            abs(recorded_hz - hz) <= _FREQUENCY_TOLERANCE * hz for recorded_hz in frequencies_hz
-        )
+        if not any(abs(other - hz) <= _FREQUENCY_TOLERANCE * hz for other in recorded_hz)
     ]
     if missing:
         yield f"it has no recording at {', '.join(f'{hz:g} Hz' for hz in missing)}"
     parts = requirers(spec, context.plugins)
-    yield from _unmet(parts, frequencies_hz, recordings)
+    yield from _unmet(parts, recorded_hz, recordings)
     least = max(part.needs.cycles for part in parts)
-    for hz, recording in zip(frequencies_hz, recordings, strict=True):
+    for hz, recording in zip(recorded_hz, recordings, strict=True):
         cycles = (
             int(recording.samples / recording.rate_hz * hz) - 1 if recording.samples > 1 else least
         )
@@ -331,14 +328,15 @@ def partner_problems(
 
 
 def _unmet(
-    parts: Sequence[Requirer], frequencies_hz: Sequence[float], recordings: Sequence[Recording]
+    parts: Sequence[Requirer], recorded_hz: Sequence[float], recordings: Sequence[Recording]
 ) -> Iterator[str]:
     """Yield which parts need more frequencies, or the crank phase, than the run has."""
-    frequencies = sorted(set(frequencies_hz))
+    frequencies = sorted(set(recorded_hz))
     shows_phase = all(
         motion_channel(recording)[0] is not MotionSource.ENTERED for recording in recordings
     )
-    for name, needs in ((part.name, part.needs) for part in parts):
+    for part in parts:
+        name, needs = part.name, part.needs
         if len(frequencies) < needs.points:
             got = ", ".join(f"{hz:g} Hz" for hz in frequencies) or "none"
             yield f"{name} needs {needs.points} different frequencies without load, got {got}"

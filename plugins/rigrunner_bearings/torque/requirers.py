@@ -94,12 +94,8 @@ def analysed(planned: PlannedRun, spec: TorqueSettings) -> PlannedRun:
         return planned
     return replace(
         planned,
-        recordings=tuple(
-            recording
-            for recording in planned.recordings
-            if matches(recording.coordinates, spec.where)
-        ),
-        rows=tuple(row for row in planned.rows if matches(row.coordinates, spec.where)),
+        recordings=tuple(x for x in planned.recordings if matches(x.coordinates, spec.where)),
+        rows=tuple(x for x in planned.rows if matches(x.coordinates, spec.where)),
     )
 
 
@@ -108,12 +104,11 @@ def points_of(planned: PlannedRun) -> list[Point]:
     if planned.recordings:
         return [
             Point(
-                frequency_hz=recording.record.cycle_frequency_hz or 0.0,
-                loaded=recording.record.setpoints.get(Member(recording.record.role, "load"), 0.0)
-                > 0,
-                shows_phase=bool(motion_channels(recording.record)),
+                frequency_hz=record.cycle_frequency_hz or 0.0,
+                loaded=record.setpoints.get(Member(record.role, "load"), 0.0) > 0,
+                shows_phase=bool(motion_channels(record)),
             )
-            for recording in planned.recordings
+            for record in (recording.record for recording in planned.recordings)
         ]
     return list(rows_of(planned))
 

@@ -41,9 +41,8 @@ class ScrutinisedMethod:
             need(not compensation.points, "points, and says that it is not applicable")
             return compensation
         for point in compensation.points:
-            if not isinstance(
-                point, CompensatedPoint
-            ):  # its arrays are formatted only where needed
+            # No `need`: it would format the arrays of each point.
+            if not isinstance(point, CompensatedPoint):
                 self.subject.refuse(f"{shown(point)}, expected a CompensatedPoint")
         frequencies_hz = [point.set_frequency_hz for point in compensation.points]
         expected_hz = [point.set_frequency_hz for point in sweep.loaded]

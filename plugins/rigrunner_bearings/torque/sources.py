@@ -23,10 +23,8 @@ def chosen(run: RunData, where: Mapping[str, Any]) -> RunData:
     """Return a run with the recordings and rows that have these counters and labels alone."""
     if not where:
         return run
-    recordings = tuple(
-        recording for recording in run.recordings if matches(recording.coordinates, where)
-    )
-    rows = tuple(row for row in run.measurements if matches(row.coordinates, where))
+    recordings = tuple(x for x in run.recordings if matches(x.coordinates, where))
+    rows = tuple(x for x in run.measurements if matches(x.coordinates, where))
     return replace(run, recordings=recordings, measurements=rows)
 
 
@@ -53,11 +51,7 @@ def sources(run: RunData) -> tuple[Recording, ...]:
     """
     if run.recordings:
         return run.recordings
-    return tuple(
-        recording
-        for recording in _as_recordings(run.measurements)
-        if is_set(recording, "frequency")
-    )
+    return tuple(row for row in _as_recordings(run.measurements) if is_set(row, "frequency"))
 
 
 def of_this_run(run: RunData, *, loaded: bool) -> tuple[Recording, ...]:
