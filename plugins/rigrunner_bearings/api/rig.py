@@ -108,8 +108,7 @@ class RigDescription(Settings):
         Torque | None, Field(ge=0, description="design value, for the plan's prediction")
     ] = None
     support_damping: Annotated[
-        RotationalDamping | None,
-        Field(ge=0, description="design value, for the plan's prediction"),
+        RotationalDamping | None, Field(ge=0, description="design value, for the plan's prediction")
     ] = None
     swing_radius: Annotated[
         Length | None,

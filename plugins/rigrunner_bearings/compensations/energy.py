@@ -66,12 +66,7 @@ class Energy:
         return Compensation(MEASURAND, points, checks=energy_checks, notes=NOTES)
 
     def _point(
-        self,
-        sweep: Sweep,
-        ratio: float,
-        dry_nm: float,
-        loaded: SwingPoint,
-        no_load: SwingPoint,
+        self, sweep: Sweep, ratio: float, dry_nm: float, loaded: SwingPoint, no_load: SwingPoint
     ) -> tuple[CompensatedPoint, list[Array]]:
         """Return the point, and the torques of both runs without each of their cycles.
 

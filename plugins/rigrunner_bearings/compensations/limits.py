@@ -104,11 +104,7 @@ def support_growth(settings: SupportSettings, sweep: Sweep) -> SupportGrowth:
 
 def states_support(settings: SupportSettings, rig: RigDescription) -> bool:
     """Return whether station or procedure state how the support's friction changes under load."""
-    stated = (
-        rig.support_under_load,
-        rig.support_load_dependence,
-        settings.support_load_dependence,
-    )
+    stated = (rig.support_under_load, rig.support_load_dependence, settings.support_load_dependence)
     return any(value is not None for value in stated)
 
 

@@ -20,11 +20,7 @@ from rigrunner.signal.transducer import transducer_effects
 from rigrunner_bearings.api.compensations import Compensation
 from rigrunner_bearings.compensations import checks
 from rigrunner_bearings.compensations.limits import load
-from rigrunner_bearings.compensations.peak_budget import (
-    frequency_effect,
-    notes_on,
-    scattered_peaks,
-)
+from rigrunner_bearings.compensations.peak_budget import frequency_effect, notes_on, scattered_peaks
 from rigrunner_bearings.signal.compensated import compensated_point
 from rigrunner_bearings.signal.peaks import mean_peak, peak_points, scatter_effect
 from rigrunner_bearings.signal.sensor import difference_effects, gain

@@ -17,11 +17,7 @@ from rigrunner_bearings.api.compensations import Compensation
 from rigrunner_bearings.compensations import checks
 from rigrunner_bearings.compensations.limits import load
 from rigrunner_bearings.compensations.matching import pairs
-from rigrunner_bearings.compensations.peak_budget import (
-    frequency_effect,
-    notes_on,
-    scattered_peaks,
-)
+from rigrunner_bearings.compensations.peak_budget import frequency_effect, notes_on, scattered_peaks
 from rigrunner_bearings.signal.compensated import compensated_point
 from rigrunner_bearings.signal.peaks import mean_peak, scatter_effect
 from rigrunner_bearings.signal.sensor import difference_effects, gain
@@ -32,9 +28,7 @@ if TYPE_CHECKING:
     from rigrunner.api import Effect
     from rigrunner_bearings.api.compensations import CompensatedPoint, Sweep
     from rigrunner_bearings.api.points import PeakPoint
-    from rigrunner_bearings.compensations.settings import (
-        PeakSameFrequencySettings,
-    )
+    from rigrunner_bearings.compensations.settings import PeakSameFrequencySettings
 
 MEASURAND = "starting torque as the difference of raw peaks of the same frequency"
 APART = 0.05

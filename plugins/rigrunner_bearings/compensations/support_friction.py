@@ -95,11 +95,7 @@ class SupportFriction:
 
 
 def make_friction(
-    swing: Swing,
-    reference_twist_rad: Array,
-    dry_nm: Array,
-    growth_nm_per_hz: Array,
-    best_hz: float,
+    swing: Swing, reference_twist_rad: Array, dry_nm: Array, growth_nm_per_hz: Array, best_hz: float
 ) -> SupportFriction:
     """Return the friction whose torque is dry + f growth at the reference twist, arrays (n,).
 

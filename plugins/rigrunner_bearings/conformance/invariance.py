@@ -49,8 +49,7 @@ def common_offset_falls_out(subject: CompensationSubject) -> None:
 
 
 @check(
-    fix="look no-load points up by their frequency, not by their place",
-    needs=("points_are_whole",),
+    fix="look no-load points up by their frequency, not by their place", needs=("points_are_whole",)
 )
 def order_of_recordings_does_not_matter(subject: CompensationSubject) -> None:
     """In another order than the no-load recordings the loaded ones give the same."""

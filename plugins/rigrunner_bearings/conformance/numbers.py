@@ -11,13 +11,7 @@ from rigrunner.api.accuracy import Accuracy
 from rigrunner.signal.coverage import expanded
 from rigrunner.signal.uncertainty import combine
 from rigrunner_bearings.api.measurand import Condition, Nature
-from rigrunner_bearings.conformance.recordings import (
-    CLOSED_FORM,
-    TIME_DOMAIN,
-    Runs,
-    starts,
-    swings,
-)
+from rigrunner_bearings.conformance.recordings import CLOSED_FORM, TIME_DOMAIN, Runs, starts, swings
 from rigrunner_bearings.conformance.subject import torques_nm
 from rigrunner_bearings.torque.headline import compensated_mean
 from rigrunner_testing.check import applies, check, demand

@@ -257,10 +257,7 @@ class _TorqueOfRun:
         return replace(compensation, checks=checks)
 
     def _with_half_the_samples(
-        self,
-        loaded: tuple[PeakPoint, ...],
-        no_load: tuple[PeakPoint, ...],
-        primary: Compensation,
+        self, loaded: tuple[PeakPoint, ...], no_load: tuple[PeakPoint, ...], primary: Compensation
     ) -> tuple[float, ...]:
         plugin = self.spec.primary_plugin
         if plugin is None or not primary.points:

@@ -109,11 +109,7 @@ class _Maker:
 
 
 def _maker(
-    method: CompensationMethod,
-    sweep: Sweep,
-    points: Sequence[CompensatedPoint],
-    *,
-    zeroed: bool,
+    method: CompensationMethod, sweep: Sweep, points: Sequence[CompensatedPoint], *, zeroed: bool
 ) -> _Maker:
     generic = BY_CYCLES | BY_SENSOR
     if isinstance(method, Drawable):

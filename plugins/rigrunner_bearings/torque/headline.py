@@ -18,13 +18,7 @@ from rigrunner_bearings.torque.settings import FREQUENCY
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
-    from rigrunner.api import (
-        Component,
-        Estimate,
-        Instrument,
-        ResultDefinition,
-        RunData,
-    )
+    from rigrunner.api import Component, Estimate, Instrument, ResultDefinition, RunData
     from rigrunner_bearings.api.compensations import CompensatedPoint, Compensation
     from rigrunner_bearings.api.points import PeakPoint
 

@@ -6,13 +6,7 @@ from math import asin
 from typing import TYPE_CHECKING
 
 from rigrunner.api import Member, unit
-from rigrunner.api.coordinates import (
-    CoordinateValue,
-    coordinate_text,
-    in_si,
-    matches,
-    mixed_labels,
-)
+from rigrunner.api.coordinates import CoordinateValue, coordinate_text, in_si, matches, mixed_labels
 from rigrunner.api.errors import did_you_mean
 from rigrunner.api.places import matches as is_place
 from rigrunner.api.planned import ExpectedReading, PlanProblem, StationPart
@@ -24,13 +18,7 @@ from rigrunner_bearings.torque.contradictions import contradictions
 from rigrunner_bearings.torque.definition import kind_of
 from rigrunner_bearings.torque.one_setup import setup_differences
 from rigrunner_bearings.torque.requirements_of_plan import unmet_requirements
-from rigrunner_bearings.torque.requirers import (
-    TORQUE,
-    analysed,
-    channels_of,
-    points_of,
-    requirers,
-)
+from rigrunner_bearings.torque.requirers import TORQUE, analysed, channels_of, points_of, requirers
 from rigrunner_bearings.torque.sources import sources
 
 if TYPE_CHECKING:

@@ -37,9 +37,7 @@ def with_half_the_samples(
     if not swings or not compensation.points or min(map(samples_per_cycle, swings)) >= ENOUGH:
         return ()
     fewer = replace(
-        sweep,
-        loaded=tuple(map(_halved, sweep.loaded)),
-        no_load=tuple(map(_halved, sweep.no_load)),
+        sweep, loaded=tuple(map(_halved, sweep.loaded)), no_load=tuple(map(_halved, sweep.no_load))
     )
     try:
         points = method(fewer).points

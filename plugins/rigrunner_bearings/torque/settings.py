@@ -6,14 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Self
 
 from pydantic import Field, model_validator
 
-from rigrunner.api import (
-    Angle,
-    Duration,
-    ListOf,
-    PartnerRun,
-    ResultDefinition,
-    Settings,
-)
+from rigrunner.api import Angle, Duration, ListOf, PartnerRun, ResultDefinition, Settings
 from rigrunner.api.analysis.requirements import LATEST, STATION
 from rigrunner.api.labels import Labels
 from rigrunner.api.names import Identifier, Name, Text

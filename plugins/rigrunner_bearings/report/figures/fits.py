@@ -50,12 +50,7 @@ def fitted_peaks(fits: Sequence[FittedTorque]) -> Picture:
         drawn.append(Series.over(x, value, name, "line", U=u * k))
         about_zero.append(Series.over(x, 0 * x, name, "line", U=MILLI * u * k))
     panels = (
-        Figure(
-            "Peaks and fits",
-            frequency,
-            Axis("no-load peak", "N·m"),
-            (*drawn, peaks),
-        ),
+        Figure("Peaks and fits", frequency, Axis("no-load peak", "N·m"), (*drawn, peaks)),
         Figure(
             "Peaks minus fit",
             frequency,

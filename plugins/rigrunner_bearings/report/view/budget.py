@@ -9,14 +9,7 @@ from typing import TYPE_CHECKING
 from rigrunner.signal.coverage import expanded, factor
 from rigrunner.signal.uncertainty import share_percent
 from rigrunner_bearings.report.view.points import low_middle_high
-from rigrunner_reports.numbers import (
-    MANY_DOF,
-    UNKNOWN,
-    fixed,
-    plain,
-    significant,
-    to_place_of,
-)
+from rigrunner_reports.numbers import MANY_DOF, UNKNOWN, fixed, plain, significant, to_place_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
