@@ -67,9 +67,7 @@ def test_what_is_no_torque_at_all_is_another_quantity():
 @given(st.sampled_from(Nature), st.sampled_from(Condition), st.none() | st.floats(0.1, 1e5))
 def test_it_reads_back_as_it_was_written(nature, condition, load):
     stated = LimitMeasurand(
-        nature=str(nature),
-        condition=str(condition),
-        load=None if load is None else f"{load!r} N",
+        nature=str(nature), condition=str(condition), load=None if load is None else f"{load!r} N"
     )
     limit = {"of": "torque", "mean": True, "max": "1 N·m", "source": "a test"}
     accepted = Acceptance.model_validate({"limits": [limit | {"measurand": stated.as_written()}]})

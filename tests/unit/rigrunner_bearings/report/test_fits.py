@@ -35,10 +35,7 @@ def result():
     curve = ChosenCurve(**vars(torque_of(base).fits[0].curve))
     return changed(
         base,
-        fits=(
-            replace(torque_of(base).fits[0], name="aicc", curve=curve),
-            torque_of(base).fits[1],
-        ),
+        fits=(replace(torque_of(base).fits[0], name="aicc", curve=curve), torque_of(base).fits[1]),
     )
 
 

@@ -46,10 +46,7 @@ def series_of(panel):
 
 def test_raw_and_compensated_torque_stand_beside_each_other(result, points):
     left, right = over_frequency(result, points).panels
-    raw, compensated = (
-        series_of(left)["raw peak"],
-        series_of(left)[torque_of(result).primary],
-    )
+    raw, compensated = (series_of(left)["raw peak"], series_of(left)[torque_of(result).primary])
     # what the helper put in: 0.7262 - 0.003 at each frequency, far below the raw peaks
     assert [p.x for p in raw.points] == [p.x for p in compensated.points]
     assert compensated.points[0].y == pytest.approx(TRUTH_NM - 0.003, abs=0.004)

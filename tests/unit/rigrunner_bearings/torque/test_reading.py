@@ -118,11 +118,7 @@ def on_the_cubic(*indicated, off=()):
         deviation = np.sign(x) * sum(c * abs(x) ** k for k, c in enumerate(CUBIC, 1))
         deviation += off[place] if len(off) else 0.0
         points.append(
-            {
-                "applied": f"{x - deviation:.9f} N·m",
-                "indicated": f"{x:.9f} N·m",
-                "U": "4 mN·m",
-            }
+            {"applied": f"{x - deviation:.9f} N·m", "indicated": f"{x:.9f} N·m", "U": "4 mN·m"}
         )
     return points
 
