@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from rigrunner.registry import Registry
 
 KNOWN_FRICTION, KNOWN_LIMIT = "known_friction", "known_limit"
-"""The inputs of the procedure that say what the bearing's friction is, and how well."""
+"""The inputs of the procedure with the bearing's friction and its limit of error."""
 MOST = 0.25
 """Of the support's friction. No rolling bearing adds as much: another bearing is mounted."""
 RUNNING = "energy"
@@ -100,7 +100,7 @@ def support_friction(path: Path, registry: Registry) -> SupportFriction:
     procedure = parse_procedure(
         stored.header.procedure_text, stored.header.procedure_id, stored=True
     ).model
-    # What the station says of the support under load would be taken out of what is to be measured.
+    # The station's entries on the support under load would be subtracted from what is measured.
     stated = {key: value for key, value in run.rig_keys.items() if key not in _STATED}
     result = analyse(
         replace(run, rig_keys={**stated, "support_drift": "0 %"}),

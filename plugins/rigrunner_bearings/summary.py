@@ -1,4 +1,4 @@
-"""What the core says of torque in a terminal, and compares: its keys of a result document."""
+"""The torque in a terminal and in comparisons: its keys of a result document."""
 
 from __future__ import annotations
 

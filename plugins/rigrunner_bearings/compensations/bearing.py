@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 REMEMBERED = 40
-"""Of one pair a budget asks for up to 34: fifteen lines of two runs, and four other frequencies."""
+"""A budget needs up to 34 of one pair: fifteen lines of two runs, and four other frequencies."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +37,7 @@ class MeanSwing:
     of_cycles: bool = True
     """The changes leave out a cycle each; else what a model learned without a frequency."""
     frequency_u_hz: float = 0.0
-    """Of the measured frequency; 0 for a modelled swing, which is at the frequency asked for."""
+    """Of the measured frequency; 0 for a modelled swing, which is at the requested frequency."""
 
     @cached_property
     def waveform(self) -> Waveform:
@@ -102,8 +102,8 @@ def unexplained(line: DriveLine, friction: SupportFriction, mean: MeanSwing) -> 
     return at_load - inertial - _friction(replace(line, harmonics=0), friction, mean)
 
 
-# A budget varies one quantity at a time. What does not depend on it is remembered, of one pair, by
-# a line that says nothing of what each of these does not depend on either.
+# A budget varies one quantity at a time. What does not depend on it is cached for one pair, by a
+# line without the quantities that each of these functions does not depend on.
 @lru_cache(maxsize=REMEMBERED)
 def _at_load(line: DriveLine, mean: MeanSwing) -> Array:
     return line.at_load(mean.waveform, mean.frequency_hz)
@@ -115,7 +115,7 @@ def _friction(line: DriveLine, friction: SupportFriction, mean: MeanSwing) -> Ar
 
 
 def _twist(line: DriveLine, mean: MeanSwing) -> Array:
-    """Return the twist in one run, which says where friction acts and where the load reverses."""
+    """Return the twist in one run, which shows where friction acts and where the load reverses."""
     return _cached_twist(replace(line, share=0.0, harmonics=0), mean)
 
 

@@ -2,8 +2,8 @@
 
     T = (T_d + sum c_i (x_i - estimate_i)) / ((1 + gain) (1 + load))
 
-T_d is what the algorithm makes of the two runs at the best estimates. Each c_i says what it makes
-of another x_i: found by trial through the algorithm itself (GUM 5.1.3, note 2), or by its equation.
+T_d is the result of the algorithm for the two runs at the best estimates. Each c_i is its change
+with x_i: found by trial through the algorithm itself (GUM 5.1.3, note 2), or by its equation.
 """
 
 from __future__ import annotations
@@ -109,7 +109,7 @@ class Budget:
         )
 
     def _sensor(self, evaluation: Evaluation) -> tuple[Effect, ...]:
-        """Return what the transducer's errors come to, besides the gain.
+        """Return the effects of the transducer's errors, except the gain.
 
         Both runs are of one transducer: an offset, and drift between the runs, fall out of the mean
         of both strokes; what drifts within half a swing does not. Of a smooth error curve only the
@@ -178,7 +178,7 @@ class Budget:
         """Return what it may matter that friction follows the load or the drive.
 
         `share` is learned from the support's friction alone, as one number: a part of the whole
-        difference stays open. Of which sign is not known; it is taken to be alike at all points.
+        difference stays open. Its sign is not known; it is taken to be the same at all points.
         """
         load, drive = (
             self._torque(replace(self.rig.line, share=share), pair) for share in (1.0, 0.0)

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 SLOPE_SIGNIFICANCE = 0.99
 GROWTH_SIGNIFICANCE = 0.998
-"""Of both sides: a rig in order is said to grow in one of a thousand."""
+"""Of both sides: a rig in order fails in one case of a thousand."""
 REPEATABILITY = ("repeatability, loaded", "repeatability, no load")
 """Lines of the budget."""
 
@@ -295,8 +295,8 @@ def _random_effects(
 def no_growth(points: Sequence[CompensatedPoint], by_speed: Sequence[BySpeed]) -> Check:
     """Check that no torque grows with the speed, as a viscous support under load makes it.
 
-    A bearing's friction that grows so is not told from it. By the line over the frequencies from a
-    quarter of the highest: below, friction that falls with speed does so the most.
+    It cannot be distinguished from a bearing whose friction grows. By the line over the frequencies
+    from a quarter of the highest: below, friction that falls with speed does so the most.
     """
     hertz = np.array([point.frequency_hz for point in points])
     fast = hertz >= hertz.max() / 4
@@ -364,7 +364,7 @@ def same_drive_line(
 ) -> Check:
     """Check that the drive line which the loaded sweep shows gives the same torque.
 
-    `effects` has for each point what it makes of the torque, and the uncertainty of that, in N·m;
+    `effects` has for each point the change of the torque by it, and its uncertainty, in N·m;
     it is empty where the loaded sweep shows too little.
     """
     if not effects:

@@ -1,4 +1,4 @@
-"""By how much what a check looks at moves each torque, found in the waveforms themselves.
+"""By how much the quantity of a check moves each torque, found in the waveforms themselves.
 
 Friction is opposite in both strokes, and inertia alike: what of the bearing's torque follows the
 acceleration in the middle of the swing is none of the bearing's. It is of an inertia, or of a gain,
@@ -69,7 +69,7 @@ def mismatch(evaluation: Evaluation, rig: Identified) -> Mismatch:
 
 @dataclass(frozen=True)
 class BySpeed:
-    """The mean torque under way, and what of a torque that follows the speed is in the result.
+    """The mean torque under way, and the part of a torque that follows the speed in the result.
 
     `at_start` is that part over the mean torque under way that it makes.
     """
@@ -79,7 +79,7 @@ class BySpeed:
 
 
 def by_speed(evaluation: Evaluation, swing: Swing) -> BySpeed:
-    """Return what tells whether a torque follows the speed."""
+    """Return the numbers that show whether a torque follows the speed."""
     viscous = swing.velocity_per_hz * evaluation.pair.loaded.frequency_hz
     at_start = _slope(evaluation, viscous) / float(running_torque(swing, viscous))
     return BySpeed(float(running_torque(swing, evaluation.bearing_nm)), at_start)

@@ -35,7 +35,7 @@ def noise_bias(bearing_nm: Array, runs: Sequence[Array], where: Reversals) -> fl
     `runs` has for each run the curve without each of its cycles in turn, shape (cycles, n).
 
     The greatest of several values that each err is on average too great. The cycles' deviations
-    from their mean say how the mean curve errs; curves with such errors once more added show how
+    from their mean show how the mean curve errs; curves with such errors once more added show how
     much their maximum is raised (parametric bootstrap of the bias: Efron and Tibshirani, An
     Introduction to the Bootstrap, 10). Each error is taken with both signs, so that where the
     maximum is smooth, and has no bias, none is found by chance.

@@ -1,10 +1,10 @@
 """Hum of the mains, where a harmonic of the swing falls on it.
 
 At most frequencies hum averages out over the cycles, and their scatter shows how large it is. At
-10 Hz with mains of 50 Hz it does not: it is the fifth harmonic of all cycles alike. But the
-bearing's harmonics are smooth functions of the frequency, so the neighbouring set-points say what
-that harmonic is without hum. The hum is the rest, shrunk by how well either is known (best linear
-prediction: Goldberger, J. Am. Stat. Assoc. 57, 1962, 369).
+10 Hz with mains of 50 Hz it does not: it is the fifth harmonic of every cycle. But the
+bearing's harmonics are smooth functions of the frequency, so the neighbouring set-points show
+that harmonic without hum. The hum is the difference, shrunk by how well either is known (best
+linear prediction: Goldberger, J. Am. Stat. Assoc. 57, 1962, 369).
 """
 
 from __future__ import annotations
@@ -96,7 +96,7 @@ def _power(points: Iterable[SwingPoint], mains_hz: float) -> float:
     for point in points:
         count, size = point.torque_nm.shape
         frequency = point.frequency_hz.value
-        averaged = point.cycles != count  # a row that stands for several cycles shows no hum
+        averaged = point.cycles != count  # a row of several cycles shows no hum
         if averaged or _apart(mains_hz, frequency, count) < LOCKED:
             continue
         residual = point.torque_nm - point.torque_nm[point.kept].mean(axis=0)
@@ -129,7 +129,7 @@ def _apart(mains_hz: float, frequency_hz: float, cycles: int) -> float:
 
 
 def _locked(pairs: Sequence[Pair], mains_hz: float) -> Iterator[tuple[int, int]]:
-    """Yield the place of each pair that has hum in all its cycles alike, and in which harmonic."""
+    """Yield the place of each pair whose cycles all have the same hum, and in which harmonic."""
     for place, pair in enumerate(pairs):
         run = pair.loaded
         harmonic = round(mains_hz / run.frequency_hz)

@@ -70,7 +70,7 @@ UNUSED, FLAT = 1e-30, 1e-12
 
 @dataclass(frozen=True, eq=False)
 class Identified:
-    """What the no-load sweep says of the rig.
+    """The rig as the no-load sweep shows it.
 
     `covariance` is that of (fn, z, J, share, delay), shape (5, 5), with the degrees of freedom of
     the residual; `misfit` is the residual's rms over what the scatter of the cycles lets expect.
@@ -90,8 +90,8 @@ def identify(points: tuple[SwingPoint, ...], swing: Swing, low_pass: Filter) -> 
     Raises DataError for too few frequencies, and for a sensor that shows noise alone.
 
     A delay that is small or not significant is taken as none, for it looks much like where the
-    friction acts; that it may still be there stays in the covariance. Remembered, as several
-    methods ask it of one sweep.
+    friction acts; that it may still be there stays in the covariance. Cached, as several
+    methods need it for one sweep.
     """
     if len(points) < LEAST_FREQUENCIES:
         raise DataError(
@@ -193,13 +193,13 @@ def inertial_torque(observed: Observed, line: DriveLine) -> Complex:
 
 
 def weighted(observed: Observed, sensor: Complex, known_load: Complex) -> tuple[Complex, Complex]:
-    """Return the weighted response (..., F, K), and what it shall explain besides a known load."""
+    """Return the weighted response (..., F, K), and its target besides a known load."""
     response = sensor * observed.weight
     return response, observed.weight * observed.harmonics - response * known_load
 
 
 def _linear(observed: Observed, line: DriveLine, change: Complex) -> tuple[Complex, Complex]:
-    """Return the weighted basis of A_k and B_k, shape (K, F, 2), and what it shall fit, (K, F)."""
+    """Return the weighted basis of A_k and B_k, shape (K, F, 2), and its target, (K, F)."""
     known_load = inertial_torque(observed, line) + line.share * change
     response, target = weighted(observed, line.sensor(observed.harmonic_hz), known_load)
     basis = np.stack([response, response * observed.frequency_hz], axis=-1)

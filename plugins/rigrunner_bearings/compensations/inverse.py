@@ -83,7 +83,7 @@ class _Diagnosis:
     spring_nm: float
     """What of it follows the angle, at the swing's end."""
     under_load_nm: tuple[float, float] | None
-    """What the drive line by the loaded sweep makes of the torque, and the uncertainty of that."""
+    """The change of the torque by the drive line of the loaded sweep, and its uncertainty."""
 
 
 @dataclass(frozen=True)

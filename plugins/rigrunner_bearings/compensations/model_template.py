@@ -1,4 +1,4 @@
-"""The no-load torque at any frequency of the range, as the model of the whole sweep says it is.
+"""The no-load torque at any frequency of the range, by a model of the whole sweep.
 
 J, fn, damping and the support's friction over the swing, learned from all frequencies together,
 give the sensor's torque at one that was not recorded. It takes the place of a recorded template.
@@ -35,7 +35,7 @@ BEYOND = 0.005
 
 @dataclass(frozen=True, eq=False)
 class NoLoadModel:
-    """What the no-load sweep says of the rig, at any frequency within its range.
+    """The rig as the no-load sweep shows it, at any frequency within its range.
 
     `without_each` is the support's friction as learned without each frequency of the sweep;
     `unexplained_nm` is what the model leaves of the torque at each, beyond noise, (frequencies, n).

@@ -29,7 +29,7 @@ SINGLE_VALUES = (
 
 
 def frequency_effect(slope_nm_per_hz: float, frequency_hz: Estimate) -> Effect:
-    """Return what not knowing the frequency makes of a no-load peak that goes with it."""
+    """Return the effect of an uncertain frequency on a no-load peak that depends on it."""
     frequency = Input(
         "frequency",
         frequency_hz.value,
@@ -48,7 +48,7 @@ def scattered_peaks(*points: PeakPoint) -> list[Array]:
 
 
 def notes_on(points: Iterable[PeakPoint]) -> tuple[str, ...]:
-    """Return what is to be said of any difference of such peaks."""
+    """Return the notes on any difference of such peaks."""
     all_points = tuple(points)
     single = any(point.cycles == 1 for point in all_points)
     entered = any(point.motion is MotionSource.ENTERED for point in all_points)

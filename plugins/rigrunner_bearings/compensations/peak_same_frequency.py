@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 MEASURAND = "starting torque as the difference of raw peaks of the same frequency"
 APART = 0.05
-"""Relative distance from which on two points tell a slope."""
+"""Least relative distance of two points that show a slope."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,7 @@ def _point(sweep: Sweep, loaded: PeakPoint, no_load: PeakPoint) -> CompensatedPo
 
 
 def _frequency(loaded: PeakPoint, no_load: PeakPoint, others: Sequence[PeakPoint]) -> Effect:
-    """Return what the peak may differ by because the two frequencies are not known to be one.
+    """Return the effect on the peak of the two frequencies not being the same.
 
     Each has its own uncertainty, and what they are seen to differ by is not corrected.
     """

@@ -40,7 +40,7 @@ POWERS = (0, 1, -1, 2)
 """Of the frequency, in the running torque of a run; no more of them than there are frequencies."""
 
 ALIKE = 2
-"""Digits to which frequencies over the highest one are told apart."""
+"""Digits to which frequencies over the highest one are distinguished."""
 
 USUAL = np.array([1e-3, 1e-3, 1e-3])
 """Usual standard deviations: of a gain and of the running torque, relative, and of what is in phase
@@ -50,7 +50,7 @@ TIMES = 3.0
 """By which a standard deviation may well be another than the usual one, either way."""
 
 UNLIMITED = 1e3
-"""Of the running torque: so large its terms may be, as where points are too few to tell them."""
+"""Of the running torque: its terms may be as large as this where too few points show them."""
 
 STEPS = 2.0 ** np.arange(-3, 4)
 """Times the usual: the standard deviations that are tried."""
@@ -61,7 +61,7 @@ ELASTIC = 0.05
 
 @dataclass(frozen=True, eq=False)
 class RecordingGains:
-    """What the recordings of n pairs say of each other.
+    """Gains of the recordings of n pairs, by what these have in common.
 
     `covariance` is that of the errors of (no_load, loaded, inertia), shape (2 n + 1, 2 n + 1).
     """

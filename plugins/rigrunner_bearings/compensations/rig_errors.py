@@ -1,4 +1,4 @@
-"""What a budget says of the rig, put into a sweep as errors of its data, for Monte Carlo draws."""
+"""A budget's errors of the rig, added to the data of a sweep for Monte Carlo draws."""
 
 from __future__ import annotations
 

@@ -124,5 +124,5 @@ def make_friction(
 
 @lru_cache(maxsize=16)
 def _slow_strokes(friction: SupportFriction, share: float) -> tuple[Stroke, Stroke]:
-    """Return the strokes of a slow swing: one sweep asks at each frequency for the same few."""
+    """Return the strokes of a slow swing: a sweep needs the same few at each frequency."""
     return strokes(friction.swing.angle_rad - share * friction.reference_twist_rad)

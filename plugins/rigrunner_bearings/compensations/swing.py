@@ -31,7 +31,7 @@ BUILT_UP = 0.7
 class Stroke:
     """The samples from one reversal to before the next, in order, and how far they have come.
 
-    `index` says where they stand; `distance_rad` is the angle since the reversal, never falling.
+    `index` has their places; `distance_rad` is the angle since the reversal, never falling.
     """
 
     index: NDArray[np.intp]
@@ -57,7 +57,7 @@ class Swing:
 
 @lru_cache(maxsize=4)
 def make_swing(ratio: float, size: int = GRID) -> Swing:
-    """Return the swing of a guide bar of that eccentric ratio; the same one if asked again."""
+    """Return the swing of a guide bar of that eccentric ratio; cached."""
     phase = 2 * np.pi * np.arange(size) / size
     return Swing(
         swing_angle(phase, ratio),

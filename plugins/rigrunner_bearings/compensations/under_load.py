@@ -64,7 +64,7 @@ def line_under_load(points: tuple[SwingPoint, ...], rig: Identified) -> LineUnde
     """Return the drive line by a loaded sweep on a known rig; None where too little shows it.
 
     That is where it has too few frequencies, a torque that never changes, or a phase of which each
-    recording has a doubt of its own. Remembered, as several methods ask it of one sweep.
+    recording has a doubt of its own. Cached, as several methods need it for one sweep.
     """
     top_hz = max(point.frequency_hz.value for point in points)
     fast = tuple(point for point in points if point.frequency_hz.value >= SLOWEST * top_hz)
@@ -103,7 +103,7 @@ def _residual(observed: Observed, line: DriveLine, change: Complex) -> Array:
 
 
 def effect(evaluation: Evaluation, rig: Identified, loaded: LineUnderLoad) -> tuple[float, float]:
-    """Return what that drive line makes of a point's torque in place of the rig's, and its u, N·m.
+    """Return how that drive line instead of the rig's changes a point's torque, and its u, in N·m.
 
     The uncertainty is that of both sweeps.
     """

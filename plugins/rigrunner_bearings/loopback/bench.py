@@ -31,12 +31,12 @@ NOISE_N = 0.3
 
 
 def line(load_n: float) -> bytes:
-    """Return what the cell says of a load: 'ST,+01000.2 N' and a carriage return with line feed."""
+    """Return the cell's line for a load: 'ST,+01000.2 N' and a carriage return with line feed."""
     return f"ST,{load_n:+08.1f} N\r\n".encode("ascii")
 
 
 class LoadCell:
-    """A load cell that sends ten lines a second on a pty, without being asked.
+    """A load cell that sends ten lines a second on a pty, unrequested.
 
     A context manager: its thread ends with it.
     """

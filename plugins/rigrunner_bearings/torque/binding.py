@@ -1,10 +1,10 @@
 """What follows from a check: a line of the budget, no verdict, or a note.
 
-A failed check says by how much it moves each point. What matters of that enters the budget as a
-line that has the check's name: the result is not corrected, so the root mean square of what it may
+A failed check states by how much it moves each point. If that matters, it enters the budget as a
+line with the check's name: the result is not corrected, so the root mean square of what it may
 be wrong by is a standard uncertainty (GUM F.2.4.5; as Nordtest TR 537 takes the bias of a method).
 What is already in the budget is not counted twice. A bias that is too large for that, and a check
-that cannot say its own, make the verdict inconclusive. Anything else is a note.
+that cannot state its own, make the verdict inconclusive. Anything else is a note.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ if TYPE_CHECKING:
     from rigrunner_bearings.api.compensations import CompensatedPoint, Compensation
 
 MATTERS = 1 / 3
-"""Of the standard uncertainty of the mean: what is less makes it greater by less than 6 %."""
+"""Of the standard uncertainty of the mean: a smaller bias increases it by less than 6 %."""
 
 MATTERS_AT_A_POINT = 1.0
-"""Of that of a set-point, of which a run has many: what is less makes it greater by 41 %."""
+"""Of that of a set-point, of which a run has many: a smaller bias increases it by up to 41 %."""
 
 TRUSTED = 0.05
 """Of the torque: a greater bias is a fault of the run, and no estimate of it is good enough."""

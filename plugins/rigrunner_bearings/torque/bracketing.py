@@ -41,7 +41,7 @@ class RecordedPoint:
     point: PeakPoint
 
     def at(self, drift: str) -> float:
-        """Return where it stands: its begin in s, or a value that was read beside it."""
+        """Return its place in the drift: its begin in s, or a value that was read beside it."""
         if drift == BY_TIME:
             return datetime.fromisoformat(self.recording.started_utc).timestamp()
         return self.recording.conditions[drift]
@@ -67,7 +67,7 @@ class Bracket:
     def widened(
         self, compensation: Compensation, before: Compensation, after: Compensation
     ) -> Compensation:
-        """Return a compensation with a line for what the drift may have been besides."""
+        """Return a compensation with a line for a drift that was not linear."""
         name = f"{LINE} ({self.by})"
         points = tuple(
             with_effects(

@@ -64,7 +64,7 @@ def certified_torque(
 
 
 def _results(details: TorqueDetails, run: RunData) -> Results | None:
-    """Return the results of the primary method; None where none was asked for."""
+    """Return the results of the primary method; None where the procedure has none."""
     if not details.primary:
         return None
     if details.headline is None:
@@ -112,7 +112,7 @@ def beyond_calibration(
 
 
 def _load_problem(details: TorqueDetails, run: RunData) -> str:
-    """Return in words why it is not known how well the load is known; '' where that is known."""
+    """Return in words why the error of the load is not known; '' where it is known."""
     if not _is_loaded(details):
         return ""
     cell, tolerance = _load_cell(run), rig_of(run).load_tolerance

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from rigrunner.api.data import Samples
 
 INDEX = "index"
-"""The name of a channel of pulses; of all others the unit says what they are."""
+"""The name of a channel of pulses; all others are identified by their unit."""
 
 
 def torque_channel(recording: Recording, registered: Collection[str] = ()) -> str:

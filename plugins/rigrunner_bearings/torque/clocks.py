@@ -1,4 +1,4 @@
-"""What a doubt about the clocks of torque and angle makes of a method, and when it is too much."""
+"""The effect of two clocks for torque and angle on a method, and the limit of their alignment."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ ALIGNMENT_U = "_alignment_u"
 SHARE = 0.05
 """Of the torque: what a misalignment of one standard uncertainty may move it by. Up to there the
 effect grows with the misalignment; beyond, the maximum is looked for at the wrong place, and no
-uncertainty that is found by a small shift stands for it (docs/evidence/clocks.md)."""
+uncertainty that is found by a small shift covers it (docs/evidence/clocks.md)."""
 
 _NOTHING_NM = 1e-12
 CLOCKS = Limit(
@@ -53,16 +53,16 @@ def shift_rad(point: PeakPoint) -> float:
 
 @dataclass(frozen=True)
 class Alignment:
-    """Of one set-point: the standard uncertainty of the alignment, and what the method bears."""
+    """At one set-point: the standard uncertainty of the alignment, and its effect on the method."""
 
     frequency_hz: float
     u_s: float
     effect: float
-    """What that uncertainty moves the torque by, over what it may."""
+    """The change of the torque by that uncertainty, over the allowed change."""
 
     @property
     def allowed_s(self) -> float:
-        """The greatest standard uncertainty that the method bears."""
+        """The greatest standard uncertainty that the method tolerates."""
         return self.u_s / self.effect if self.effect else inf
 
 
@@ -89,7 +89,7 @@ def alignments(
 
 
 def alignment_check(aligned: Iterable[Alignment]) -> Check:
-    """Check that the method bears the alignment at every set-point."""
+    """Check that the method tolerates the alignment at every set-point."""
     return CLOCKS.check(
         (
             point.effect,

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from rigrunner_bearings.api.points import PeakPoint
 
 NO_LOAD, NO_LOAD_AFTER = "no-load run: ", "no-load run after: "
-"""What the names of the checks of these runs begin with."""
+"""Prefixes of the names of the checks of these runs."""
 
 _ERRORS: dict[str, tuple[tuple[str, ...], Callable[[float, Component], float]]] = {
     STROKE.name: (("angle scale",), lambda percent, _: percent / 100),
@@ -39,7 +39,7 @@ _ERRORS: dict[str, tuple[tuple[str, ...], Callable[[float, Component], float]]] 
         lambda percent, line: 2 * max(percent / 100 - 1, 0.0) * sqrt(3) * line.input_u,
     ),
 }
-"""Of a check by its name: which inputs of the budget are off, and by how much for what was found.
+"""Of a check by its name: which inputs of the budget are off, and by how much for its value.
 
 A swing that is not the eccentric's is an error of the angle's scale, at most; zero readings that
 differ are a drift; and beyond full scale the slope of a parabolic error curve grows by twice of
@@ -49,7 +49,7 @@ what a reading is beyond it.
 
 @dataclass(frozen=True)
 class PreparedRuns:
-    """A run and its no-load run, with what was prepared of both."""
+    """A run and its no-load run, with the prepared points of both."""
 
     run: RunData
     no_load_run: RunData | None
@@ -65,7 +65,7 @@ def diagnose(
 ) -> Iterator[Check]:
     """Yield the checks of both runs and of the primary method; none where nothing was prepared.
 
-    `own_no_load` says that the no-load points are recordings of the run itself.
+    `own_no_load`: the no-load points are recordings of the run itself.
     """
     if not prepared.loaded:
         return

@@ -93,7 +93,7 @@ class _Maker:
         return self.torques(other_cycles(changed, rng)) + self._effects(rng)
 
     def _effects(self, rng: Generator) -> Array:
-        """Return what the lines that are no errors of the data add; common ones to all alike."""
+        """Return the effects of lines that are no errors of the data, common ones drawn once."""
         shared: dict[str, float] = {}
         effects = np.zeros(len(self.points))
         for place, point in enumerate(self.points):

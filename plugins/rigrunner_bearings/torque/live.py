@@ -41,7 +41,7 @@ KEPT_CYCLES = LEAST_CYCLES + 5
 KEPT_SAMPLES = 200_000
 """Number of the latest samples to analyse, at least; a shorter recording is analysed as a whole."""
 MOST_SAMPLES = 12_000_000
-"""Of the latest samples, at most: a slower swing has a value once it is recorded."""
+"""Of the latest samples, at most: a slower swing has a value once its recording has ended."""
 SEEN = 10_000
 """Samples that the checks see of a recording that was prepared before."""
 TURN_DEG = 360.0

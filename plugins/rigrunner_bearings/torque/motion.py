@@ -56,7 +56,7 @@ class Motion:
     phase_common_u_rad: float = 0.0
     """Of the crank phase, the same in all recordings of the rig."""
     channel: str = ""
-    """Where it was found; empty where nothing shows it."""
+    """The channel that shows it; empty where nothing does."""
 
 
 def find_motion(recording: Recording, run: RunData, torque_nm: Samples) -> Motion:

@@ -1,6 +1,6 @@
 """Whether two runs can be taken from each other: one transducer and filter, one swing, no load.
 
-What the difference of a loaded and a no-load run is worth rests on this. A gain that both share
+The difference of a loaded and a no-load run depends on this. A gain that both share
 scales their difference; two gains leave their own difference times the torque of the whole rig,
 which is several times that of the bearing.
 """
@@ -46,7 +46,7 @@ def setup_differences(
     needed_rig: RigDescription,
     needed: Mapping[str, Instrument],
 ) -> Iterator[str]:
-    """Yield in words what of a no-load run's set-up is not as the loaded run needs it.
+    """Yield in words how a no-load run's set-up differs from that of the loaded run.
 
     Transducers by channel; one that only one of the runs has is not compared.
     """

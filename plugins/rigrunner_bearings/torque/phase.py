@@ -1,6 +1,6 @@
-"""What a doubt about the crank phase makes of a method's torque.
+"""The effect of an uncertain crank phase on a method's torque.
 
-Where an index pulse or a tacho stands for the angle, or another clock than the torque's sampled it,
+Where an index pulse or a tacho replaces the angle, or another clock than the torque's sampled it,
 the phase is known less well than methods take it to be. Each method is run again with the swings
 shifted by that much: the change of its result is its uncertainty, for any use of the swings
 (GUM 5.1.3, a sensitivity found by trial).
@@ -61,7 +61,7 @@ ALTERNATING = ((1, -1), (-1, 1))
 
 
 def compensated(method: CompensationMethod, sweep: Sweep) -> Compensation:
-    """Return what the method says of the sweep, with the doubt about the phase in its uncertainty.
+    """Return the method's result, with the uncertainty of the phase in its own.
 
     Raises DataError where the method does.
     """
@@ -104,8 +104,8 @@ class _Trial:
     def effects(self) -> dict[str, Array]:
         """Return what each kind of doubt moves the torques by, each of shape (points,).
 
-        A common error shifts both runs alike, and its sign matters. Each recording's own shifts it
-        against the other run, and against its neighbours.
+        A common error shifts both runs by the same, and its sign matters. A recording's own error
+        shifts it against the other run, and against its neighbours.
         """
         return {
             COMMON: self._greater_effect(_common_u_rad, (ALIKE, ALIKE), (OPPOSITE, OPPOSITE)),
@@ -124,7 +124,7 @@ class _Trial:
         return np.asarray(np.hypot(loaded, no_load))
 
     def _greater_effect(self, doubt: Doubt, *ways: tuple[Pattern, Pattern]) -> Array:
-        """Return the greater effect of shifts either way: a maximum need not take them alike."""
+        """Return the greater effect of shifts either way: a maximum may not be symmetric."""
         if not any(
             _is_doubtful(point, doubt) for point in (*self.sweep.loaded, *self.sweep.no_load)
         ):

@@ -1,7 +1,7 @@
-"""Which parts of an analysis of torque ask what of a run, and what set-points a plan has.
+"""What each part of an analysis of torque needs of a run, and the set-points of a plan.
 
 The analysis itself, the rule for gross errors, the primary compensation and the fit that it takes
-each say what they need, as `TorqueRequirements`. Another compensation than the primary one may turn
+each state their needs as `TorqueRequirements`. Another compensation than the primary one may turn
 out to be not applicable: the run still has its result.
 """
 
@@ -89,7 +89,7 @@ def _analysis(spec: TorqueSettings, plugins: Plugins) -> Requirer:
 
 
 def analysed(planned: PlannedRun, spec: TorqueSettings) -> PlannedRun:
-    """Return of a plan what the analysis looks at."""
+    """Return the part of a plan that is analysed."""
     if not spec.where:
         return planned
     return replace(

@@ -54,7 +54,7 @@ class Sensor:
 
 @dataclass(frozen=True)
 class Drift:
-    """By what the zero of one run has moved: alike in all of it, and in each recording's course."""
+    """Drift of the zero of one run: constant over the run, and within each recording."""
 
     constant_nm: float
     course_nm: float

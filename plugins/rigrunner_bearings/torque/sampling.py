@@ -68,7 +68,7 @@ def _sampled(rows: Array, count: int) -> Array:
         return rows
     spectrum = np.fft.rfft(rows, axis=1)
     turn = np.exp(2j * np.pi * np.outer(np.arange(spectrum.shape[1]), np.arange(count) / count))
-    # All but the first and the last coefficient of a real waveform stand for two.
+    # All but the first and the last coefficient of a real waveform count twice.
     weight = np.full(spectrum.shape[1], 2.0)
     weight[0] = weight[-1] = 1.0
     samples = ((spectrum * weight) @ turn).real / size

@@ -1,4 +1,4 @@
-"""What of a run the analysis looks at: its recordings, or else its single values."""
+"""The sources of an analysis: the recordings of a run, or else its single values."""
 
 from __future__ import annotations
 

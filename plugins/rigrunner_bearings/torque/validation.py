@@ -1,7 +1,7 @@
 """Validates the GUM's result by Monte Carlo: of the measurement equation, and of the pipeline.
 
 The trials of the equation show what the law of propagation neglects: distributions that are not
-Gaussian, an equation that is not linear. The draws of the recorded data show besides whether the
+Gaussian, an equation that is not linear. The draws of the recorded data also show whether the
 budget states what its errors do to the torque.
 """
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 P = 0.95
 CONFIDENCE = 0.999
-"""That an end of an interval is not said to disagree only because of the chance of the draws."""
+"""Confidence that an end of an interval does not disagree by the chance of the draws alone."""
 
 TRIALS, DRAWS = "Monte Carlo trials", "Monte Carlo draws"
 

@@ -1,8 +1,8 @@
 """Every cycle on the crank phase: its torque, and the mean of its angle.
 
 Of very many cycles neighbours are averaged, so that memory does not grow with the recording. A row
-of several scatters less, as a mean does, and what rows say of the mean over all stays the same, for
-every row is of equally many cycles; where that does not come out even, a few have one less.
+of several scatters less, as a mean does, and the uncertainty of the mean over all rows is the same,
+for every row is of equally many cycles; where that does not come out even, a few have one less.
 
 A gross error in one cycle of a row of m is m times smaller there, against a scatter that is sqrt(m)
 smaller. Where it is still seen, its neighbours go with it; where not, it is one of thousands.

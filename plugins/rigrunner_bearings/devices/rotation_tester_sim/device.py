@@ -178,7 +178,7 @@ class RotationTester:
         self._update_history()
 
     def read_back(self, drive: str) -> float:
-        """Return where a drive stands."""
+        """Return the present value of a drive."""
         self._connection.need()
         return self._drives.read_back(drive)
 

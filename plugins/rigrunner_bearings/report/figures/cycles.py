@@ -21,13 +21,13 @@ MILLI = 1e3
 FILLED = 0.8
 """Of the room of a set-point, what its cycles take."""
 MOST_NAMED, NAMED = 60, 16
-"""Of more set-points than the one, the text that stands for the figure names but the other."""
+"""Of more set-points than MOST_NAMED, the text alternative of the figure lists only NAMED."""
 KINDS: dict[str, tuple[SeriesKind, int]] = {
     "peak kept": ("points", 700),
     "peak rejected": ("excluded", 150),
     "swing rejected": ("marked", 150),
 }
-"""How each kind of mark is drawn, and how many a panel has at most: no eye tells more apart."""
+"""How each kind of mark is drawn, and how many a panel has at most: more would overlap."""
 MOST_KEPT = KINDS["peak kept"][1]
 THINNED = (
     " Of more swings than can be told apart, the least and the greatest peak of equal stretches of "

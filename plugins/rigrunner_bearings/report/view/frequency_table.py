@@ -1,4 +1,4 @@
-"""The table of all set-points: what was measured, and what each method makes of it."""
+"""The table of all set-points: what was measured, and the result of each method."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ class FrequencyTable:
 def frequency_table(torque: TorqueDetails, points: Sequence[SetPoint]) -> FrequencyTable:
     """Return the table of a run, in the order of the recordings."""
     methods = [name for name, compensation in torque.compensations.items() if compensation.points]
-    # As many decimals as the primary method's uncertainty bears at every set-point.
+    # As many decimals as the primary method's uncertainty justifies at every set-point.
     results = [p.by_method[torque.primary] for p in points if torque.primary in p.by_method]
     digits = min((_digits(result.torque) for result in results), default=DEFAULT_PLACES)
     return FrequencyTable(

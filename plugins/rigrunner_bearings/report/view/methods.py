@@ -31,7 +31,7 @@ PLACES = 3
 
 @dataclass(frozen=True)
 class At:
-    """A value and the set frequency in Hz at which it stands."""
+    """A value and its set frequency in Hz."""
 
     value: str
     frequency: str

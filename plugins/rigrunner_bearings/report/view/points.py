@@ -1,4 +1,4 @@
-"""The set-points of a run, each with what every method and, in a simulation, the truth says."""
+"""The set-points of a run, each with the results of all methods and the simulated truth."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class SetPoint:
 
     @property
     def swing(self) -> SwingPoint | None:
-        """The point with its whole swings; None where there was nothing to take a phase from."""
+        """The point with its whole swings; None where nothing shows the phase."""
         return self.point if isinstance(self.point, SwingPoint) else None
 
     @property
