@@ -52,7 +52,7 @@ class Reversals:
     forward: NDArray[np.intp]
     backward: NDArray[np.intp]
 
-    def both(self, bearing_nm: Array) -> tuple[Array, Array]:
+    def of_strokes(self, bearing_nm: Array) -> tuple[Array, Array]:
         """Return the greatest torque against each stroke, of waveforms of shape (..., n)."""
         return (
             bearing_nm[..., self.forward].max(axis=-1),
@@ -61,7 +61,7 @@ class Reversals:
 
     def torque(self, bearing_nm: Array) -> Array:
         """Return their mean: a constant error of the sensor falls out of it."""
-        forward, backward = self.both(bearing_nm)
+        forward, backward = self.of_strokes(bearing_nm)
         return np.asarray((forward + backward) / 2)
 
 
@@ -158,5 +158,5 @@ def starting_torque(
     line: DriveLine, friction: SupportFriction, pair: Pair, window_rad: float
 ) -> float:
     """Return the starting torque in N·m."""
-    where = reversals(line, friction, pair.loaded, window_rad)
-    return float(where.torque(bearing_torque(line, friction, pair)))
+    at_reversals = reversals(line, friction, pair.loaded, window_rad)
+    return float(at_reversals.torque(bearing_torque(line, friction, pair)))

@@ -191,6 +191,6 @@ class Budget:
 
 def _repeatability(name: str, evaluation: Evaluation, run: int) -> Effect:
     """Return the jackknife over one run: what the torque is without each of its cycles."""
-    torques = evaluation.where.torque(evaluation.without_each_nm[run])
+    torques = evaluation.reversals.torque(evaluation.without_each_nm[run])
     mean = (evaluation.pair.loaded, evaluation.pair.no_load)[run]
     return scattered(name, *jackknife_error(torques, in_a_row=mean.of_cycles))

@@ -183,5 +183,5 @@ def built_up(evaluation: Evaluation, rig: Identified) -> tuple[float, float]:
 
 def _trial(evaluation: Evaluation, torque_nm: Array) -> float:
     """Return what the result changes by with that torque at the load, over the torque's size."""
-    more = evaluation.where.torque(evaluation.bearing_nm + TRIAL * torque_nm)
+    more = evaluation.reversals.torque(evaluation.bearing_nm + TRIAL * torque_nm)
     return (float(more) - evaluation.maximum_nm) / TRIAL

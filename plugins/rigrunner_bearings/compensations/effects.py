@@ -86,7 +86,7 @@ def by_speed(evaluation: Evaluation, swing: Swing) -> BySpeed:
 
 
 def _slope(evaluation: Evaluation, torque_nm: Array) -> float:
-    more = evaluation.where.torque(evaluation.bearing_nm + SMALL * torque_nm)
+    more = evaluation.reversals.torque(evaluation.bearing_nm + SMALL * torque_nm)
     return (float(more) - evaluation.maximum_nm) / SMALL
 
 

@@ -29,7 +29,7 @@ SEED = 0
 """The same recordings are to give the same result."""
 
 
-def noise_bias(bearing_nm: Array, runs: Sequence[Array], where: Reversals) -> float:
+def noise_bias(bearing_nm: Array, runs: Sequence[Array], reversals: Reversals) -> float:
     """Return by how much the starting torque of a mean curve, shape (n,), is raised by noise, N·m.
 
     `runs` has for each run the curve without each of its cycles in turn, shape (cycles, n).
@@ -40,9 +40,9 @@ def noise_bias(bearing_nm: Array, runs: Sequence[Array], where: Reversals) -> fl
     Introduction to the Bootstrap, 10). Each error is taken with both signs, so that where the
     maximum is smooth, and has no bias, none is found by chance.
     """
-    index = np.concatenate([where.forward, where.backward])
-    split = len(where.forward)
-    local = type(where)(np.arange(split), np.arange(split, len(index)))
+    index = np.concatenate([reversals.forward, reversals.backward])
+    split = len(reversals.forward)
+    local = type(reversals)(np.arange(split), np.arange(split, len(index)))
     rng, curve = np.random.default_rng(SEED), bearing_nm[index]
     errors = sum((_errors(curves[:, index], rng) for curves in runs), np.zeros((DRAWS, len(index))))
     raised = local.torque(curve + errors) + local.torque(curve - errors)
@@ -66,7 +66,7 @@ class Evaluation:
     pair: Pair
     bearing_nm: Array
     """Over the swing, shape (n,)."""
-    where: Reversals
+    reversals: Reversals
     without_each_nm: tuple[Array, Array]
     """The same without each cycle of the loaded and of the no-load run, shapes (cycles, n)."""
     maximum_nm: float
@@ -84,7 +84,7 @@ def evaluate(rig: Identified, pair: Pair, window_rad: float) -> Evaluation:
     """Return the torque of a pair on the rig as it was learned."""
     line, friction = rig.line, rig.friction
     bearing = bearing_torque(line, friction, pair)
-    where = reversals(line, friction, pair.loaded, window_rad)
+    at_reversals = reversals(line, friction, pair.loaded, window_rad)
     without_each = (
         replicates(line, bearing, pair.loaded, +1),
         replicates(line, bearing, pair.no_load, -1),
@@ -97,8 +97,8 @@ def evaluate(rig: Identified, pair: Pair, window_rad: float) -> Evaluation:
     return Evaluation(
         pair=pair,
         bearing_nm=bearing,
-        where=where,
+        reversals=at_reversals,
         without_each_nm=without_each,
-        maximum_nm=float(where.torque(bearing)),
-        bias_nm=noise_bias(bearing, noisy, where),
+        maximum_nm=float(at_reversals.torque(bearing)),
+        bias_nm=noise_bias(bearing, noisy, at_reversals),
     )

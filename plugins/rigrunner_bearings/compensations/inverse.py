@@ -169,7 +169,7 @@ class Inverse(ABC):
     ) -> tuple[CompensatedPoint, _Diagnosis]:
         swing = budget.rig.friction.swing
         raw_nm = interpolated(mean_torque(loaded), swing.size)
-        forward, backward = evaluation.where.both(evaluation.bearing_nm)
+        forward, backward = evaluation.reversals.of_strokes(evaluation.bearing_nm)
         step = len(evaluation.bearing_nm) // len(loaded.angle_rad)
         point = compensated_point(
             budget.model(evaluation, between),
@@ -189,7 +189,7 @@ class Inverse(ABC):
         spring = spring_torque(swing, evaluation.bearing_nm)
         runs = (evaluation.pair.loaded, evaluation.pair.no_load)
         scattered_nm = tuple(
-            influences(evaluation.where.torque(without_nm))
+            influences(evaluation.reversals.torque(without_nm))
             for run, without_nm in zip(runs, evaluation.without_each_nm, strict=True)
             if run.of_cycles
         )

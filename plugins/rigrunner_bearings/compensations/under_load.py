@@ -112,7 +112,7 @@ def effect(evaluation: Evaluation, rig: Identified, loaded: LineUnderLoad) -> tu
 
     def torque_nm(values: Array) -> float:
         line = with_vector(rig.line, values, LEARNED)
-        return float(evaluation.where.torque(without + unexplained(line, friction, run)))
+        return float(evaluation.reversals.torque(without + unexplained(line, friction, run)))
 
     learned = vector(loaded.line, LEARNED)
     loaded_nm, u = torque_nm(learned), np.sqrt(np.diag(loaded.covariance))

@@ -204,8 +204,8 @@ def positive_check(torques_nm: Iterable[tuple[float, float]]) -> Check:
 def _wrong_frequency(point: PeakPoint, run: RunData) -> tuple[float, str]:
     measured, entered = seen_frequency_hz(point, run), point.set_frequency_hz
     percent = 100 * abs(measured - entered) / abs(entered)
-    seen = f"{SEEN[point.motion]} {measured:.4g} Hz"
-    return percent, f"{point.recording} entered {entered:g} Hz, {seen}"
+    source = f"{SEEN[point.motion]} {measured:.4g} Hz"
+    return percent, f"{point.recording} entered {entered:g} Hz, {source}"
 
 
 def _wrong_stroke(point: SwingPoint, ratio: float) -> tuple[float, str]:

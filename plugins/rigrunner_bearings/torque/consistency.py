@@ -44,8 +44,8 @@ def agreement(points: Sequence[CompensatedPoint]) -> Check:
     if len(set(hertz)) < LEAST:
         return skipped(NAME, f"fewer than {LEAST} frequencies")
     torques = np.array([point.torque.value for point in points])
-    own = np.array([combine(part for part in p.components if not part.common)[0] for p in points])
-    sigma = np.hypot(own, TREND * abs(torques.mean()))
+    own_u = np.array([combine(part for part in p.components if not part.common)[0] for p in points])
+    sigma = np.hypot(own_u, TREND * abs(torques.mean()))
     basis = np.stack([np.ones_like(hertz), hertz, np.sqrt(hertz)], axis=1) / sigma[:, None]
     trend, *_ = np.linalg.lstsq(basis, torques / sigma, rcond=None)
     residual = torques / sigma - basis @ trend

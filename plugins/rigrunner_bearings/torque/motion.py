@@ -131,8 +131,8 @@ def _edge_u(edges: Array) -> float:
     """
     turns = np.arange(len(edges))
     residual = edges - np.polyval(np.polyfit(turns, edges, 1), turns)
-    seen = float(residual @ residual) / (len(edges) - 2)
-    return sqrt(max(HALF_SAMPLE**2 - seen, 0.0) + seen / len(edges))
+    visible = float(residual @ residual) / (len(edges) - 2)
+    return sqrt(max(HALF_SAMPLE**2 - visible, 0.0) + visible / len(edges))
 
 
 def entered_frequency(entered_hz: float) -> Estimate:

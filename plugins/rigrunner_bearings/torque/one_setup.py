@@ -93,12 +93,12 @@ def unloaded_check(
     least = min((point.load_n for point in loaded), default=0.0)
     if least <= 0:
         return skipped(UNLOADED.name, "the run has no load")
-    left = [(abs(point.load_n) / least, point) for point in no_load]
+    shares = [(abs(point.load_n) / least, point) for point in no_load]
     check = UNLOADED.check(
         (100 * share, f"{point.recording} was made under {point.load_n:.4g} N")
-        for share, point in left
+        for share, point in shares
     )
-    most = max(share for share, _ in left)
+    most = max(share for share, _ in shares)
     return replace(
         check,
         biases=tuple(

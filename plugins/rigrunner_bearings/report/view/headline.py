@@ -93,8 +93,8 @@ def _span(points: Sequence[SetPoint]) -> str:
     ordered = by_frequency(points)
     loads_n = [set_point.point.load_n for set_point in ordered]
     least, most = min(loads_n), max(loads_n)
-    kept = most - least <= LOAD_KEPT * most
-    load = f"{float(np.mean(loads_n)):.0f} N" if kept else f"{least:.0f} N to {most:.0f} N"
+    is_steady = most - least <= LOAD_KEPT * most
+    load = f"{float(np.mean(loads_n)):.0f} N" if is_steady else f"{least:.0f} N to {most:.0f} N"
     if len(ordered) == 1:
         return f"One set-point, {ordered[0].frequency_hz:.4g} Hz, under {load}"
     low, high = (plain(ordered[i].point.set_frequency_hz) for i in (0, -1))
