@@ -86,7 +86,7 @@ class Budget:
             _repeatability("repeatability, no load", evaluation, 1),
             bounded_effect("noise in the maximum", evaluation.bias_nm),
             *self._sensor(evaluation),
-            *self._learned(pair),
+            *self._drive_line(pair),
             Effect(low_pass, self._slope(self.refiltered, corner_limit, evaluation)),
             # What a swing larger than the angle channel shows does: J is learned again.
             Effect(
@@ -127,7 +127,7 @@ class Budget:
             *transducer_effects(self.instrument, evaluation.torque_nm, readings, slow=slow),
         )
 
-    def _learned(self, pair: Pair) -> tuple[Effect, ...]:
+    def _drive_line(self, pair: Pair) -> tuple[Effect, ...]:
         """Return fn, z, J, share and delay, with their covariance from the no-load sweep."""
         line, u = self.rig.line, np.sqrt(np.diag(self.rig.covariance))
         above, below = (

@@ -143,7 +143,7 @@ LIMITS = (
 )
 
 
-def independent(
+def independent_cycles(
     points: Sequence[CompensatedPoint], scattered_nm: Sequence[Iterable[Array]]
 ) -> Check:
     """Check that cycles which follow each other are more than a few independent ones.
@@ -157,7 +157,7 @@ def independent(
         (point, moved, number)
         for point, runs in zip(points, scattered_nm, strict=True)
         for moved in runs
-        if (number := _independent(moved, point.torque.u)) < inf
+        if (number := _effective_cycles(moved, point.torque.u)) < inf
     ]
     check = INDEPENDENT.check(
         (number, f"{point.frequency_hz:.4g} Hz: {number:.1f} of {len(moved)} cycles")
@@ -175,7 +175,7 @@ def independent(
     return replace(check, biases=biases, common=False, covered_by=REPEATABILITY)
 
 
-def _independent(moved_nm: Array, u_nm: float) -> float:
+def _effective_cycles(moved_nm: Array, u_nm: float) -> float:
     """Return the effective number of cycles; infinite where their scatter does not matter."""
     if moved_nm.std() < MATTERS * u_nm:
         return inf
@@ -203,7 +203,7 @@ def positive(points: Sequence[CompensatedPoint], running_nm: Sequence[float]) ->
     )
 
 
-def understood(misfit: float, biases: tuple[Bias, ...]) -> Check:
+def drive_line(misfit: float, biases: tuple[Bias, ...]) -> Check:
     """Check that the drive line's equations explain the no-load sweep.
 
     `biases` are what the torques differ by as each half of the frequencies shows the drive line.
@@ -213,13 +213,13 @@ def understood(misfit: float, biases: tuple[Bias, ...]) -> Check:
     return replace(check, biases=biases, covered_by=(LEARNED,))
 
 
-def simultaneous(delay_s: float) -> Check:
+def delay(delay_s: float) -> Check:
     """Check that torque and angle belong to the same instant, in s."""
     delay_ms = 1000 * abs(delay_s)
     return DELAY.check([(delay_ms, f"{delay_ms:.2f} ms between torque and angle")])
 
 
-def tight(natural_hz: float, reference_hz: float | None) -> Check:
+def coupling(natural_hz: float, reference_hz: float | None) -> Check:
     """Check that the resonance has not come down from that of the rig in order, in Hz."""
     if reference_hz is None:
         return skipped(COUPLING.name, "the station's rig states no natural_frequency")
@@ -228,7 +228,7 @@ def tight(natural_hz: float, reference_hz: float | None) -> Check:
     return COUPLING.check([(percent, words)])
 
 
-def follows_resonance(points: Iterable[SwingPoint], natural_hz: float) -> Check:
+def sampling(points: Iterable[SwingPoint], natural_hz: float) -> Check:
     """Check that the samples lie close enough to show the drive line's resonance."""
     rates = {point.recording: point.sample_rate_hz / natural_hz for point in points}
     return SAMPLING.check((rate, f"{name}: {rate:.1f}") for name, rate in rates.items())

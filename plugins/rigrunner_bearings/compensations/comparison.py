@@ -141,12 +141,12 @@ def comparable_runs(
     pairs, hum_nm = without_hum(rig, pairs, points, settings.mains_frequency)
     support, (longer, same) = support_under_load(settings, sweep), rig.friction.grown
     grown = support.growth * (longer + same) / 2
-    pairs = [replace(pair, loaded=_without(rig, pair.loaded, grown)) for pair in pairs]
+    pairs = [replace(pair, loaded=_minus(rig, pair.loaded, grown)) for pair in pairs]
     gains = recording_gains(rig, pairs, settings.inertia_mismatch)
     comparable = tuple(
         Pair(
             _rescaled(
-                _without(rig, pair.loaded, gains.inertia * inertia_torque(rig, pair.loaded)), loaded
+                _minus(rig, pair.loaded, gains.inertia * inertia_torque(rig, pair.loaded)), loaded
             ),
             _rescaled(pair.no_load, no_load),
         )
@@ -163,7 +163,7 @@ def inertia_torque(rig: Identified, run: MeanSwing) -> Array:
     return np.asarray(rig.line.inertia_kgm2 * acceleration * run.frequency_hz**2)
 
 
-def _without(rig: Identified, run: MeanSwing, torque_nm: Array) -> MeanSwing:
+def _minus(rig: Identified, run: MeanSwing, torque_nm: Array) -> MeanSwing:
     """Return a run without what the sensor shows of a torque at the load, shape (n,)."""
     harmonic_hz = run.frequency_hz * np.arange(len(torque_nm) // 2 + 1, dtype=float)
     at_sensor = response.apply(rig.line.sensor(harmonic_hz), torque_nm)

@@ -60,7 +60,7 @@ class Energy:
         points = tuple(point for point, _ in results)
         scattered_nm = [[influences(run) for run in without_each] for _, without_each in results]
         energy_checks = (
-            checks.independent(points, scattered_nm),
+            checks.independent_cycles(points, scattered_nm),
             checks.positive(points, [point.torque.value for point in points]),
         )
         return Compensation(MEASURAND, points, checks=energy_checks, notes=NOTES)

@@ -70,7 +70,7 @@ def without_hum(
             spectra = np.array(
                 [np.fft.rfft(torque)[: 2 * HARMONICS] / len(torque) for torque in torques]
             )
-        for place, harmonic in _locked(pairs, order * mains_hz):
+        for place, harmonic in _locked_pairs(pairs, order * mains_hz):
             pair = pairs[place]
             gain = _gain_to_load(rig.line, pair, harmonic)
             hum_variance = 2 * power * abs(gain) ** 2
@@ -97,7 +97,7 @@ def _power(points: Iterable[SwingPoint], mains_hz: float) -> float:
         count, size = point.torque_nm.shape
         frequency = point.frequency_hz.value
         averaged = point.cycles != count  # a row of several cycles shows no hum
-        if averaged or _apart(mains_hz, frequency, count) < LOCKED:
+        if averaged or _turns_apart(mains_hz, frequency, count) < LOCKED:
             continue
         residual = point.torque_nm - point.torque_nm[point.kept].mean(axis=0)
         residual = np.where(point.kept[:, None], residual, 0.0)
@@ -122,19 +122,19 @@ def _powers(values: Array, rate_hz: float, hertz: Array) -> Array:
     return np.asarray(np.abs(sums / values.size) ** 2)
 
 
-def _apart(mains_hz: float, frequency_hz: float, cycles: int) -> float:
+def _turns_apart(mains_hz: float, frequency_hz: float, cycles: int) -> float:
     """Return by how many turns the mains and the nearest harmonic come apart in a recording."""
     ratio = mains_hz / frequency_hz
     return abs(ratio - round(ratio)) * cycles
 
 
-def _locked(pairs: Sequence[Pair], mains_hz: float) -> Iterator[tuple[int, int]]:
+def _locked_pairs(pairs: Sequence[Pair], mains_hz: float) -> Iterator[tuple[int, int]]:
     """Yield the place of each pair whose cycles all have the same hum, and in which harmonic."""
     for place, pair in enumerate(pairs):
         run = pair.loaded
         harmonic = round(mains_hz / run.frequency_hz)
-        cycles = len(run.changes_nm)
-        if 0 < harmonic < 2 * HARMONICS and _apart(mains_hz, run.frequency_hz, cycles) < LOCKED:
+        turns = _turns_apart(mains_hz, run.frequency_hz, len(run.changes_nm))
+        if 0 < harmonic < 2 * HARMONICS and turns < LOCKED:
             yield place, harmonic
 
 

@@ -244,9 +244,9 @@ def _checks(
         )
     )
     return (
-        checks.independent(points, [diagnosis.scattered_nm for diagnosis in diagnoses]),
+        checks.independent_cycles(points, [diagnosis.scattered_nm for diagnosis in diagnoses]),
         checks.positive(points, running_nm),
-        checks.understood(rig.misfit, by_halves(sweep.no_load, rig, evaluations, settings.window)),
+        checks.drive_line(rig.misfit, by_halves(sweep.no_load, rig, evaluations, settings.window)),
         checks.symmetry(points, [diagnosis.asymmetry for diagnosis in diagnoses]),
         checks.same_inertia(points, [diagnosis.mismatch for diagnosis in diagnoses]),
         checks.no_growth(points, [diagnosis.speed for diagnosis in diagnoses]),
@@ -254,9 +254,9 @@ def _checks(
             points, [diagnosis.under_load_nm for diagnosis in diagnoses if diagnosis.under_load_nm]
         ),
         checks.no_spring(points, [diagnosis.spring_nm for diagnosis in diagnoses]),
-        checks.simultaneous(rig.line.delay_s),
-        checks.tight(rig.line.natural_hz, sweep.rig.natural_frequency),
-        checks.follows_resonance((*sweep.loaded, *sweep.no_load), rig.line.natural_hz),
+        checks.delay(rig.line.delay_s),
+        checks.coupling(rig.line.natural_hz, sweep.rig.natural_frequency),
+        checks.sampling((*sweep.loaded, *sweep.no_load), rig.line.natural_hz),
         build_up,
     )
 

@@ -60,7 +60,7 @@ class PaperPeak:
         return Compensation(
             measurand=MEASURAND,
             points=points,
-            checks=(checks.independent(points, [scattered_peaks(p) for p in sweep.loaded]),),
+            checks=(checks.independent_cycles(points, [scattered_peaks(p) for p in sweep.loaded]),),
             curve=curve,
             notes=notes if self._refit else (*notes, OTHER_RIG),
         )

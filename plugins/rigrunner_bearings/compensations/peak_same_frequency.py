@@ -48,7 +48,9 @@ class PeakSameFrequency:
         return Compensation(
             MEASURAND,
             points,
-            checks=(checks.independent(points, [scattered_peaks(*pair) for pair in matched]),),
+            checks=(
+                checks.independent_cycles(points, [scattered_peaks(*pair) for pair in matched]),
+            ),
             notes=notes_on((*sweep.loaded, *sweep.no_load)),
         )
 

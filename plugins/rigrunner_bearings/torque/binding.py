@@ -52,7 +52,7 @@ def bind(
             compensation = replace(
                 compensation,
                 points=tuple(
-                    with_effects(point, [Effect(cause, _lacking(point, bias, judged))])
+                    with_effects(point, [Effect(cause, _missing_from_budget(point, bias, judged))])
                     for point, bias in zip(compensation.points, judged.biases[1:], strict=True)
                 ),
             )
@@ -89,7 +89,7 @@ def _consequence(check: Check, points: Sequence[CompensatedPoint]) -> Consequenc
         apart = sqrt(sum(bias.contribution**2 for bias in biases) / len(biases))
     if max(mean.contribution, apart) > TRUSTED * level:
         return Consequence.INCONCLUSIVE
-    lacking = [_lacking(*pair, check) for pair in zip(points, biases, strict=True)]
+    lacking = [_missing_from_budget(*pair, check) for pair in zip(points, biases, strict=True)]
     of_mean = sum(lacking) / len(lacking)
     if not check.common:
         of_mean = sqrt(sum(part**2 for part in lacking)) / len(lacking)
@@ -100,7 +100,7 @@ def _consequence(check: Check, points: Sequence[CompensatedPoint]) -> Consequenc
     return Consequence.BUDGET if matters else Consequence.NOTE
 
 
-def _lacking(point: CompensatedPoint, bias: Bias, check: Check) -> float:
+def _missing_from_budget(point: CompensatedPoint, bias: Bias, check: Check) -> float:
     """Return what the budget of a point lacks of a bias in N·m, with the sign of the bias."""
     has = hypot(*(part.u for part in point.components if part.name in check.covered_by))
     lacking = sqrt(max(bias.contribution**2 - has**2, 0.0))

@@ -70,7 +70,7 @@ def diagnose(
     if not prepared.loaded:
         return
     points = primary.points if primary else ()
-    for check in _of_recordings(prepared, own_no_load=own_no_load):
+    for check in _recording_checks(prepared, own_no_load=own_no_load):
         yield _with_effect(check, points, prepared.with_half_the_samples_nm)
     loaded, no_load = prepared.loaded, prepared.no_load
     if prepared.no_load_run is not None:
@@ -90,7 +90,7 @@ def diagnose(
         yield friction_check(torques, loaded[0].load_n, radius)
 
 
-def _of_recordings(prepared: PreparedRuns, *, own_no_load: bool) -> Iterator[Check]:
+def _recording_checks(prepared: PreparedRuns, *, own_no_load: bool) -> Iterator[Check]:
     points = (*prepared.loaded, *prepared.no_load) if own_no_load else prepared.loaded
     yield from run_checks(prepared.run, points)
     if prepared.no_load_run is not None:

@@ -120,10 +120,10 @@ def _maker(
     def torques(changed: Sweep) -> Array:
         return np.array([point.torque.value for point in method(changed).points])
 
-    return _Maker(torques, sweep, points, _SoundRig(), generic, zeroed)
+    return _Maker(torques, sweep, points, _NoRigErrors(), generic, zeroed)
 
 
-class _SoundRig:
+class _NoRigErrors:
     """Of a method that states no errors of the rig as data."""
 
     covers: Collection[str] = ()

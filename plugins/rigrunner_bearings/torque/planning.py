@@ -50,9 +50,12 @@ def plan_problems(
         hint = "add 'fits: [polynomial]', or leave 'analysis' out to record only"
         return [PlanProblem(message=message, hint=hint)]
     chosen = analysed(planned, spec)
-    problems = [*_recorded(spec, planned, chosen), *_limits(spec, chosen, context)]
+    problems = [
+        *_recording_problems(spec, planned, chosen),
+        *_limit_problems(spec, chosen, context),
+    ]
     # Only now: a mistake above that leaves a frequency unset would be reported twice.
-    problems = problems or list(_motion(spec, chosen))
+    problems = problems or list(_motion_problems(spec, chosen))
     return problems or list(unmet_requirements(spec, chosen, requirers(spec, context.plugins)))
 
 
@@ -90,11 +93,11 @@ def expects(
         if rig_nm is not None:
             text = f"recording {record.name} is expected to reach"
             for name in channels_of(record, "torque"):
-                yield _up_to(record, name, rig_nm + bearing_nm, text)
+                yield _plus_minus(record, name, rig_nm + bearing_nm, text)
         if rig.swings:
             half_swing = asin(rig.eccentric_ratio)
             for name in channels_of(record, "angle"):
-                yield _up_to(record, name, half_swing, "the swing goes to")
+                yield _plus_minus(record, name, half_swing, "the swing goes to")
 
 
 def rig_torque_nm(rig: RigDescription, frequency_hz: float) -> float | None:
@@ -115,20 +118,20 @@ def rig_torque_nm(rig: RigDescription, frequency_hz: float) -> float | None:
     return inertia_nm + rig.support_friction + damping_nm
 
 
-def _up_to(record: RecordingAction, name: str, value: float, text: str) -> ExpectedReading:
+def _plus_minus(record: RecordingAction, name: str, value: float, text: str) -> ExpectedReading:
     return ExpectedReading(
         recording=record.name, channel=Member(record.role, name), low=-value, high=value, text=text
     )
 
 
-def _recorded(
+def _recording_problems(
     spec: TorqueSettings, planned: PlannedRun, chosen: PlannedRun
 ) -> Iterator[PlanProblem]:
     if not (planned.recordings or planned.rows):
         yield PlanProblem(message="there is no recording to analyse", hint="add a record step")
     for recording in chosen.recordings:
-        yield from _channels(recording)
-    yield from _selection(spec, planned, chosen)
+        yield from _channel_problems(recording)
+    yield from _selection_problems(spec, planned, chosen)
     if spec.starts is None and chosen.recordings:
         # By the law of the crank swings are read.
         rig = planned_rig(planned)
@@ -138,10 +141,10 @@ def _recorded(
                 yield PlanProblem(message=message, key=(key,), of=StationPart.RIG, at_key=True)
     for recording in chosen.recordings:
         for name in channels_of(recording.record, "torque"):
-            yield from _instrument(planned, Member(recording.record.role, name), recording)
+            yield from _instrument_problems(planned, Member(recording.record.role, name), recording)
 
 
-def _channels(recording: PlannedRecording) -> Iterator[PlanProblem]:
+def _channel_problems(recording: PlannedRecording) -> Iterator[PlanProblem]:
     """Ask for one torque, and for no more than one angle: without any there are fallbacks."""
     record = recording.record
     for dimension, least, expected in (
@@ -166,7 +169,7 @@ def _channels(recording: PlannedRecording) -> Iterator[PlanProblem]:
                 )
 
 
-def _selection(
+def _selection_problems(
     spec: TorqueSettings, planned: PlannedRun, chosen: PlannedRun
 ) -> Iterator[PlanProblem]:
     """Yield what a `where` chooses that is not there, and labels that would be averaged."""
@@ -198,7 +201,7 @@ def _selection(
         yield PlanProblem(message=message, hint=hint)
 
 
-def _instrument(
+def _instrument_problems(
     planned: PlannedRun, channel: Member, recording: PlannedRecording
 ) -> Iterator[PlanProblem]:
     channels = [instrument.channel for instrument in planned.instruments]
@@ -219,7 +222,7 @@ def _instrument(
         )
 
 
-def _motion(spec: TorqueSettings, chosen: PlannedRun) -> Iterator[PlanProblem]:
+def _motion_problems(spec: TorqueSettings, chosen: PlannedRun) -> Iterator[PlanProblem]:
     """Yield every recording without the cyclic motion that the analysis needs."""
     for recording in () if spec.starts is not None else chosen.recordings:
         role = recording.record.role
@@ -234,7 +237,7 @@ def _motion(spec: TorqueSettings, chosen: PlannedRun) -> Iterator[PlanProblem]:
         yield PlanProblem(message=message, hint=hint, of=recording, at_key=True)
 
 
-def _limits(
+def _limit_problems(
     spec: TorqueSettings, chosen: PlannedRun, context: AnalysisContext
 ) -> Iterator[PlanProblem]:
     """Yield each limit of another torque than the planned one, or of one that is not recorded.

@@ -138,7 +138,7 @@ def _by_draws(
     """
     ordered, allowed = np.sort(torques_nm), tolerance(gum, digits)
     interval, drawn_interval = gum_interval(gum, P), symmetric(ordered, P)
-    low, high = (_open(ordered, share) for share in ((1 - P) / 2, (1 + P) / 2))
+    low, high = (_quantile_interval(ordered, share) for share in ((1 - P) / 2, (1 + P) / 2))
     return Agreement(
         set_frequency_hz=set_frequency_hz,
         gum=gum,
@@ -154,7 +154,7 @@ def _by_draws(
     )
 
 
-def _open(ordered: Array, share: float) -> Interval:
+def _quantile_interval(ordered: Array, share: float) -> Interval:
     """Return between which of the ordered draws their quantile lies, at the confidence."""
     n = len(ordered)
     below = int(scipy.stats.binom.ppf((1 - CONFIDENCE) / 2, n, share))

@@ -229,7 +229,7 @@ class RotationTester:
         """Return angle and torque of even rotation, or of rest."""
         frequency_hz = self._drives.actual["frequency"]
         angle = TURN_RAD * (self._history.turns(now_s) + frequency_hz * time_s)
-        bench = self._loaded()
+        bench = self._bench_under_load()
         torque = (bench.kinetic_torque_nm + bench.fixture_friction_nm) * (frequency_hz > 0)
         return angle, np.full(len(time_s), torque)
 
@@ -237,7 +237,7 @@ class RotationTester:
         self, time_s: Array, now_s: float, rng: np.random.Generator
     ) -> tuple[Array, Array]:
         """Return angle and torque of a start, and add it to the history."""
-        bench, history = self._loaded(), self._history
+        bench, history = self._bench_under_load(), self._history
         speed = TURN_RAD * self._drives.actual["start_frequency"]
         travel, acceleration = start(time_s, speed, bench.acceleration_rad_s2)
         turns, rest_s = history.turns(now_s), history.rest_s(now_s) + REST_S
@@ -250,7 +250,7 @@ class RotationTester:
         history.add_start(now_s + duration_s, float(travel[-1]) / TURN_RAD)
         return TURN_RAD * turns + travel, torque
 
-    def _loaded(self) -> BenchParameters:
+    def _bench_under_load(self) -> BenchParameters:
         """Return the bench under the load that is set."""
         return self._bench.under_load(self._drives.actual.get("load", 0.0))
 

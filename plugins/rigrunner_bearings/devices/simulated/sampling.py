@@ -145,7 +145,7 @@ def _torque(
     beyond = position - before
 
     def at(hz: float) -> Array:
-        cycle = _amplified(rig.steady_state(load_n, hz), hz, rig.sensors)
+        cycle = _filtered_cycle(rig.steady_state(load_n, hz), hz, rig.sensors)
         values: Array = cycle[before] + beyond * (cycle[before + 1] - cycle[before])
         return values
 
@@ -158,7 +158,7 @@ def _torque(
 
 
 @lru_cache(maxsize=4)  # single readings follow each other at one set-point
-def _amplified(steady: SteadyState, frequency_hz: float, sensors: SensorParameters) -> Array:
+def _filtered_cycle(steady: SteadyState, frequency_hz: float, sensors: SensorParameters) -> Array:
     """Pass a cycle through a second-order Butterworth low-pass and the delay.
 
     Return it at GRID points and at the first of the next cycle, not to be written to.

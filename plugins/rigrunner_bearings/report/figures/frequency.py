@@ -30,7 +30,7 @@ RIGHT = 1.045
 def over_frequency(result: Result, points: Sequence[SetPoint]) -> Picture:
     """Return the picture of raw and compensated torque, with truth and limits where there are."""
     torque = TorqueDetails.of(result)
-    ordered = _shown(torque, by_frequency(points))
+    ordered = _points_to_draw(torque, by_frequency(points))
     names = [name for name, compensation in torque.compensations.items() if compensation.points]
     names.sort(key=lambda name: name != torque.primary)
     primary = names[:1] if torque.primary in names else []
@@ -77,7 +77,7 @@ def over_frequency(result: Result, points: Sequence[SetPoint]) -> Picture:
     return Picture(caption, _alt(torque, ordered), panels, in_a_row=True)
 
 
-def _shown(torque: TorqueDetails, points: Sequence[SetPoint]) -> list[SetPoint]:
+def _points_to_draw(torque: TorqueDetails, points: Sequence[SetPoint]) -> list[SetPoint]:
     """Return the set-points to draw: all, or of very many those where a torque is an extreme."""
     raw = np.array([point.raw_peak_nm for point in points])
     methods = [

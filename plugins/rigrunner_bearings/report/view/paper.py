@@ -39,7 +39,7 @@ def paper_on_this_run(torque: TorqueDetails, points: Sequence[SetPoint]) -> tupl
     paper_errors = errors(points, METHOD, torque.compensations[METHOD])
     return (
         _range(points),
-        *_made_of(torque, points),
+        *_extremes(torque, points),
         *_beside_primary(torque, points),
         *([_against_truth(paper_errors)] if paper_errors else []),
     )
@@ -56,7 +56,7 @@ def _range(points: Sequence[SetPoint]) -> str:
     )
 
 
-def _made_of(torque: TorqueDetails, points: Sequence[SetPoint]) -> Iterator[str]:
+def _extremes(torque: TorqueDetails, points: Sequence[SetPoint]) -> Iterator[str]:
     """Yield what the lowest and the highest value are made of, where a no-load point is there."""
     no_load = {point.set_frequency_hz: point for point in torque.no_load}
     measured = [set_point for set_point in points if METHOD in set_point.by_method]

@@ -4,14 +4,14 @@ import pytest
 from rigrunner.api.data import Estimate
 from rigrunner_bearings.api.compensations import CompensatedPoint
 from rigrunner_bearings.compensations.checks import (
-    independent,
+    coupling,
+    delay,
+    drive_line,
+    independent_cycles,
     no_growth,
     positive,
     same_inertia,
-    simultaneous,
     symmetry,
-    tight,
-    understood,
 )
 from rigrunner_bearings.compensations.effects import BySpeed, Mismatch
 
@@ -100,26 +100,26 @@ def test_asymmetry_either_way(asymmetry, ok):
 
 @pytest.mark.parametrize(("misfit", "ok"), [(0.8, True), (1.2, False)])
 def test_a_sweep_that_the_equations_do_not_explain(misfit, ok):
-    assert understood(misfit, ()).ok is ok
+    assert drive_line(misfit, ()).ok is ok
 
 
 @pytest.mark.parametrize(("natural_hz", "ok"), [(380.0, True), (361.0, True), (359.0, False)])
 def test_a_resonance_that_came_down_means_a_loose_coupling(natural_hz, ok):
-    check = tight(natural_hz, 400.0)
+    check = coupling(natural_hz, 400.0)
     assert check.ok is ok
     assert check.value == pytest.approx(natural_hz / 4)
     assert bool(check.advice) is not ok
 
 
 def test_without_a_resonance_in_the_station_the_coupling_is_not_judged():
-    check = tight(300.0, None)
+    check = coupling(300.0, None)
     assert check.ok
     assert "natural_frequency" in check.text
 
 
 @pytest.mark.parametrize(("delay_s", "ok"), [(1e-4, True), (-1.6e-4, False), (2e-4, False)])
 def test_torque_and_angle_of_the_same_instant(delay_s, ok):
-    assert simultaneous(delay_s).ok is ok
+    assert delay(delay_s).ok is ok
 
 
 def walk(seed, step_nm):
@@ -132,9 +132,9 @@ def test_cycles_that_wander_show_no_mean_where_it_matters(step_nm, ok):
     """Against u = 5 mN·m; a random walk of 0.1 mN·m a cycle can do no harm."""
     noise = 0.01 * np.random.default_rng(3).standard_normal((8, 30))
     scattered = [[row, row[::-1]] for row in noise]
-    assert independent(points([0.7] * 8), scattered).ok
+    assert independent_cycles(points([0.7] * 8), scattered).ok
     scattered[2] = [noise[2], walk(5, step_nm)]
-    check = independent(points([0.7] * 8), scattered)
+    check = independent_cycles(points([0.7] * 8), scattered)
     assert check.ok == ok
     if not ok:
         assert check.biases[2].u == pytest.approx(np.std(walk(5, step_nm), ddof=1))
