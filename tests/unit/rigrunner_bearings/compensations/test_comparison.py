@@ -63,15 +63,13 @@ def test_gains_that_scatter_are_found_where_the_inertia_is_large(healthy):
 
 
 def test_gains_that_scatter_are_taken_out_and_the_rest_is_in_the_budget(healthy):
-    compensation, plain = compensate(scaled(healthy, GAINS)), compensate(healthy)
-    errors = errors_nm(RIG, compensation)
+    outcome, plain = compensate(scaled(healthy, GAINS)), compensate(healthy)
+    errors = errors_nm(RIG, outcome)
     inertial = 0.002324 * 1.7563 * np.array(HERTZ) ** 2
     assert np.abs(GAINS * inertial)[-1] > 0.014
     assert np.abs(errors)[-4:].max() < 0.009
-    assert all(
-        abs(e) < expanded(p.torque) for e, p in zip(errors, compensation.points, strict=True)
-    )
-    assert line_of(compensation.points[-1], LINE) > line_of(plain.points[-1], LINE)
+    assert all(abs(e) < expanded(p.torque) for e, p in zip(errors, outcome.points, strict=True))
+    assert line_of(outcome.points[-1], LINE) > line_of(plain.points[-1], LINE)
 
 
 def test_an_inertia_is_told_from_gains_that_scatter(healthy):
@@ -107,15 +105,15 @@ def test_hum_that_is_a_harmonic_of_the_swing_is_taken_out(healthy):
         healthy, loaded=with_hum(healthy.loaded, 0.0), no_load=with_hum(healthy.no_load, 0.5)
     )
     plain = compensate(healthy)
-    compensation = compensate(hums)
+    outcome = compensate(hums)
     elsewhere = compensate(hums, mains_frequency="61 Hz")
     moved, without = (
-        errors_nm(RIG, outcome) - errors_nm(RIG, plain) for outcome in (compensation, elsewhere)
+        errors_nm(RIG, shown) - errors_nm(RIG, plain) for shown in (outcome, elsewhere)
     )
     locked = [HERTZ.index(hz) for hz in (5.0, 10.0, 25.0)]
     assert np.abs(without[locked]).max() > 0.012
     assert np.abs(moved[locked]).max() < 0.0025
-    has = [line_of(point, "hum of the mains") > 0 for point in compensation.points]
+    has = [line_of(point, "hum of the mains") > 0 for point in outcome.points]
     assert [hz for hz, hum in zip(HERTZ, has, strict=True) if hum] == [5.0, 10.0, 25.0]
 
 

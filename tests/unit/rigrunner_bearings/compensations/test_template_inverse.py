@@ -78,9 +78,7 @@ def test_a_budget_undoes_the_drive_line_only_for_what_changes_it(monkeypatch):
     """
     calls = []
     plain = DriveLine.at_load
-    monkeypatch.setattr(
-        DriveLine, "at_load", lambda *arguments: calls.append(1) or plain(*arguments)
-    )
+    monkeypatch.setattr(DriveLine, "at_load", lambda *args: calls.append(1) or plain(*args))
     outcome = compensate(sweep_of(RIG, FEW, seed=4))
     assert len(calls) <= (26 + 4 + 1 + 7) * len(outcome.points)
 
@@ -91,9 +89,7 @@ def test_the_drive_line_is_searched_for_twice_and_once_for_each_change(monkeypat
     searched = []
     plain = identification._search
     monkeypatch.setattr(
-        identification,
-        "_search",
-        lambda *arguments: searched.append(arguments[-1]) or plain(*arguments),
+        identification, "_search", lambda *args: searched.append(args[-1]) or plain(*args)
     )
     compensate(sweep_of(RIG, seed=11))
     assert len(searched) == 6
@@ -247,13 +243,11 @@ def test_settings_carry_into_the_budget():
 
 def test_the_station_may_know_its_rig_better():
     sweep = sweep_of(RIG, FEW)
-    known_rig = sweep.rig.model_copy(
-        update={"support_load_dependence": 0.03, "load_tolerance": 0.01}
-    )
+    known = sweep.rig.model_copy(update={"support_load_dependence": 0.03, "load_tolerance": 0.01})
     names = ("support friction under load", "load")
     default, stated = (
         {part.name: part for part in compensate(variant).points[-1].components}
-        for variant in (sweep, replace(sweep, rig=known_rig))
+        for variant in (sweep, replace(sweep, rig=known))
     )
     for name, times in zip(names, (3, 2), strict=True):
         assert stated[name].u == pytest.approx(times * default[name].u, rel=0.02)
@@ -305,15 +299,11 @@ def test_one_figure_of_full_scale_is_taken_as_such():
 
 def test_the_rig_is_one_line_of_its_covariance(outcome):
     model = outcome.points[-1].model
-    learned = [
-        learned_input
-        for learned_input in model.inputs
-        if learned_input.budget_line == "resonance, damping, inertia"
-    ]
-    assert [learned_input.unit for learned_input in learned] == ["Hz", "1", "kg·m²", "1", "s"]
+    learned = [item for item in model.inputs if item.budget_line == "resonance, damping, inertia"]
+    assert [item.unit for item in learned] == ["Hz", "1", "kg·m²", "1", "s"]
     (line,) = (p for p in outcome.points[-1].components if p.name == "resonance, damping, inertia")
-    rows = [model.inputs.index(learned_input) for learned_input in learned]
-    gradient = sensitivities(model)[rows] * [learned_input.u for learned_input in learned]
+    rows = [model.inputs.index(item) for item in learned]
+    gradient = sensitivities(model)[rows] * [item.u for item in learned]
     assert line.u == pytest.approx(
         np.sqrt(gradient @ model.correlation[np.ix_(rows, rows)] @ gradient)
     )

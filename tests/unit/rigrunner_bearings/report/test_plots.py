@@ -52,11 +52,8 @@ def test_raw_and_compensated_torque_stand_beside_each_other(result, points):
     assert compensated.points[0].y == pytest.approx(TRUTH_NM - 0.003, abs=0.004)
     assert all(p.U > 0 for p in compensated.points)
     assert raw.points[-1].y > 6
-    applicable = [
-        name
-        for name, compensation in torque_of(result).compensations.items()
-        if compensation.points
-    ]
+    methods = torque_of(result).compensations.items()
+    applicable = [name for name, method in methods if method.points]
     assert set(series_of(right)) == {*applicable, "simulated truth"}
     assert right.series[0].name == torque_of(result).primary  # so it looks as on the left
 

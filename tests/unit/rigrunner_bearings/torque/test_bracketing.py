@@ -51,16 +51,11 @@ def part(name, place, celsius):
 def run_of(friction, celsius=(20.0, 20.0, 20.0), parts=tuple(PLACES)):
     """Return a run whose support's friction is at those places between begin and end."""
     arguments = zip(PLACES, friction, celsius, strict=True)
-    recordings = [
-        recording
-        for part_arguments in arguments
-        if part_arguments[0] in parts
-        for recording in part(*part_arguments)
-    ]
-    return replace(run_data(RIG, 1000.0, FREQUENCIES[:1], seed=3), recordings=tuple(recordings))
+    recordings = sum((part(*place) for place in arguments if place[0] in parts), ())
+    return replace(run_data(RIG, 1000.0, FREQUENCIES[:1], seed=3), recordings=recordings)
 
 
-def compensation_of(run, **no_load):
+def compensate(run, **no_load):
     spec = SwingTorque.model_validate(
         {
             "no_load": {"from": "this run", **no_load},
@@ -106,9 +101,7 @@ def errors_nm(compensation):
 
 
 def line(point):
-    return next(
-        (component for component in point.components if component.name.startswith(NAMED)), None
-    )
+    return next((part for part in point.components if part.name.startswith(NAMED)), None)
 
 
 STEADY = (0.0, 0.5, 1.0)
@@ -116,12 +109,12 @@ STEADY = (0.0, 0.5, 1.0)
 
 @pytest.fixture(scope="module")
 def drifting():
-    return compensation_of(run_of(STEADY))
+    return compensate(run_of(STEADY))
 
 
 def test_a_drift_over_time_is_taken_out(drifting):
     """3 % of 0.76 N·m, of which some 0.8 are in the torque, against the points before alone."""
-    alone = compensation_of(run_of(STEADY, parts=("before", "loaded")))
+    alone = compensate(run_of(STEADY, parts=("before", "loaded")))
     assert errors_nm(alone).mean() < -0.014
     assert abs(errors_nm(drifting).mean()) < 0.003
 
@@ -139,7 +132,7 @@ def test_half_the_difference_is_a_line_of_the_budget(drifting):
 @pytest.mark.thorough
 def test_the_interval_holds_a_drift_that_was_not_straight():
     """Nearly all of it before the loaded points."""
-    sudden = compensation_of(run_of((0.0, 0.9, 1.0)))
+    sudden = compensate(run_of((0.0, 0.9, 1.0)))
     error = errors_nm(sudden)
     assert error.mean() < -0.010
     assert all(abs(e) < expanded(p.torque) for e, p in zip(error, sudden.points, strict=True))
@@ -147,7 +140,7 @@ def test_the_interval_holds_a_drift_that_was_not_straight():
 
 @pytest.mark.thorough
 def test_a_temperature_tells_a_drift_that_was_not_straight():
-    warm = compensation_of(
+    warm = compensate(
         run_of((0.0, 0.9, 1.0), celsius=(20.0, 29.0, 30.0)), drift="tester.temperature"
     )
     assert line(warm.points[0]).name == f"{NAMED} (tester.temperature)"
@@ -156,13 +149,13 @@ def test_a_temperature_tells_a_drift_that_was_not_straight():
 
 @pytest.mark.thorough
 def test_a_temperature_that_does_not_change_tells_nothing():
-    steady = compensation_of(run_of(STEADY), drift="tester.temperature")
+    steady = compensate(run_of(STEADY), drift="tester.temperature")
     assert "by time, as tester.temperature does not tell" in line(steady.points[0]).name
     assert abs(errors_nm(steady).mean()) < 0.003
 
 
 def test_points_on_one_side_alone_have_no_such_line():
-    alone = compensation_of(run_of(STEADY, parts=("before", "loaded")))
+    alone = compensate(run_of(STEADY, parts=("before", "loaded")))
     assert all(line(point) is None for point in alone.points)
 
 
@@ -178,9 +171,7 @@ def test_runs_before_and_after_are_as_good_as_points_of_the_run_itself(drifting)
     result = result_of_three(STEADY)
     apart = TorqueDetails.of(result).compensations["template_inverse"]
     np.testing.assert_allclose(errors_nm(apart), errors_nm(drifting), atol=1e-6)
-    drift_u = (
-        [line(point).u for point in compensation.points] for compensation in (apart, drifting)
-    )
+    drift_u = ([line(p).u for p in outcome.points] for outcome in (apart, drifting))
     np.testing.assert_allclose(*drift_u, rtol=1e-3)
     assert result.run.partners["no_load_after"].run_id == "after"
 
