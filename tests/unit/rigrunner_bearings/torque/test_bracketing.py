@@ -87,8 +87,8 @@ def result_of_three(friction, **no_load):
             "compensations": ["template_inverse"],
         }
     )
-    context = {"acceptance": None, "measurand": MEASURAND, "lookup": load_registry()}
-    return analyse(between(before, loaded, after), (asked(spec),), **context)
+    known = {"acceptance": None, "measurand": MEASURAND, "lookup": load_registry()}
+    return analyse(between(before, loaded, after), (asked(spec),), **known)
 
 
 def errors_nm(compensation):
@@ -182,9 +182,9 @@ def test_two_runs_that_are_not_around_the_loaded_one_are_refused():
     spec = SwingTorque.model_validate(
         {"no_load": {"procedure": "N", "after": True}, "compensations": ["template_inverse"]}
     )
-    context = {"acceptance": None, "measurand": MEASURAND, "lookup": load_registry()}
+    known = {"acceptance": None, "measurand": MEASURAND, "lookup": load_registry()}
     with pytest.raises(DataError, match="before and loaded are not before and after after"):
-        analyse(between(before, after, loaded), (asked(spec),), **context)
+        analyse(between(before, after, loaded), (asked(spec),), **known)
 
 
 def test_this_run_has_no_run_after_it():
