@@ -107,7 +107,7 @@ def _zero(jog: Jog, words: list[str]) -> None:
 
 
 def _stands(jog: Jog, _: list[str]) -> None:
-    for drive, value in jog.stands().items():
+    for drive, value in jog.read_backs().items():
         show_set(jog, drive, value)
 
 
@@ -125,7 +125,7 @@ def _answer(question: str, jog: Jog, stop: SignalStop) -> str | None:
     prompt(question)
     with stop.while_asking(), jog.person():
         while not line_may_be_read(LOOK_EVERY_S):
-            jog.look()
+            jog.check_interlocks()
         line = sys.stdin.readline()
     if not sys.stdin.isatty():
         message(line.rstrip("\n"))  # what was piped in is seen like what is typed

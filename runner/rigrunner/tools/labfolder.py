@@ -57,7 +57,7 @@ def _texts(registry: Registry, lab: str) -> Mapping[str, str]:
     record, files = registry.find("lab", lab).record, registry.make("lab", lab, {})
     assert isinstance(record, LabRecord)  # noqa: S101  (the kind says so)
     copied = {f"procedures/{name}.yaml": find_procedure(name) for name in record.procedures}
-    own = {
+    template_files = {
         path.relative_to(folder).as_posix(): path
         for folder in (TEMPLATE, files)
         for path in sorted(folder.rglob("*"))
@@ -65,11 +65,11 @@ def _texts(registry: Registry, lab: str) -> Mapping[str, str]:
     }
     texts: dict[str, str] = {
         _UNDER_ANOTHER_NAME.get(name) or name: path.read_text(encoding="utf-8")
-        for name, path in (copied | own).items()
+        for name, path in (copied | template_files).items()
     }
-    has_own = (files / PLUGINS).is_dir()
-    with_own = with_drop_ins(registry, files / PLUGINS) if has_own else registry
-    schemas = {name: language_schema(language, with_own) for name, language in _SCHEMAS.items()}
+    has_plugins = (files / PLUGINS).is_dir()
+    with_plugins = with_drop_ins(registry, files / PLUGINS) if has_plugins else registry
+    schemas = {name: language_schema(language, with_plugins) for name, language in _SCHEMAS.items()}
     return texts | {
         name: json.dumps(schema, indent=2, ensure_ascii=False) + "\n"
         for name, schema in schemas.items()

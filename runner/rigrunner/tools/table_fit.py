@@ -82,13 +82,13 @@ class _Rows:
                 raise _refused(self.file, 1, f"there are several columns '{name}'")
             hint = suggestion(name, self.names, "columns")
             raise _refused(self.file, 1, f"there is no column '{name}'", hint)
-        place = self.names.index(name)
+        index = self.names.index(name)
         numbers = []
         for line, row in self.rows:
             try:
-                numbers.append(float(row[place]))
+                numbers.append(float(row[index]))
             except ValueError:
-                message = f"{name}: '{row[place][:40]}' is not a number"
+                message = f"{name}: '{row[index][:40]}' is not a number"
                 raise _refused(self.file, line, message) from None
         return np.array(numbers)
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from rigrunner.rig_state import RigMarks
-    from rigrunner.tools.by_hand.devices import DeviceReport, Who
+    from rigrunner.tools.by_hand.devices import DeviceIdentity, DeviceReport
 
 _MILLI = 1e3
 
@@ -33,7 +33,7 @@ _MILLI = 1e3
 @click.option(
     "--safe-by",
     metavar="NAME",
-    help="Who confirms that a rig that was left energised is safe.",
+    help="DeviceIdentity confirms that a rig that was left energised is safe.",
 )
 @click.option("--reason", default="", metavar="TEXT", help="What that person saw or did.")
 def command(
@@ -54,7 +54,7 @@ def command(
     from rigrunner.cli.output import warning_label
     from rigrunner.cli.stopping import stop_on_signals
     from rigrunner.run.taping import tape_for
-    from rigrunner.tools.by_hand.devices import look_at
+    from rigrunner.tools.by_hand.devices import device_reports
     from rigrunner.tools.by_hand.station import ready_station
 
     if safe_by is not None and not (safe_by.strip() and reason.strip()):
@@ -64,10 +64,10 @@ def command(
         message(f"Replaying the tape {replay}: no instrument is asked.")
     reports: list[DeviceReport] = []
     found = ready_station(find_station(station), tape=tape)
-    with stop_on_signals() as stop, found.held("devices") as ready:
+    with stop_on_signals() as stop, found.hold("devices") as ready:
         if ready.marks is not None and ready.marks.left is not None:
             message(f"{warning_label()} {ready.marks.left.text}")
-        for report in look_at(ready):
+        for report in device_reports(ready):
             reports.append(report)
             if not as_json:
                 result(f"{pairs(list(_rows(report)))}\n")
@@ -130,7 +130,7 @@ def _rows(report: DeviceReport) -> Iterator[tuple[str, str]]:
         yield "", f"{each.channel}{named}: {each.text}{fix}"
 
 
-def _words(who: Who) -> str:
+def _words(who: DeviceIdentity) -> str:
     serial = f"serial {who.serial}" if who.serial else ""
     firmware = f"firmware {who.firmware}" if who.firmware else ""
     known = ", ".join(each for each in (f"{who.maker} {who.model}", serial, firmware) if each)

@@ -78,20 +78,20 @@ class Jog:
         """Suspend the time limits while a person is asked."""
         return self._rig.person()
 
-    def look(self) -> None:
+    def check_interlocks(self) -> None:
         """Read all interlocks, and raise on one that is tripped."""
         self._guarded("look", lambda: self._session.check(read_all=True))
 
     def set(self, drive: str, text: str) -> float:
         """Set a drive to a set-point such as '5 Hz', and return its read-back in SI units."""
-        info = _found("drive", drive, self.drives)
+        info = _lookup("drive", drive, self.drives)
         try:
             value = parse_quantity(text, unit(info.unit).dimension).si
         except QuantityError as error:
             raise UsageError(f"{drive}: {error.message}", hint=error.hint) from error
         if not info.minimum <= value <= info.maximum:
             raise UsageError(f"{drive}: {text} is out of range ({info.range_text})")
-        self.look()
+        self.check_interlocks()
         action = SetDrive(self.role, drive, value, info.unit)
         what = f"set {drive} {text}"
         measured = self._guarded(what, lambda: action.do(_STEP, self._session))
@@ -102,7 +102,7 @@ class Jog:
     def read(self, names: Sequence[str] = ()) -> dict[str, float]:
         """Return the value of each channel, by default of all, minus its zero; in SI units."""
         for name in names:
-            _found("channel", name, self.channels)
+            _lookup("channel", name, self.channels)
         if not names:
             single = isinstance(self._device, Readable)
             names = [name for name, info in self.channels.items() if single or info.streams]
@@ -113,24 +113,24 @@ class Jog:
 
     def watch(self, name: str, seconds: float) -> Iterator[float]:
         """Yield a channel's value, minus its zero, again and again for that time."""
-        _found("channel", name, self.channels)
+        _lookup("channel", name, self.channels)
         clock = self._session.rig.clock
         until_s = clock.monotonic_s() + seconds - _ROUNDING_S
         self._note(f"watch {name} for {seconds:g} s")
         while clock.monotonic_s() < until_s:
-            self.look()
+            self.check_interlocks()
             yield self._values((name,))[name]
             clock.sleep(_WATCH_EVERY_S)
 
     def zero(self, name: str) -> float:
         """Take the present value of a channel (its mean if it streams) as its zero; return it."""
-        _found("channel", name, self.channels)
+        _lookup("channel", name, self.channels)
         self.zeros.pop(name, None)
         self.zeros[name] = self._values((name,), mean=True)[name]
         self._note(f"zero {name}: {legible(self.zeros[name], self.channels[name].unit)}")
         return self.zeros[name]
 
-    def stands(self) -> dict[str, float]:
+    def read_backs(self) -> dict[str, float]:
         """Return the read-back of each drive, in SI units."""
         return {
             name: self._guarded("read back", partial(self._rig.read_back, self.role, name))
@@ -140,13 +140,13 @@ class Jog:
     def safe(self) -> tuple[SafetyReport, ...]:
         """Make the rig safe, and log how."""
         reports = self._make_safe()
-        for each in reports:
+        for report in reports:
             self._session.emit(
                 MadeSafe,
-                what=each.what,
-                read_back=each.by_member(each.read_back),
-                units=each.by_member(each.units),
-                problems=each.problems,
+                what=report.what,
+                read_back=report.by_member(report.read_back),
+                units=report.by_member(report.units),
+                problems=report.problems,
             )
         return reports
 
@@ -158,24 +158,25 @@ class Jog:
             rate_hz = device.sample_rate_hz if streams and isinstance(device, Streaming) else None
         duration_s = _ZERO_S if mean else _MEAN_S if rate_hz else 0.0
         members = [Member(self.role, name) for name in names]
-        units: dict[str, str] = {each: self.channels[each.name].unit for each in members}
+        units: dict[str, str] = {member: self.channels[member.name].unit for member in members}
         action = Measure(_STEP, tuple(members), duration_s, {}, units, rate_hz)
         what = f"read {', '.join(names)}"
-        found = self._guarded(what, lambda: action.do(_STEP, self._session)).values
-        return {name: found[Member(self.role, name)] - self.zeros.get(name, 0.0) for name in names}
+        values = self._guarded(what, lambda: action.do(_STEP, self._session)).values
+        return {name: values[Member(self.role, name)] - self.zeros.get(name, 0.0) for name in names}
 
     def _guarded(self, what: str, work: Callable[[], _T]) -> _T:
         """Execute an action on the rig; on any error, make the rig safe before it is raised."""
         try:
             return work()
-        except PauseWantedError as held:
-            self._trouble(what, held)
-            raise DeviceRejectedError(held.message, hint="nothing is set until it clears") from held
+        except PauseWantedError as pause:
+            self._on_error(what, pause)
+            hint = "nothing is set until it clears"
+            raise DeviceRejectedError(pause.message, hint=hint) from pause
         except BaseException as error:
-            self._trouble(what, error)
+            self._on_error(what, error)
             raise
 
-    def _trouble(self, what: str, error: BaseException) -> None:
+    def _on_error(self, what: str, error: BaseException) -> None:
         try:
             self._session.emit(Alarm, source=f"{_STEP}: {what}", text=words(error))
         finally:
@@ -210,16 +211,16 @@ def jogging(
     fails, the block ends. Raises UsageError for an unknown role, DataError if the log cannot be
     written, and a DeviceError if the rig cannot be connected, or is not safe at the end.
     """
-    _found("device in the role", role, ready.devices)
-    what, needed = f"jog {role}", _needed(ready, role)
+    _lookup("device in the role", role, ready.devices)
+    what, needed = f"jog {role}", _needed_roles(ready, role)
     with (
-        ready.held(what) as held,
+        ready.hold(what) as held,
         _opened(log) as sink,
         held.guarded(what, needed) as guardian,
     ):
         rig = held.rig(needed, guardian.pulse if guardian else None)
-        of_guardian = [guardian.pulse.note] if guardian else []
-        bus = Bus(critical=[sink], guarded=[*of_guardian, *listeners])
+        guardian_sinks = [guardian.pulse.note] if guardian else []
+        bus = Bus(critical=[sink], guarded=[*guardian_sinks, *listeners])
         emit = Emitter(bus, held.clock)
         replay = ", played back from a tape" if held.tape and held.tape.replays else ""
         emit(Note, step=_STEP, text=f"{role} of station {held.station.model.id}{replay}")
@@ -230,13 +231,13 @@ def jogging(
             if held.marks is not None:
                 roles = held.marks.roles & needed
                 before = (*before, *unguarded(held.station, held.registry, roles))
-            for each in (*before, *without_time_limits(held.station)):
+            for interference in (*before, *without_time_limits(held.station)):
                 emit(
                     Intervention,
-                    action=each.action,
-                    by=each.by,
-                    reason=each.reason,
-                    subject=each.subject,
+                    action=interference.action,
+                    by=interference.by,
+                    reason=interference.reason,
+                    subject=interference.subject,
                 )
             if held.marks is not None:
                 held.marks.describe(run=str(log.absolute()))
@@ -275,7 +276,7 @@ def _end_safe(jog: Jog, error: BaseException) -> None:
     A stop or a failure of the log becomes a DeviceError if the rig is not safe, so that the end is
     not taken for a safe one.
     """
-    with suppress(RigrunnerError):  # a log that fails has been told
+    with suppress(RigrunnerError):  # a failing log is reported by `error`
         jog.safe()
     if not jog.unsafe:
         return
@@ -311,18 +312,16 @@ def _writing(log: Path) -> Iterator[None]:
         ) from error
 
 
-def _needed(ready: ReadyStation, role: str) -> set[str]:
+def _needed_roles(ready: ReadyStation, role: str) -> set[str]:
     """Return the role, and those that its limits and all interlocks read."""
-    looked_at = {each.member.role for each in ready.interlocks}
-    beside = [
-        {drive.role for drive in each.drives} for each in ready.station.model.safety.combinations
-    ]
-    return {role, *looked_at, *(other for roles in beside if role in roles for other in roles)}
+    interlock_roles = {interlock.member.role for interlock in ready.interlocks}
+    combinations = ready.station.model.safety.combinations
+    groups = [{drive.role for drive in combination.drives} for combination in combinations]
+    return {role, *interlock_roles}.union(*(group for group in groups if role in group))
 
 
-def _found(what: str, name: str, known: Mapping[str, _T]) -> _T:
-    if name not in known:
-        there = f"there are: {', '.join(known) or 'none'}"
-        hint = did_you_mean(name, known, there)
+def _lookup(what: str, name: str, entries: Mapping[str, _T]) -> _T:
+    if name not in entries:
+        hint = did_you_mean(name, entries, f"there are: {', '.join(entries) or 'none'}")
         raise UsageError(f"there is no {what} '{name}'", hint=hint)
-    return known[name]
+    return entries[name]

@@ -54,7 +54,7 @@ def record_by_hand(
     certification. Raises as `rigrunner.run.record.execute`.
     """
     require_overridden(planned, overrides)
-    free = by_hand(planned)
+    manual = by_hand(planned)
     people = {"operator": operator} if operator else {}
 
     def work(rig: Rig, bus: Bus, folder: Path, before: Sequence[Interference]) -> RunSummary:
@@ -62,7 +62,7 @@ def record_by_hand(
             steps,
             rig,
             bus,
-            free.clock,
+            manual.clock,
             stop,
             folder.name,
             overrides,
@@ -72,8 +72,8 @@ def record_by_hand(
         )
 
     return into_folder(
-        free,
-        lambda identified: new_folder(free, runs, {}, people, identified, partners),
+        manual,
+        lambda identified: new_folder(manual, runs, {}, people, identified, partners),
         work,
         inputs={},
         partners=partners,

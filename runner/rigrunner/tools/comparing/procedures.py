@@ -45,8 +45,8 @@ def procedure_changes(before: ProcedureTexts, after: ProcedureTexts) -> Iterator
             verb = "is called now" if first is None else "is no longer called"
             yield Change("called procedures", f"{file} {verb}")
             continue
-        for each in _of_texts(file, first, file, second):
-            yield Change("called procedures", f"{file}: {each.section}: {each.text}")
+        for change in _of_texts(file, first, file, second):
+            yield Change("called procedures", f"{file}: {change.section}: {change.text}")
 
 
 def _of_texts(name: str, text: str, other_name: str, other: str) -> Iterator[Change]:
@@ -60,9 +60,9 @@ def _of_texts(name: str, text: str, other_name: str, other: str) -> Iterator[Cha
             continue
         if section == "parameters":
             first, second = first or {}, second or {}
-            for each in dict.fromkeys([*first, *second]):
-                known = SET_POINTS if each in points else section
-                yield from changes(known, first.get(each), second.get(each), (each,))
+            for key in dict.fromkeys([*first, *second]):
+                heading = SET_POINTS if key in points else section
+                yield from changes(heading, first.get(key), second.get(key), (key,))
         elif section in {"setup", "main", "teardown"}:
             yield from changes(section, first or [], second or [])
         else:
@@ -72,24 +72,23 @@ def _of_texts(name: str, text: str, other_name: str, other: str) -> Iterator[Cha
 def _equal_sections(name: str, text: str, other_name: str, other: str) -> set[str]:
     """Return the sections that are equal with defaults filled in."""
     try:
-        first = parse_procedure(text, name, stored=True)
-        second = parse_procedure(other, other_name, stored=True)
+        first = parse_procedure(text, name, stored=True).model
+        second = parse_procedure(other, other_name, stored=True).model
     except InvalidFileError:  # of a called procedure, whose values come from its caller
         return set()
-    one, two = first.model, second.model
-    equal = {each for each in _WITH_DEFAULTS if getattr(one, each) == getattr(two, each)}
-    return equal | ({"analysis"} if _validated(one) == _validated(two) else set())
+    equal = {key for key in _WITH_DEFAULTS if getattr(first, key) == getattr(second, key)}
+    return equal | ({"analysis"} if _validated(first) == _validated(second) else set())
 
 
 def _validated(procedure: Procedure) -> list[tuple[str, object]]:
     """Return the analyses with the defaults of those that are installed."""
-    registry, found = load_registry(), list[tuple[str, object]]()
-    for each in procedure.analysis:
-        settings: object = each.settings
+    registry, analyses = load_registry(), list[tuple[str, object]]()
+    for analysis in procedure.analysis:
+        settings: object = analysis.settings
         with suppress(PluginError):
-            settings = registry.validated(each.kind, each.name, each.settings)
-        found.append((each.name, settings))
-    return found
+            settings = registry.validated(analysis.kind, analysis.name, analysis.settings)
+        analyses.append((analysis.name, settings))
+    return analyses
 
 
 def _swept(tree: object) -> set[str]:
@@ -99,5 +98,5 @@ def _swept(tree: object) -> set[str]:
     if not isinstance(tree, dict):
         return set()
     over = tree.get("over")
-    own = {over[1:]} if isinstance(over, str) and over.startswith("$") else set()
-    return own.union(*map(_swept, tree.values()))
+    swept = {over[1:]} if isinstance(over, str) and over.startswith("$") else set()
+    return swept.union(*map(_swept, tree.values()))

@@ -14,7 +14,7 @@ from helpers_workflow import station_file
 from rigrunner.api.devices import Identity
 from rigrunner.api.errors import DeviceLostError, DeviceTimeoutError, ExitCode
 from rigrunner.clock import SimulatedClock
-from rigrunner.tools.by_hand.devices import look_at
+from rigrunner.tools.by_hand.devices import device_reports
 from rigrunner.tools.by_hand.station import ready_station
 
 TWO = (
@@ -27,7 +27,7 @@ def looked_at(folder, *changes, **devices):
     """Look at the simulated station with changes, and with fakes in some roles."""
     ready = ready_station(station_file(folder, *changes))
     ready = dataclasses.replace(ready, devices={**ready.devices, **devices})
-    return {report.role: report for report in look_at(ready)}
+    return {report.role: report for report in device_reports(ready)}
 
 
 def failing(call, error):
@@ -128,7 +128,7 @@ def test_the_register_says_until_when_it_is_calibrated(tmp_path, entry, state, t
     )
     station = dataclasses.replace(ready.station, model=model)
     clock = SimulatedClock(datetime(2026, 3, 1, 12, tzinfo=UTC))
-    (report,) = look_at(dataclasses.replace(ready, station=station, clock=clock))
+    (report,) = device_reports(dataclasses.replace(ready, station=station, clock=clock))
     (found,) = report.calibrated
     assert (found.channel, found.instrument) == ("tester.torque", "SIM-TQ-01")
     assert (found.state, found.text) == (state, text)

@@ -66,7 +66,7 @@ def test_a_drive_is_set_and_read_back_and_the_rig_ends_safe(tmp_path):
     tester = FakeTester()
     with by_hand(tmp_path, tester) as jog:
         assert jog.set("frequency", "5 Hz") == 5.0
-        assert jog.stands() == {"load": 7.0, "frequency": 5.0}
+        assert jog.read_backs() == {"load": 7.0, "frequency": 5.0}
         assert jog.read(["load"]) == {"load": 1000.0}
     assert "set frequency 5" in tester.calls
     assert tester.calls[-1] == "close"
@@ -202,7 +202,7 @@ def test_a_stop_from_outside_ends_it(tmp_path):
     with by_hand(tmp_path, tester, stop=stop) as jog:
         stop.set()
         with pytest.raises(AbortedError):
-            jog.look()
+            jog.check_interlocks()
     assert tester.calls[-2:] == ["make_safe", "close"]
 
 

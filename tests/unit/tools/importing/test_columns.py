@@ -10,7 +10,7 @@ import pytest
 
 from rigrunner.api.errors import PluginError
 from rigrunner.api.importing import Column
-from rigrunner.tools.importing.columns import Wanted, read_part
+from rigrunner.tools.importing.columns import MappedColumn, read_part
 
 TORQUE = "tester.torque"
 GOOD = np.arange(10.0)
@@ -28,7 +28,7 @@ def _read(found):
     )
     part = SimpleNamespace(file="a.txt", group="", from_=None, to=None)
     importer = SimpleNamespace(read=lambda *_: found)
-    wanted = {TORQUE: Wanted(spec, ("columns", TORQUE))}
+    wanted = {TORQUE: MappedColumn(spec, ("columns", TORQUE))}
     return read_part(mapping, importer, part, ("recordings", 0), wanted)
 
 
