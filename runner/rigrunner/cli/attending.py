@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 def attended_run(
     planned: Planned,
-    known: Mapping[str, str],
+    known_inputs: Mapping[str, str],
     *,
     runs: Path,
     partners: Mapping[str, Path],
@@ -52,7 +52,7 @@ def attended_run(
         following(planned, progress.live) as live,
     ):
         answers = UnattendedAnswers() if unattended else TerminalAnswers(stop, progress)
-        inputs = answer_inputs(planned.procedure, known, answers)
+        inputs = answer_inputs(planned.procedure, known_inputs, answers)
         if not told and not mark_of(planned.tape):  # an entry of the queue says why, if it is
             specimens = [inputs.get(SPECIMEN, "")]
             for note in tested_before(runs, planned.procedure.model.id, specimens).values():

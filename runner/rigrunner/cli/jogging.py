@@ -86,16 +86,16 @@ def _watch(jog: Jog, words: list[str]) -> None:
     if len(words) > 1:
         seconds = parse_quantity(" ".join(words[1:]), "time").si
     unit = jog.channels[name].unit if name in jog.channels else ""
-    seen: list[float] = []
+    values: list[float] = []
     for value in jog.watch(name, seconds):
-        seen.append(value)
+        values.append(value)
         prompt(f"\r{name} {value:<12.6g} {unit}  " if sys.stderr.isatty() else "")
     if sys.stderr.isatty():
         message("")
-    mean = sum(seen) / len(seen)
+    mean = sum(values) / len(values)
     result(
-        f"{name} mean {mean:.6g}, from {min(seen):.6g} to {max(seen):.6g} {unit},"
-        f" {len(seen)} readings in {seconds:g} s"
+        f"{name} mean {mean:.6g}, from {min(values):.6g} to {max(values):.6g} {unit},"
+        f" {len(values)} readings in {seconds:g} s"
     )
 
 

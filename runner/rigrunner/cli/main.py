@@ -13,10 +13,10 @@ import click
 from rigrunner import __version__
 from rigrunner.blas import ONE_THREAD
 from rigrunner.cli.boundary import run_command
-from rigrunner.cli.brought import Commands, brought
 from rigrunner.cli.completing import VARIABLE, complete
 from rigrunner.cli.lazy import LazyGroup
 from rigrunner.cli.output import result
+from rigrunner.cli.package_commands import Commands, package_commands
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -80,7 +80,7 @@ COMMANDS = {
     cls=LazyGroup,
     invoke_without_command=True,
     own=Commands("rigrunner.cli.commands", COMMANDS),
-    brought=brought,
+    others=package_commands,
     renamed={"diff": "compare"},
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
     epilog="'rigrunner demo' needs no rig, and takes less than a minute.",

@@ -49,8 +49,8 @@ class TerminalPauses:
             message(f"Paused at {paused.step}: {paused.reason}.")
             for text in paused.moving:
                 message(f"  {text}")
-            for each in paused.choices:
-                message(f"  {each:9} {_HELP[each].format(point=paused.point)}")
+            for name in paused.choices:
+                message(f"  {name:9} {_HELP[name].format(point=paused.point)}")
             choice = self._choice(paused, watch)
             reason = self._reason(choice, watch) if choice in _WITH_REASON else ""
             if choice is not Choice.NOTE:
@@ -61,9 +61,9 @@ class TerminalPauses:
         names = "/".join(paused.choices)
         while True:
             answer = self._answer(f"What now? [{names}] ", watch).lower()
-            found = [each for each in paused.choices if answer and each.startswith(answer)]
-            if len(found) == 1:
-                return found[0]
+            matches = [choice for choice in paused.choices if answer and choice.startswith(answer)]
+            if len(matches) == 1:
+                return matches[0]
             message(f"Please answer with one of: {', '.join(paused.choices)}.")
 
     def _reason(self, choice: Choice, watch: Callable[[], None]) -> str:

@@ -110,9 +110,11 @@ class SignalStop:
         """
         name = signal_name(number)
         if self.suspended_by:
-            _say("The rig is being made safe, then the program is suspended; please wait.")
+            _print_now("The rig is being made safe, then the program is suspended; please wait.")
         else:
-            _say(f"{name}: the run is aborted and the rig made safe before this is suspended.")
+            _print_now(
+                f"{name}: the run is aborted and the rig made safe before this is suspended."
+            )
         self.suspended_by = name
         self._stop(AbortedError(f"aborted by {name}, before it was suspended", by="signal"))
 
@@ -126,15 +128,15 @@ class SignalStop:
         self._presses += 1
         presses = self._presses if self._attended else self._presses + 1
         if presses > _STOP_NOW or self._is_quiet:
-            _say("The rig is being made safe; please wait.")
+            _print_now("The rig is being made safe; please wait.")
         elif presses == _STOP_NOW:
-            _say("Stopping now: no teardown, the rig is made safe.")
+            _print_now("Stopping now: no teardown, the rig is made safe.")
             raise StopNow
         elif presses == _ABORT:
-            _say("Aborting: teardown, then the rig is made safe. Ctrl-C stops at once.")
+            _print_now("Aborting: teardown, then the rig is made safe. Ctrl-C stops at once.")
             self._stop(InterruptedRunError("interrupted from the keyboard", by=KEYBOARD))
         else:
-            _say("Pausing at the next safe point. Ctrl-C aborts the run.")
+            _print_now("Pausing at the next safe point. Ctrl-C aborts the run.")
             if self._asking:
                 raise PauseWantedError("pause requested", KEYBOARD)
 
@@ -144,9 +146,9 @@ class SignalStop:
         if self._presses >= _STOP_NOW:
             raise KeyboardInterrupt
         if self._presses == _ABORT:
-            _say("Ctrl-C once more ends this now; 'rigrunner recover' seals the run.")
+            _print_now("Ctrl-C once more ends this now; 'rigrunner recover' seals the run.")
         else:
-            _say("The run is over; its folder is being sealed. Please wait.")
+            _print_now("The run is over; its folder is being sealed. Please wait.")
         self._stop(InterruptedRunError("interrupted from the keyboard", by=KEYBOARD))
 
     def _stop(self, reason: AbortedError) -> None:
@@ -163,7 +165,7 @@ class BatchStop(SignalStop):
         """Handle a Ctrl-C."""
         if self.is_set():
             raise KeyboardInterrupt
-        _say("Stopping; what is done is kept. Ctrl-C ends at once.")
+        _print_now("Stopping; what is done is kept. Ctrl-C ends at once.")
         self._stop(InterruptedRunError("interrupted from the keyboard", by=KEYBOARD))
 
 
@@ -172,7 +174,7 @@ def stop_on_signals(*, attended: bool = False) -> AbstractContextManager[SignalS
 
     `attended`: somebody can decide how a paused run continues.
     """
-    return _handled(SignalStop(attended=attended))
+    return _with_handlers(SignalStop(attended=attended))
 
 
 @contextmanager
@@ -181,7 +183,7 @@ def batch_stop_on_signals() -> Iterator[SignalStop]:
 
     If the batch ends with an AbortedError, it becomes that of the signal, with its code.
     """
-    with _handled(BatchStop()) as stop:
+    with _with_handlers(BatchStop()) as stop:
         try:
             yield stop
         except AbortedError as error:
@@ -211,27 +213,27 @@ def until(stop: SignalStop, seconds: float | None) -> Until:
 
 
 @contextmanager
-def _handled(stop: SignalStop) -> Iterator[SignalStop]:
-    former = take_signals(ENDING, stop.handle)
+def _with_handlers(stop: SignalStop) -> Iterator[SignalStop]:
+    previous = take_signals(ENDING, stop.handle)
     if not isinstance(stop, BatchStop):  # which has no rig: it may be suspended at once
-        former |= take_signals(SUSPENDING, stop.suspend)
-    former[signal.SIGINT] = signal.signal(signal.SIGINT, stop.interrupt)
+        previous |= take_signals(SUSPENDING, stop.suspend)
+    previous[signal.SIGINT] = signal.signal(signal.SIGINT, stop.interrupt)
     try:
         yield stop
     finally:
-        for number, handler in former.items():
+        for number, handler in previous.items():
             signal.signal(number, handler)
         if stop.suspended_by:
             # Without a shell that could continue it, the system ignores this: the program ends.
-            _say(
+            _print_now(
                 f"{stop.ended}Suspended: the rig is closed. 'fg' continues the program to its end."
             )
             os.kill(os.getpid(), signal.SIGTSTP)
             ended = stop.ended or "The rig was closed before the program was suspended. "
-            _say(f"Continued. {ended}")
+            _print_now(f"Continued. {ended}")
 
 
-def _say(text: str) -> None:
+def _print_now(text: str) -> None:
     """Write to stderr past its buffer, which a signal may interrupt in use; errors are ignored."""
     with suppress(OSError):
         os.write(2, f"\n{text}\n".encode())

@@ -38,14 +38,14 @@ def command(kind: str, name: str, folder: Path | None, *, drop_in: bool) -> None
     plugin = new_plugin(kind, name, registry)
     if drop_in:
         where = folder or Path(PLUGINS)
-        known = with_drop_ins(registry, where) if where.is_dir() else registry
-        made = make_drop_in(plugin, where, known)
-        message(f"Made {where / made[0]}. A station says 'plugins: {where.name}'. To try it:")
+        with_lab = with_drop_ins(registry, where) if where.is_dir() else registry
+        files = make_drop_in(plugin, where, with_lab)
+        message(f"Made {where / files[0]}. A station says 'plugins: {where.name}'. To try it:")
         result(f"rigrunner check-plugin {name} --drop-in {shlex.quote(str(where))}")
         return
     where = folder or Path(plugin.project)
-    made = make_package(plugin, where, registry)
-    message(f"Made {where} with {', '.join(made)}. To try it:")
+    files = make_package(plugin, where, registry)
+    message(f"Made {where} with {', '.join(files)}. To try it:")
     result(f"cd {shlex.quote(str(where))}")
     result("pip install -e '.[test]'")
     result("pytest && mypy && ruff check")

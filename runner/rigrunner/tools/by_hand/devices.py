@@ -107,7 +107,7 @@ def _report_on(ready: ReadyStation, role: str) -> DeviceReport:
     report = DeviceReport(role=role, plugin=plugin, calibrated=tuple(_calibrations(ready, role)))
     try:
         identity = rig.connect()[role]
-    except Exception as error:  # noqa: BLE001  (a stranger's plugin may raise anything)
+    except Exception as error:  # noqa: BLE001  (a plugin may raise anything)
         return report.failed(error)
     report = replace(report, connected=True, who=dict(_identities(role, identity)))
     try:

@@ -25,8 +25,8 @@ def command(*, runs: Path, as_json: bool) -> None:
     if as_json:
         result_json(
             [
-                {**each.entry.model_dump(), "status": each.status, "outcome": each.outcome}
-                for each in shown
+                {**item.entry.model_dump(), "status": item.status, "outcome": item.outcome}
+                for item in shown
             ]
         )
         return
@@ -35,11 +35,11 @@ def command(*, runs: Path, as_json: bool) -> None:
         return
     rows = [
         (
-            str(each.entry.id), each.entry.specimen, each.entry.procedure, each.entry.station,
-            each.outcome or each.status, each.entry.by,
-            each.entry.reason or each.entry.again or each.entry.run,
+            str(item.entry.id), item.entry.specimen, item.entry.procedure, item.entry.station,
+            item.outcome or item.status, item.entry.by,
+            item.entry.reason or item.entry.again or item.entry.run,
         )
-        for each in shown
+        for item in shown
     ]  # fmt: skip
     header = ("entry", "specimen", "procedure", "station", "status", "by", "reason or run")
     result(table(header, rows, "r"))
