@@ -60,8 +60,8 @@ class Combination(Settings):
     def _is_about_the_same_drives(self) -> Self:
         for corner in self.allowed[1:]:
             if set(corner) != set(self.drives):
-                wanted, got = ", ".join(self.drives), ", ".join(corner)
-                raise ValueError(f"a corner is about {got}, the first one about {wanted}")
+                expected, actual = ", ".join(self.drives), ", ".join(corner)
+                raise ValueError(f"a corner is about {actual}, the first one about {expected}")
         return self
 
     @property

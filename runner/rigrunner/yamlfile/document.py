@@ -45,8 +45,8 @@ class Document:
         """
         for length in range(len(path), -1, -1):
             if path[:length] in self.given:
-                other, at = self.given[path[:length]]
-                return other.where(at + path[length:], key=key)
+                document, source = self.given[path[:length]]
+                return document.where(source + path[length:], key=key)
             marks = self.marks.get(path[:length])
             if marks is not None:
                 return Location(self.name, *(marks.key if key else marks.value))
@@ -58,9 +58,9 @@ class Document:
         For a text that comes from elsewhere it is the place of the whole text.
         """
         value, marks = self.part(path), self.marks.get(path)
-        elsewhere = any(path[:n] in self.given or path[:n] in self.origins
-                        for n in range(len(path) + 1))  # fmt: skip
-        if not isinstance(value, str) or marks is None or elsewhere or not self.text:
+        is_copied = any(path[:length] in self.given or path[:length] in self.origins
+                        for length in range(len(path) + 1))  # fmt: skip
+        if not isinstance(value, str) or marks is None or is_copied or not self.text:
             return self.where(path)
         at = marks.begins
         if self.text[at : at + 1] in {"|", ">"}:  # a block, whose text begins on the next line
@@ -77,7 +77,7 @@ class Document:
         return Location(self.name, line + 1, at - self.text.rfind("\n", 0, at))
 
     def origin(self, path: Path) -> Location | None:
-        """Return where a value that stands here by reference was written, or None."""
+        """Return where a value that is here by reference was written, or None."""
         for length in range(len(path), 0, -1):
             source = self.origins.get(path[:length])
             if source is not None:

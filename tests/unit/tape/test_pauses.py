@@ -89,7 +89,7 @@ def test_a_pause_ends_as_it_did_after_as_many_looks(replayed, decision, trips_at
     watch = Watch(trips_at)
     assert outcome(ReplayedPauses(again), watch) == expected
     assert watch.looks == looks
-    assert again.rest() == ""
+    assert again.unrequested() == ""
 
 
 def test_a_pause_that_is_not_on_the_tape_is_a_difference(replayed):

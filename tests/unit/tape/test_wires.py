@@ -73,11 +73,13 @@ def replay_of():
 def test_what_was_answered_and_what_failed_comes_again(path, replay_of):
     wire = replay_of(path)
     assert wire.exchange("write FORC 10", not_called) is None
-    assert wire.rest() == f"{path}:2: 2 exchanges are left on the tape that were not asked for"
+    assert (
+        wire.unrequested() == f"{path}:2: 2 exchanges are left on the tape that were not asked for"
+    )
     assert wire.exchange("query FORC?", not_called) == 9.75
     with pytest.raises(DeviceTimeoutError, match="no answer in 2 s"):
         wire.exchange("query FORC?", not_called)
-    assert wire.rest() == ""
+    assert wire.unrequested() == ""
 
 
 def test_the_first_difference_names_the_place_both_requests_and_what_came_before(path, replay_of):
@@ -230,7 +232,7 @@ def test_what_an_exchange_itself_exchanges_is_part_of_it(tmp_path, replay_of):
     with pytest.raises(DeviceLostError):
         again.exchange("query A", not_called)
     assert again.exchange("query B", not_called) == 4
-    assert again.rest() == ""
+    assert again.unrequested() == ""
 
 
 def test_what_is_never_answered_is_saved_as_such_and_waited_for_again(tmp_path, replay_of):
