@@ -59,7 +59,7 @@ def issue(panel: Panel, asked: Asked) -> IssuedAnswer:
         authorisation=Authorisation(by=body.authorised_by.strip(), role=body.role.strip()),
         not_for_certification=body.not_for_certification,
         language=body.language,
-        given=body.order,
+        order_fields=body.order,
         further_copy=body.further_copy,
     )
     issued = certify(panel.history.folder(name), request, load_registry(), panel.now())
@@ -74,7 +74,7 @@ def change(panel: Panel, asked: Asked) -> IssuedAnswer:
         letterhead=panel.settings.letterhead,
         reason=body.reason.strip(),
         authorisation=Authorisation(by=body.authorised_by.strip(), role=body.role.strip()),
-        given={key: text for key, text in body.order.items() if text.strip()},
+        changes={key: text for key, text in body.order.items() if text.strip()},
     )
     issued = amend(_file(panel, asked), request, load_registry(), panel.now())
     return _issued(panel, name, issued)

@@ -13,7 +13,7 @@ from rigrunner.api.errors import DataError, UsageError
 from rigrunner.certificate.amending import amended, amendment_of
 from rigrunner.certificate.content import Issue
 from rigrunner.certificate.letterhead import read_letterhead
-from rigrunner.documents.certifying.amend import _decided
+from rigrunner.documents.certifying.amend import _conformity_in_force
 from rigrunner.documents.verifying.certificate import Means, verify_certificate
 from rigrunner.documents.verifying.decisions import check_decisions
 from rigrunner.documents.verifying.forms import Form
@@ -141,7 +141,7 @@ def test_an_amendment_states_the_decision_in_force(made, certificate):
     )
     original = certificate.model_copy(update={"conformity": silent})
     loaded, issued = made
-    decided = _decided(original, loaded, load_registry())
+    decided = _conformity_in_force(original, loaded, load_registry())
     letterhead = read_letterhead(issued.files[0].parent.parent / "letterhead", "en")
     issue = Issue(
         number="X-2026-0002",
@@ -160,11 +160,15 @@ def test_an_amendment_states_the_decision_in_force(made, certificate):
     }
     older = certificate.evidence.model_copy(update={"revisions": {"analysis": 99}})
     with pytest.raises(DataError, match=r"analysis has revision \d+, .* is by revision 99"):
-        _decided(original.model_copy(update={"evidence": older}), loaded, load_registry())
+        _conformity_in_force(
+            original.model_copy(update={"evidence": older}), loaded, load_registry()
+        )
     other = certificate.evidence.run.model_copy(update={"run_id": "another"})
     of_other = certificate.evidence.model_copy(update={"run": other})
     with pytest.raises(DataError, match="is not the run of"):
-        _decided(certificate.model_copy(update={"evidence": of_other}), loaded, load_registry())
+        _conformity_in_force(
+            certificate.model_copy(update={"evidence": of_other}), loaded, load_registry()
+        )
     with pytest.raises(UsageError, match="already states the decision in force"):
         amended(certificate, {}, letterhead, issue, decided)
 

@@ -16,7 +16,7 @@ from helpers_cli import call
 from helpers_thorough import examples
 from rigrunner.api.errors import DataError, RigrunnerError, UsageError
 from rigrunner.documents.packing.contents import LISTING, is_safe, parse_contents
-from rigrunner.documents.packing.pack import _listed, pack
+from rigrunner.documents.packing.pack import _packed_files, pack
 from rigrunner.documents.packing.unpack import unpack
 from unit.rigrunner_fleet.archive.helpers_archive import store_run
 from unit.runfile.helpers_runfile import recording, write_run
@@ -80,11 +80,11 @@ def test_a_file_that_changes_meanwhile_is_told_and_leaves_nothing(run, tmp_path,
     folder = shutil.copytree(run, tmp_path / "runs" / run.name)
 
     def listed(*given):
-        found = list(_listed(*given))
+        found = list(_packed_files(*given))
         (folder / "result.json").write_text("[]\n")  # as long as before
         return found
 
-    monkeypatch.setattr("rigrunner.documents.packing.pack._listed", listed)
+    monkeypatch.setattr("rigrunner.documents.packing.pack._packed_files", listed)
     with pytest.raises(DataError, match=r"result\.json was changed meanwhile"):
         pack(folder, tmp_path / "packed.zip")
     assert [each.name for each in tmp_path.iterdir()] == ["runs"]

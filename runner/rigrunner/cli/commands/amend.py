@@ -61,7 +61,7 @@ def command(
         authorisation=authorisation(by, role),
         language=lang,
         out=out,
-        given=order_values(options),
+        changes=order_values(options),
         run=run,
     )
     registry = lab_registry(station)

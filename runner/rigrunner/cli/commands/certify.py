@@ -79,7 +79,7 @@ def command(
         language=lang,
         further_copy=further_copy,
         out=out,
-        given=order_values(options),
+        order_fields=order_values(options),
     )
     registry = lab_registry(station)
     with shown_progress() as progress:

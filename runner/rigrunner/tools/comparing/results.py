@@ -52,8 +52,8 @@ def result_changes(
     yield from changes(SECTION, _verdict(before), _verdict(after), ("verdict",))
     first_judged, second_judged = _judgements(before), _judgements(after)
     for name in {**first_judged, **second_judged}:
-        verdicts = (judged.get(name, "not measured") for judged in (first_judged, second_judged))
-        yield from changes(SECTION, *verdicts, (name,))
+        then, now = (judged.get(name, "not measured") for judged in (first_judged, second_judged))
+        yield from changes(SECTION, then, now, (name,))
     yield from changes(SECTION, _method(before), _method(after), ("method",))
     name = before["measurand"]["name"]
     yield from _estimate_changes(
