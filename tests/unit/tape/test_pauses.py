@@ -54,12 +54,12 @@ def replayed(tmp_path):
     def make(person, watch):
         wire = RecordingWire(tmp_path / "clock.jsonl", Trouble())
         recorded = RecordedPauses(person, wire)
-        wanted = recorded.wanted()
+        requested_by = recorded.wanted()
         ended = outcome(recorded, watch)
         wire.close()
         tapes.append(TapeFile(tmp_path / "clock.jsonl"))
         again = ReplayWire(tapes[-1], Replay(), 10.0)
-        assert ReplayedPauses(again).wanted() == wanted == "keyboard"
+        assert ReplayedPauses(again).wanted() == requested_by == "keyboard"
         return ended, again
 
     yield make

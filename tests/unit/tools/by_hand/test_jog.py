@@ -250,16 +250,16 @@ def test_a_log_that_fails_ends_it_with_a_safe_rig(tmp_path, monkeypatch):
 
 
 def test_only_what_is_needed_is_connected(tmp_path):
-    other = ("devices:\n", "devices:\n  other: {type: t, plugin: swing_tester_sim}\n")
+    second_device = ("devices:\n", "devices:\n  other: {type: t, plugin: swing_tester_sim}\n")
     lock = locked("{name: hot, channel: tester.load, above: 9 kN, every: 1 s}")
-    tester, beside = FakeTester(), FakeTester()
-    with by_hand(tmp_path, tester, other, other=beside):
+    tester, second = FakeTester(), FakeTester()
+    with by_hand(tmp_path, tester, second_device, other=second):
         pass
-    assert beside.calls == []
+    assert second.calls == []
     tester = FakeTester()
-    with by_hand(tmp_path, tester, other, lock, other=beside, role="other"):
+    with by_hand(tmp_path, tester, second_device, lock, other=second, role="other"):
         pass
-    assert beside.calls[0] == tester.calls[0] == "connect"
+    assert second.calls[0] == tester.calls[0] == "connect"
 
 
 def test_a_role_that_is_not_there_gets_a_suggestion(tmp_path):
@@ -335,10 +335,10 @@ def test_after_an_error_the_prompt_says_truthfully_how_the_rig_is(
 
 
 def test_what_was_done_by_hand_can_be_played_back(tmp_path):
-    asked = ("--set", "frequency=5 Hz", "--read", "torque")
-    first = once(tmp_path, *asked, "--record", tmp_path / "tape")
-    again = once(tmp_path, *asked, "--replay", tmp_path / "tape")
+    options = ("--set", "frequency=5 Hz", "--read", "torque")
+    first = once(tmp_path, *options, "--record", tmp_path / "tape")
+    again = once(tmp_path, *options, "--replay", tmp_path / "tape")
     assert (again.code, again.out) == (first.code, first.out)
-    other = once(tmp_path, "--set", "frequency=6 Hz", "--replay", tmp_path / "tape")
-    assert other.code == ExitCode.DEVICE
-    assert "has 'set frequency 5.0', asked was 'set frequency 6.0'" in other.err
+    different = once(tmp_path, "--set", "frequency=6 Hz", "--replay", tmp_path / "tape")
+    assert different.code == ExitCode.DEVICE
+    assert "has 'set frequency 5.0', asked was 'set frequency 6.0'" in different.err
