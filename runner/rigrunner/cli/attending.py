@@ -57,7 +57,7 @@ def attended_run(
             specimens = [inputs.get(SPECIMEN, "")]
             for note in tested_before(runs, planned.procedure.model.id, specimens).values():
                 message(f"note: {note}")
-        who = operator or inputs.get("operator", answers.by)
+        person_name = operator or inputs.get("operator", answers.by)
         return execute(
             planned,
             runs=runs,
@@ -68,7 +68,7 @@ def attended_run(
             listeners=[stop, progress, *live, *listeners],
             operator=operator,
             overrides=overrides,
-            pauses=None if unattended else TerminalPauses(stop, progress, who),
+            pauses=None if unattended else TerminalPauses(stop, progress, person_name),
             progress=progress.analysing,
             person=person,
             told=told,

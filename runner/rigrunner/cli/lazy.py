@@ -70,8 +70,7 @@ class LazyGroup(click.Group):
         if cmd_name in self.own.names:
             source = self.own
         else:
-            sources = (source for source in self.sources if cmd_name in source.names)
-            source = next(sources, self.own)
+            source = next((each for each in self.sources if cmd_name in each.names), self.own)
         if cmd_name not in source.names:
             return None
         module = cmd_name.replace("-", "_") + ("_" if iskeyword(cmd_name) else "")

@@ -23,8 +23,8 @@ def show_resumable(run: ResumableRun) -> None:
         return
     steps, resume_at = run.planned.plan.steps, run.resume_at
     if resume_at.before:
-        again = (brought_back(steps[index]).text for index in resume_at.before)
-        message(f"  once more: {'; '.join(again)}")
+        repeated = (brought_back(steps[index]).text for index in resume_at.before)
+        message(f"  once more: {'; '.join(repeated)}")
     if resume_at.start < len(steps):
         step, number = steps[resume_at.start], resume_at.start + 1
         message(f"  resumes at {step.path}: {step.text} (step {number} of {len(steps)})")

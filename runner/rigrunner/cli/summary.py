@@ -125,9 +125,9 @@ def _details(decision: Document) -> Iterator[tuple[str, str]]:
         for part in parts:
             # the result of the headline by its name, if others have limits too
             is_named = mixed and part.get("measurand")
-            of = f"{part['named']}, {part['of']}" if is_named else str(part["of"])
-            shown = with_symbol(estimate_text(part["result"]), part["upper_limit"]["unit"])
-            yield of, f"{part['verdict']}: {shown} against {part['limit']}"
+            label = f"{part['named']}, {part['of']}" if is_named else str(part["of"])
+            value = with_symbol(estimate_text(part["result"]), part["upper_limit"]["unit"])
+            yield label, f"{part['verdict']}: {value} against {part['limit']}"
 
 
 def stated_risk(decision: Document) -> str:
@@ -154,14 +154,14 @@ def _results(document: Document) -> str:
             place = {key: coordinate_text(value) for key, value in result["coordinates"].items()}
             cells = ["no value", ""]
             if "why" in result:
-                at = ", ".join(f"{key} = {text}" for key, text in place.items())
-                reasons.append(f"no value{f' at {at}' if at else ''}: {result['why']}")
+                point = ", ".join(f"{key} = {text}" for key, text in place.items())
+                reasons.append(f"no value{f' at {point}' if point else ''}: {result['why']}")
             else:
                 estimate = result["estimate"]
-                shown = f"{estimate['value']:.6g}, U unknown"
+                value = f"{estimate['value']:.6g}, U unknown"
                 if estimate["expanded_uncertainty_95"] is not None:
-                    shown = estimate_text(estimate)
-                cells = [shown, str(result["readings"])]
+                    value = estimate_text(estimate)
+                cells = [value, str(result["readings"])]
             rows.append([*(place[key] for key in first["coordinates"]), *cells])
         tables.append("\n".join([caption, table(header, rows, "r" * len(header)), *reasons]))
     return "\n\n".join(tables)

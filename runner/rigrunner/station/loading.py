@@ -92,7 +92,7 @@ def _register_problems(document: Document, *, sure_of_roles: bool) -> Iterator[P
     """
     devices = document.part(("devices",))
     roles = list(devices) if isinstance(devices, dict) else []
-    seen: set[str] = set()
+    channels: set[str] = set()
     for index in range(len(document.part(("instruments",)) or ())):
         path = ("instruments", index, "channel")
         channel = document.part(path)
@@ -100,10 +100,10 @@ def _register_problems(document: Document, *, sure_of_roles: bool) -> Iterator[P
             role = Member.parse(str(channel)).role
         except ValueError:  # reported by the model
             continue
-        where, field = document.where(path), dotted(path)
+        location, field = document.where(path), dotted(path)
         if sure_of_roles and role not in roles:
             hint = did_you_mean(role, roles, f"roles: {', '.join(roles)}")
-            yield Problem(f"there is no device in the role '{role}'", where, field, hint)
-        if channel in seen:
-            yield Problem(f"'{channel}' is registered twice", where, field)
-        seen.add(channel)
+            yield Problem(f"there is no device in the role '{role}'", location, field, hint)
+        if channel in channels:
+            yield Problem(f"'{channel}' is registered twice", location, field)
+        channels.add(channel)

@@ -145,10 +145,10 @@ class _Composer:
         first: dict[str, Location] = {}
         while not isinstance(event := next(self._events), yaml.MappingEndEvent):
             value_event = next(self._events)
-            before = next(reversed(mapping.values()), None)
-            key = self._key(event, value_event, path, before)
-            here = Location(self._name, *_place(event))
-            if first.setdefault(key, here) != here:
+            previous = next(reversed(mapping.values()), None)
+            key = self._key(event, value_event, path, previous)
+            location = Location(self._name, *_place(event))
+            if first.setdefault(key, location) != location:
                 message = f"the key '{_clip(key)}' is given twice; first at {first[key]}"
                 self._report(message, event, path)
             mapping[key] = self._value(value_event, (*path, key), event)

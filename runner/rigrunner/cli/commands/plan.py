@@ -78,11 +78,11 @@ def _sections(planned: Planned, prediction: Prediction) -> Iterator[str]:
     header, align = ["step", "phase", "action", "time"], "rllr"
     if any(step.coordinates for step in steps):
         header, align = [*header, "coordinates"], f"{align}l"
-        where = [
+        places = [
             coordinates_text(step.coordinates, step.coordinate_units, step.written_in)
             for step in steps
         ]
-        rows = [[*row, text] for row, text in zip(rows, where, strict=True)]
+        rows = [[*row, text] for row, text in zip(rows, places, strict=True)]
     yield table(header, rows, align)
     drives = table(["drive", "goes", "may go"], _drive_rows(planned), "lrr")
     yield f"Limits of the drives\n{drives}"
@@ -120,11 +120,11 @@ def _drive_rows(planned: Planned) -> list[list[str]]:
     from rigrunner.api.units import from_si
 
     reached: dict[Member, list[float]] = {}
-    written: dict[Member, set[str]] = {}
+    symbols: dict[Member, set[str]] = {}
     for step in planned.plan.steps:
         if drive := step.action.led:
             reached.setdefault(drive, []).extend(step.action.passes)
-            written.setdefault(drive, set()).add(step.written_in.get(drive, ""))
+            symbols.setdefault(drive, set()).add(step.written_in.get(drive, ""))
     narrower = planned.station.model.safety.drives
     drives = {
         Member(role, drive.name): drive
@@ -134,7 +134,7 @@ def _drive_rows(planned: Planned) -> list[list[str]]:
     allowed = {n: narrower[n].narrowed(d) if n in narrower else d for n, d in drives.items()}
 
     def span(name: Member, low: float, high: float) -> str:
-        unit = "".join(written[name] if len(written[name]) == 1 else "") or drives[name].unit
+        unit = "".join(symbols[name] if len(symbols[name]) == 1 else "") or drives[name].unit
         return f"{from_si(low, unit):.6g} to {from_si(high, unit):.6g} {unit}"
 
     return [

@@ -90,9 +90,9 @@ def certify(
     restrictions = tuple(restrictions_of(source, requested=request.not_for_certification))
     run_id = source.stored.header.run_id
     if restrictions and not request.not_for_certification:
-        why = " and ".join(dict.fromkeys(_WHY[restriction.code] for restriction in restrictions))
+        reasons = " and ".join(dict.fromkeys(_WHY[each.code] for each in restrictions))
         raise UsageError(
-            f"{run_id} cannot be certified: {why}",
+            f"{run_id} cannot be certified: {reasons}",
             hint="--not-for-certification makes a specimen that says so on every page",
             field="not_for_certification",
         )

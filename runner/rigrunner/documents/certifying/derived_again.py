@@ -43,9 +43,9 @@ def refuse_other_numbers(stored: StoredRun, result: Result) -> None:
             continue
         revisions = stored.result_document.get("revisions", {})
         changed = (
-            f"{method} has revision {here}, the run was computed by revision {then}"
-            for method, here in result.revisions.items()
-            if here != (then := revisions.get(method, FIRST))
+            f"{method} has revision {revision}, the run was computed by revision {then}"
+            for method, revision in result.revisions.items()
+            if revision != (then := revisions.get(method, FIRST))
         )
         raise DataError(
             f"{stored.header.run_id} gives different numbers than when it was sealed:"

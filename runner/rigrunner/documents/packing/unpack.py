@@ -41,19 +41,19 @@ def unpack(packed: Path, runs: Path) -> Path:
             raise UsageError(f"{target} exists", hint="a run is never overwritten")
         with writing(target):
             runs.mkdir(parents=True, exist_ok=True)
-            place = Path(tempfile.mkdtemp(prefix=".unpacking-", dir=runs))
+            temporary = Path(tempfile.mkdtemp(prefix=".unpacking-", dir=runs))
         try:
             with writing(target):
-                _extract(packed, file, contents, place)
-            _require_same(packed, contents, place / RUN_FILE)
+                _extract(packed, file, contents, temporary)
+            _require_same(packed, contents, temporary / RUN_FILE)
             with writing(target):
                 # not before: Windows removes no file that is read-only
-                (place / RUN_FILE).chmod(READ_ONLY)
-                place.chmod(0o755)  # a temporary folder is its owner's alone
-                place.rename(target)
+                (temporary / RUN_FILE).chmod(READ_ONLY)
+                temporary.chmod(0o755)  # a temporary folder is its owner's alone
+                temporary.rename(target)
                 sync_folder(runs)
         finally:
-            shutil.rmtree(place, ignore_errors=True)
+            shutil.rmtree(temporary, ignore_errors=True)
     return target
 
 

@@ -98,7 +98,7 @@ def _check_run(
         message = f"{run} is not sealed, and a certificate names a sealed run"
         verification.differences.append(message)
         return
-    before = len(verification.differences)
+    count_before = len(verification.differences)
     of_run = Verification()
     checked = check_run(of_run, run, means.registry)
     verification.held.extend(of_run.held)
@@ -113,14 +113,14 @@ def _check_run(
         digest = hashlib.file_digest(file, "sha256").hexdigest()
     changed = []
     if digest != evidence.file_sha256:
-        where = "its differences are listed above"
-        if len(verification.differences) == before:
-            where = (
+        explanation = "its differences are listed above"
+        if len(verification.differences) == count_before:
+            explanation = (
                 "nothing recorded in it differs from its manifest: the change is in the layout of"
                 " the file, or manifest and content were changed together"
             )
         names = f"SHA-256 {digest}, and the certificate names {evidence.file_sha256}"
-        changed.append(f"{names}; {where}")
+        changed.append(f"{names}; {explanation}")
     verification.take(f"bytes of {sealed.name}", changed)
     if checked is None:
         return

@@ -76,8 +76,8 @@ def _content(verification: Verification, form: Form) -> Certificate | None:
     try:
         return content_in(form.issued, form.suffix, form.name)
     except DataError as error:
-        why = error.message.removeprefix(f"{form.name} ")
-        verification.differences.append(f"content of {form.name}: it {why}")
+        reason = error.message.removeprefix(f"{form.name} ")
+        verification.differences.append(f"content of {form.name}: it {reason}")
         return None
 
 

@@ -109,13 +109,13 @@ def page_maker(
     The folder of the issue with another laboratory is a difference. Raises UsageError for a folder
     without letterhead.
     """
-    letterhead, why = None, ""
+    letterhead, reason = None, ""
     try:
         letterhead = _letterhead(certificate, folder)
     except UsageError:
         raise
     except RigrunnerError as error:
-        why = str(error)
+        reason = str(error)
     if letterhead is not None and folder is not None:
         recorded, current = (
             {
@@ -126,7 +126,7 @@ def page_maker(
         )
         what = "laboratory and statements of the letterhead"
         verification.take(what, mismatches(recorded, current))
-    return PageMaker(certificate=certificate, registry=registry, letterhead=letterhead, why=why)
+    return PageMaker(certificate=certificate, registry=registry, letterhead=letterhead, why=reason)
 
 
 def _letterhead(certificate: Certificate, folder: Path | None) -> Letterhead:
@@ -161,26 +161,26 @@ def check_page(verification: Verification, form: Form, maker: PageMaker, *, sign
     try:
         expected = maker.page(form.suffix)
         compare = _compare_html if form.suffix == ".html" else _compare_pdf
-        differences, why = compare(form.page, expected)
+        differences, reason = compare(form.page, expected)
     except NotMadeAgainError as error:
-        why = str(error)
+        reason = str(error)
         differences = list(_contradictions(form, maker))
     if differences:
         verification.take(what, differences)
-    elif not why:
+    elif not reason:
         verification.held.append(what)
     elif signed:
         verification.held.append(f"{form.name} is as a trusted key signed it")
-        verification.information.append(f"{form.name} was not regenerated: {why}")
+        verification.information.append(f"{form.name} was not regenerated: {reason}")
     else:
-        verification.unproven.append(f"{form.name}: {why}")
+        verification.unproven.append(f"{form.name}: {reason}")
 
 
 def _compare_html(shown: bytes, expected: bytes) -> tuple[list[str], str]:
     """Return differences in words and structure, and differences in drawings."""
     drawings_differ = _FIGURE.findall(shown) != _FIGURE.findall(expected)
-    why = "its figure differs from the one made here" if drawings_differ else ""
-    return list(_different_lines(shown, expected)), why
+    reason = "its figure differs from the one made here" if drawings_differ else ""
+    return list(_different_lines(shown, expected)), reason
 
 
 def _compare_pdf(shown: bytes, expected: bytes) -> tuple[list[str], str]:
@@ -197,8 +197,8 @@ def _compare_pdf(shown: bytes, expected: bytes) -> tuple[list[str], str]:
         return [error.message], ""
     if not where:
         return [], ""
-    why = f"it differs from the page made here, first at {where}"
-    return list(_different_numbers(shown, expected)), why
+    reason = f"it differs from the page made here, first at {where}"
+    return list(_different_numbers(shown, expected)), reason
 
 
 def _contradictions(form: Form, maker: PageMaker) -> Iterator[str]:
@@ -289,13 +289,12 @@ def _different_lines(shown: bytes, expected: bytes) -> Iterator[str]:
     matcher = SequenceMatcher(None, shown_lines, expected_lines, autojunk=False)
     for tag, start, end, a, b in matcher.get_opcodes():
         if tag != "equal":
-            there, wanted = (
-                _words(b" ".join(part)) for part in (shown_lines[start:end], expected_lines[a:b])
-            )
+            shown_words = _words(b" ".join(shown_lines[start:end]))
+            expected_words = _words(b" ".join(expected_lines[a:b]))
             is_line = start < len(shown_lines)
             at = max(shown.find(shown_lines[start]) if is_line else len(shown) - 1, 0)
             place = place_in(shown, ".html", at, at + 1)
-            yield f"at {place} it shows {there}, its content gives {wanted}"
+            yield f"at {place} it shows {shown_words}, its content gives {expected_words}"
 
 
 def _lines(page: bytes) -> list[bytes]:

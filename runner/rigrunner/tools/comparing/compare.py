@@ -76,12 +76,12 @@ def compare_runs(before: Path, after: Path) -> Comparison:
 
 def compare_procedures(before: LoadedProcedure, after: LoadedProcedure) -> Comparison:
     """Compare two loaded procedures."""
-    return _of_texts(_description(before), _texts(before), _description(after), _texts(after))
+    return _compare_texts(_description(before), _texts(before), _description(after), _texts(after))
 
 
 def compare_with_run(run: RunHeader, after: LoadedProcedure) -> Comparison:
     """Compare the stored procedure of a run with a current one."""
-    return _of_texts(_run_title(run), texts_of(run), _description(after), _texts(after))
+    return _compare_texts(_run_title(run), texts_of(run), _description(after), _texts(after))
 
 
 def _find_procedure(word: str) -> Path | None:
@@ -101,7 +101,9 @@ def _find_run(word: str, runs: Path) -> Path:
         raise UsageError(message, hint=error.message) from error
 
 
-def _of_texts(before: str, first: ProcedureTexts, after: str, second: ProcedureTexts) -> Comparison:
+def _compare_texts(
+    before: str, first: ProcedureTexts, after: str, second: ProcedureTexts
+) -> Comparison:
     if first.text == second.text and first.called == second.called:
         verdict = "no difference: the texts are the same"
     else:

@@ -38,21 +38,21 @@ class ProcedureTexts:
 
 def procedure_changes(before: ProcedureTexts, after: ProcedureTexts) -> Iterator[Change]:
     """Yield the differences of two procedures. Comments and layout do not count."""
-    yield from _of_texts(before.name, before.text, after.name, after.text)
+    yield from _text_changes(before.name, before.text, after.name, after.text)
     for file in dict.fromkeys([*before.called, *after.called]):
         first, second = before.called.get(file), after.called.get(file)
         if first is None or second is None:
             verb = "is called now" if first is None else "is no longer called"
             yield Change("called procedures", f"{file} {verb}")
             continue
-        for change in _of_texts(file, first, file, second):
+        for change in _text_changes(file, first, file, second):
             yield Change("called procedures", f"{file}: {change.section}: {change.text}")
 
 
-def _of_texts(name: str, text: str, other_name: str, other: str) -> Iterator[Change]:
+def _text_changes(name: str, text: str, other_name: str, other_text: str) -> Iterator[Change]:
     before = parse(upgraded(text, name), name).data
-    after = parse(upgraded(other, other_name), other_name).data
-    equal = _equal_sections(name, text, other_name, other)
+    after = parse(upgraded(other_text, other_name), other_name).data
+    equal = _equal_sections(name, text, other_name, other_text)
     points = _swept(before) | _swept(after)
     for section in dict.fromkeys([*SECTIONS, *before, *after]):
         first, second = before.get(section), after.get(section)
@@ -69,11 +69,11 @@ def _of_texts(name: str, text: str, other_name: str, other: str) -> Iterator[Cha
             yield from changes(section, first, second)
 
 
-def _equal_sections(name: str, text: str, other_name: str, other: str) -> set[str]:
+def _equal_sections(name: str, text: str, other_name: str, other_text: str) -> set[str]:
     """Return the sections that are equal with defaults filled in."""
     try:
         first = parse_procedure(text, name, stored=True).model
-        second = parse_procedure(other, other_name, stored=True).model
+        second = parse_procedure(other_text, other_name, stored=True).model
     except InvalidFileError:  # of a called procedure, whose values come from its caller
         return set()
     equal = {key for key in _WITH_DEFAULTS if getattr(first, key) == getattr(second, key)}

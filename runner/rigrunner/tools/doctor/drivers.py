@@ -78,17 +78,17 @@ def serial_ports(_: Surroundings) -> Iterator[Finding]:
         return
     ports = sorted(port.device for port in comports())
     is_windows = sys.platform == "win32"
-    barred = [port for port in ports if not is_windows and not os.access(port, os.R_OK | os.W_OK)]
-    usable = [port for port in ports if port not in barred]
+    denied = [port for port in ports if not is_windows and not os.access(port, os.R_OK | os.W_OK)]
+    usable = [port for port in ports if port not in denied]
     if usable or not ports:
         yield Finding(_SERIAL, "ok", ", ".join(usable) or "none is seen")
-    if barred:
+    if denied:
         try:
-            group = Path(barred[0]).group()
+            group = Path(denied[0]).group()
         except (OSError, KeyError, NotImplementedError):
             group = "dialout"  # which owns them on most systems
         fix = f"sudo usermod -aG {group} {getpass.getuser()}, then log in again"
-        problem = f"no permission to open {', '.join(barred)}, which belongs to the group {group}"
+        problem = f"no permission to open {', '.join(denied)}, which belongs to the group {group}"
         yield Finding(_SERIAL, "warn", problem, fix)
 
 

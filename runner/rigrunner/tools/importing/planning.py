@@ -73,9 +73,9 @@ def plan_import(
 
 def _find_file(mapping: LoadedMapping, key: str, name: str) -> Path:
     """Return the procedure or station of that name: beside the mapping, or a shipped one."""
-    beside = mapping.file(name)
-    if beside.is_file():
-        return beside
+    path = mapping.file(name)
+    if path.is_file():
+        return path
     find = find_procedure if key == "procedure" else find_station
     try:
         return find(name)

@@ -64,8 +64,8 @@ def start_of(columns: Mapping[str, Column], rate_hz: float, where: str) -> datet
     Raises DataError if columns begin at different times (a force that is late against its path
     gives another result, unnoticed), and for a gap between two segments.
     """
-    timed = {name: each for name, each in columns.items() if each.started} or dict(columns)
-    (first, origin), *others = timed.items()
+    dated = {name: column for name, column in columns.items() if column.started} or dict(columns)
+    (first, origin), *others = dated.items()
     for name, column in others:
         late_s = column.offset_s - origin.offset_s
         if column.started and origin.started:
@@ -80,9 +80,9 @@ def start_of(columns: Mapping[str, Column], rate_hz: float, where: str) -> datet
     if begun is None:
         return None
     # each segment begins where the one before it ended
-    segments = [(name, *each) for name, column in columns.items() for each in column.goes]
-    for name, sample, taken in segments:
-        late_s = (taken - begun).total_seconds() - sample / rate_hz
+    segments = [(name, *segment) for name, column in columns.items() for segment in column.goes]
+    for name, sample, time in segments:
+        late_s = (time - begun).total_seconds() - sample / rate_hz
         if abs(late_s) > max(_GAP / rate_hz, _RESOLUTION_S):
             raise DataError(
                 f"'{name}' has a gap: sample {sample + 1} was taken {late_s:.6g} s later than"

@@ -143,8 +143,10 @@ class _LanguageSchema(SettingsSchema):
         settings = {
             record.name: self._settings(record) | {"description": record.help} for record in records
         }
-        beside = issubclass(model, DecisionRuleRef)  # its setting may be beside its name
-        alone = _enumeration([each for each in records if beside or not _needs_settings(each)])
+        setting_beside = issubclass(model, DecisionRuleRef)  # its setting may be beside its name
+        alone = _enumeration(
+            [each for each in records if setting_beside or not _needs_settings(each)]
+        )
         label = self.generate_inner(LABEL_TYPE) | {"description": "What results call this use."}
         labelled = issubclass(model, PluginRef)
         with_settings = {

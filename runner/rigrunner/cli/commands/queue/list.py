@@ -21,16 +21,16 @@ def command(*, runs: Path, as_json: bool) -> None:
     """List the entries of the queue in the order of their runs."""
     from rigrunner.queue import Queue
 
-    shown = Queue(runs).shown()
+    items = Queue(runs).shown()
     if as_json:
         result_json(
             [
                 {**item.entry.model_dump(), "status": item.status, "outcome": item.outcome}
-                for item in shown
+                for item in items
             ]
         )
         return
-    if not shown:
+    if not items:
         message("The queue is empty.")
         return
     rows = [
@@ -39,7 +39,7 @@ def command(*, runs: Path, as_json: bool) -> None:
             item.outcome or item.status, item.entry.by,
             item.entry.reason or item.entry.again or item.entry.run,
         )
-        for item in shown
+        for item in items
     ]  # fmt: skip
     header = ("entry", "specimen", "procedure", "station", "status", "by", "reason or run")
     result(table(header, rows, "r"))
