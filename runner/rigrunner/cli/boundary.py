@@ -14,7 +14,7 @@ from rigrunner.cli.output import (
     close_quietly,
     error_label,
     message,
-    reader_has_gone,
+    stdout_is_closed,
 )
 
 if TYPE_CHECKING:
@@ -46,14 +46,14 @@ def run_command(command: click.Command, arguments: Sequence[str] | None = None) 
 
 def _invoke(command: click.Command, arguments: list[str]) -> int:
     _check_printable(arguments)
-    # Not `command.main`: it ends with 1, our word for a failed verdict, when the reader has gone.
+    # Not `command.main`: when stdout is closed it ends with 1, which means a failed verdict here.
     try:
         with command.make_context("rigrunner", arguments) as context:
             return int(command.invoke(context) or ExitCode.PASS)
     except click.exceptions.Exit as stop:
         return stop.exit_code
     except BrokenPipeError:
-        if reader_has_gone():
+        if stdout_is_closed():
             return ExitCode.PASS
         raise
 

@@ -38,7 +38,7 @@ def _show_end(finished: FinishedRun) -> None:
     elif isinstance(error, Exception):
         show_bug(error)
     if error is not None:
-        message(f"The run was {_ending(finished)}.")
+        message(f"The run was {_end_text(finished)}.")
     if finished.unsafe:
         message(unsafe_rig(finished.unsafe))
     if finished.waits:
@@ -66,7 +66,7 @@ def _run_argument(folder: Path) -> str:
     return folder.name if folder.parent == Path("runs") else str(folder)
 
 
-def _ending(finished: FinishedRun) -> str:
+def _end_text(finished: FinishedRun) -> str:
     if finished.outcome is Outcome.ABORTED:
         return "aborted"
     if finished.outcome is Outcome.ERROR:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from rigrunner.api.errors import AbortedError, DataError, RigrunnerError, UsageError, did_you_mean
 from rigrunner.api.quantity import legible, parse_quantity
 from rigrunner.cli.boundary import show_error
-from rigrunner.cli.keyboard import line_may_be_read
+from rigrunner.cli.keyboard import wait_for_line
 from rigrunner.cli.output import message, prompt, result, unsafe_rig
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ HELP: Mapping[str, str] = {
 }
 
 
-def converse(jog: Jog, stop: SignalStop) -> None:
+def run_prompt(jog: Jog, stop: SignalStop) -> None:
     """Read commands and execute them. After an error of the rig, the rig was made safe.
 
     An abort ends this, and so does a log that cannot be written.
@@ -124,11 +124,11 @@ def _answer(question: str, jog: Jog, stop: SignalStop) -> str | None:
     """Return a line, or None at the end of the input. Interlocks are monitored meanwhile."""
     prompt(question)
     with stop.while_asking(), jog.person():
-        while not line_may_be_read(LOOK_EVERY_S):
+        while not wait_for_line(LOOK_EVERY_S):
             jog.check_interlocks()
         line = sys.stdin.readline()
     if not sys.stdin.isatty():
-        message(line.rstrip("\n"))  # what was piped in is seen like what is typed
+        message(line.rstrip("\n"))  # show piped input like typed input
     return line or None
 
 

@@ -18,7 +18,7 @@ _YES, _NO = ("y", "yes"), ("n", "no")
 
 
 class TerminalPerson:
-    """Reads warnings on stderr and, if `attended`, decides whether the rig may be made safe."""
+    """Sees warnings on stderr and, if `attended`, is asked whether the rig may be made safe."""
 
     def __init__(self, *, attended: bool) -> None:
         self._attended = attended

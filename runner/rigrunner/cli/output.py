@@ -107,7 +107,7 @@ def warning_label() -> str:
     return _RED_WARNING if _colour(sys.stderr) else _WARNING
 
 
-def reader_has_gone() -> bool:
+def stdout_is_closed() -> bool:
     """Return whether stdout is no longer read, as when it is piped into `head`."""
     try:
         sys.stdout.write("\n")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import AbortedError
 from rigrunner.api.texts import name_of, refused_character
-from rigrunner.cli.keyboard import line_may_be_read
+from rigrunner.cli.keyboard import wait_for_line
 from rigrunner.cli.output import message, prompt
 from rigrunner.engine.pausing import Choice, Decision
 
@@ -54,7 +54,7 @@ class TerminalPauses:
             choice = self._choice(paused, watch)
             reason = self._reason(choice, watch) if choice in _WITH_REASON else ""
             if choice is not Choice.NOTE:
-                self._stop.resumed()  # before the progress is seen again, which a Ctrl-C answers
+                self._stop.resumed()  # before progress is shown again: then Ctrl-C pauses
         return Decision(choice, self._by, reason)
 
     def _choice(self, paused: Paused, watch: Callable[[], None]) -> Choice:
@@ -81,7 +81,7 @@ class TerminalPauses:
     def _answer(self, question: str, watch: Callable[[], None]) -> str:
         prompt(question)
         with self._stop.while_asking():
-            while not line_may_be_read(_LOOK_EVERY_S):
+            while not wait_for_line(_LOOK_EVERY_S):
                 watch()
             line = sys.stdin.readline()
         if not line:

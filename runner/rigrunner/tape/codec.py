@@ -85,7 +85,7 @@ def decode_error(stored: Mapping[str, Any]) -> BaseException:
     else:
         try:
             error = kind(message)
-        except TypeError:  # such as UnicodeDecodeError, which is made of more than words
+        except TypeError:  # such as UnicodeDecodeError, which needs more than a message
             error = RuntimeError(f"{kind.__name__}: {message}")
     for note in stored.get("notes", ()):
         error.add_note(str(note))

@@ -83,13 +83,13 @@ class NewPlugin:
         }
         if self.kind == "device":
             templates |= {name: name for name in ("example/procedure.yaml", "example/station.yaml")}
-        return {name: self._rendered(of) for name, of in templates.items()} | {
+        return {name: self._render(of) for name, of in templates.items()} | {
             f"{source}/py.typed": ""
         }
 
     def module(self) -> str:
         """Return the text of its module."""
-        return self._rendered(f"{self.stem}.py")
+        return self._render(f"{self.stem}.py")
 
     @property
     def stem(self) -> str:
@@ -101,7 +101,7 @@ class NewPlugin:
         """The article before its kind: "a unit", as it is said, but "an outlier rule"."""
         return "an" if self.word[0] in "aeio" else "a"
 
-    def _rendered(self, template: str) -> str:
+    def _render(self, template: str) -> str:
         environment = Environment(  # noqa: S701  (it writes Python and Markdown, no HTML)
             loader=FileSystemLoader(
                 [TEMPLATE, *([self.kind_record.templates] if self.kind_record else [])]

@@ -1,4 +1,4 @@
-"""An entry of the register of instruments, made of the laboratory's own calibration.
+"""An entry of the register of instruments, made from the laboratory's own calibration.
 
 The run has a result `deviation`, indicated less applied, at each applied value. Where it has also
 `reproducibility` (the range over mounting positions) at these, `repeatability` and `hysteresis`,
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 DEVIATION, REPRODUCIBILITY = "deviation", "reproducibility"
 WIDTHS = ("repeatability", "hysteresis")
 """Results that are the width of an error; half of the greatest is its limit."""
-LEAST_OF_CUBIC = 4
+CUBIC_MIN_POINTS = 4
 """Points in a direction for the interpolation equation; fewer are joined by lines."""
 
 
@@ -110,11 +110,11 @@ def entry_from(path: Path, details: EntryDetails, registry: Registry) -> Entry:
         or (standard.due and str(standard.due) < run.ended_utc[:10])
         for standard in standards
     ):
-        entry["calibration"] = "trial"  # of standards that are none
-    if kind == DEFAULT_QUANTITY or details.full_scale:  # which must be stated there
+        entry["calibration"] = "trial"  # its standards are not calibrated
+    if kind == DEFAULT_QUANTITY or details.full_scale:  # which requires it
         highest = max(abs(_applied_value(deviation)[0]) for deviation in deviations)
         entry["full_scale"] = details.full_scale or f"{highest:.9g} {applied_unit}"
-    cubic = kind in ZEROED and len(points) >= LEAST_OF_CUBIC
+    cubic = kind in ZEROED and len(points) >= CUBIC_MIN_POINTS
     entry["interpolation"] = "cubic" if cubic else "linear"
     errors = dict(_errors(result))
     if errors:
@@ -183,7 +183,7 @@ def _deviations(result: Result) -> list[MeasurementResult]:
 
 def _applied_value(deviation: MeasurementResult) -> tuple[float, str]:
     (place,) = deviation.coordinates.values()
-    assert isinstance(place.value, float)  # noqa: S101  (looked at before)
+    assert isinstance(place.value, float)  # noqa: S101  (checked by `_deviations`)
     return place.value, place.unit
 
 

@@ -165,13 +165,13 @@ def _current_text(text: str, data: dict[str, Any]) -> str:
         return text
     _, value = layout.pair_at(text, (MARK,))
     begin = text.index(value.value, value.start_mark.index)
-    text = layout.put(text, begin, begin + len(value.value), TODAY[data[MARK]])
+    text = layout.splice(text, begin, begin + len(value.value), TODAY[data[MARK]])
     analysis = data.get("analysis")
     if not isinstance(analysis, dict):
         return text
     if not analysis:
         _, value = layout.pair_at(text, ("analysis",))
-        return layout.put(text, value.start_mark.index, value.end_mark.index, "[]")
+        return layout.splice(text, value.start_mark.index, value.end_mark.index, "[]")
     if analysis.get("starts") is None:
         return _as_item(text, ("analysis",), "swing_torque")
     return _as_item(_without_level(text, ("analysis", "starts")), ("analysis",), "breakaway")
@@ -196,7 +196,7 @@ def _with_limits(text: str, acceptance: dict[str, Any], older: list[dict[str, An
         for edit in _limit_edits(text, node, excluded)
     ]
     for start, end, new in sorted(edits, reverse=True):  # from the end: earlier places stay
-        text = layout.put(text, start, end, new)
+        text = layout.splice(text, start, end, new)
     return _with_one_item(text) if single else text
 
 
@@ -256,8 +256,8 @@ def _with_one_item(text: str) -> str:
     quote = '"' if key.style == '"' else ""
     if layout.is_flow(value):
         start, end = value.start_mark.index, value.end_mark.index
-        text = layout.put(text, start, end, f"[{text[start:end]}]")
-        return layout.put(text, begin, stop, f"{quote}limits{quote}")
+        text = layout.splice(text, start, end, f"[{text[start:end]}]")
+        return layout.splice(text, begin, stop, f"{quote}limits{quote}")
     first, last = layout.lines_below(text, key, value)
     at = value.start_mark.index
     lines = [
@@ -268,7 +268,7 @@ def _with_one_item(text: str) -> str:
         for line in layout.lines_of(text[first : at - value.start_mark.column])
     ]
     new = "".join(head) + " " * value.start_mark.column + "- " + "".join(lines)[_ITEM:]
-    return layout.put(layout.put(text, first, last, new), begin, stop, "limits")
+    return layout.splice(layout.splice(text, first, last, new), begin, stop, "limits")
 
 
 def _as_item(text: str, path: tuple[str, ...], name: str) -> str:
@@ -283,16 +283,18 @@ def _as_item(text: str, path: tuple[str, ...], name: str) -> str:
             layout.is_flow(layout.mapping_at(text, path[:-1]))
             or "\n" in text[key.start_mark.index : end]
         ):
-            return layout.put(text, start, end, f"[{{{inner}}}]")
+            return layout.splice(text, start, end, f"[{{{inner}}}]")
         colon = text.index(":", key.end_mark.index) + 1
-        return layout.put(text, colon, end, f"\n{' ' * (key.start_mark.column + _ITEM)}- {inner}")
+        return layout.splice(
+            text, colon, end, f"\n{' ' * (key.start_mark.column + _ITEM)}- {inner}"
+        )
     first, last = layout.lines_below(text, key, value)
     lines = [
         f"{' ' * _NESTED}{line}" if line.strip() else line
         for line in layout.lines_of(text[first:last])
     ]
     head = f"{' ' * value.start_mark.column}- {name}:{layout.line_end(text[first:last])}"
-    return layout.put(text, first, last, head + "".join(lines))
+    return layout.splice(text, first, last, head + "".join(lines))
 
 
 def _without_level(text: str, path: tuple[str, ...]) -> str:
@@ -310,7 +312,7 @@ def _without_level(text: str, path: tuple[str, ...]) -> str:
         )
         quote = '"' if key.style == '"' else ""
         pairs = pairs or [f"{quote}window{quote}: {quote}{_FIRST_TRAVEL}{quote}"]
-        return layout.put(text, start, end, separator.join(pairs))
+        return layout.splice(text, start, end, separator.join(pairs))
     first, last = layout.lines_below(text, key, value)
     excess = value.start_mark.column - key.start_mark.column
     # A comment may be indented less than the keys.
@@ -321,4 +323,4 @@ def _without_level(text: str, path: tuple[str, ...]) -> str:
     begin = text.rindex("\n", 0, start) + 1
     comment = text[text.index(":", key.end_mark.index) + 1 : first].lstrip(" ")
     head = f"{' ' * key.start_mark.column}{comment}" if comment.strip() else ""
-    return layout.put(text, begin, last, head + "".join(lines))
+    return layout.splice(text, begin, last, head + "".join(lines))

@@ -56,7 +56,7 @@ def edited_station(text: str, data: Any) -> str:
         keys = {key.value: (key, value) for key, value in entry.value}
         edits = list(_edits(text, entry, keys))
         for start, end, new in sorted(edits, reverse=True):
-            text = layout.put(text, start, end, new)
+            text = layout.splice(text, start, end, new)
     return text
 
 

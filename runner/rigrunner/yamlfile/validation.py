@@ -54,10 +54,10 @@ def validate(
         if len(errors) > MAX_PROBLEMS:
             message = f"{len(errors) - MAX_PROBLEMS} more problems follow; fix these first"
             problems.append(Problem(message, document.where(at)))
-        raise InvalidFileError(_merged(problems)) from error
+        raise InvalidFileError(_merge(problems)) from error
 
 
-def _merged(problems: Iterable[Problem]) -> Iterator[Problem]:
+def _merge(problems: Iterable[Problem]) -> Iterator[Problem]:
     """Yield one problem, not one for each alternative, where a value fits none of several kinds."""
     for _, group in groupby(problems, lambda problem: (problem.location, problem.field)):
         alike = list(group)

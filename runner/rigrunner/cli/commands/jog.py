@@ -66,7 +66,7 @@ def command(  # noqa: PLR0917  (click hands over each option)
     Without --set and --read it has a prompt. Limits, combinations and interlocks apply as in a
     run; however it ends, the rig is made safe.
     """
-    from rigrunner.cli.jogging import converse
+    from rigrunner.cli.jogging import run_prompt
     from rigrunner.cli.left_rig import TerminalPerson
     from rigrunner.cli.stopping import stop_on_signals
     from rigrunner.run.taping import tape_for
@@ -91,7 +91,7 @@ def command(  # noqa: PLR0917  (click hands over each option)
         if set_points or names:
             _set_and_read(jog, set_points, names, as_json=as_json)
         else:
-            converse(jog, stop)
+            run_prompt(jog, stop)
     for text in tape.notes() if tape else ():
         message(f"note: {text}")
 

@@ -84,7 +84,7 @@ def amend(
             raise UsageError(message, field="received") from error
         refuse_late_receipt(received, original.performance.started_utc)
     sha256 = hashlib.sha256(content).hexdigest()
-    _refuse_not_issued(original, sha256, request.letterhead)
+    _check_issued(original, sha256, request.letterhead)
     letterhead = read_letterhead(
         request.letterhead, request.language or original.appearance.language
     )
@@ -130,7 +130,7 @@ def _conformity_in_force(original: Certificate, run: Path, registry: Registry) -
     return conformity_of(source.result.decision, source.decided_again)
 
 
-def _refuse_not_issued(original: Certificate, sha256: str, folder: Path) -> None:
+def _check_issued(original: Certificate, sha256: str, folder: Path) -> None:
     numbers = Numbers(folder, prefix_of(original.number))
     issued = numbers.digests_of(original.number)
     if issued and sha256 not in issued:

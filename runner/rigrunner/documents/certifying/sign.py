@@ -51,7 +51,7 @@ def sign(certificate: Path, signer: Signer, registry: Registry, now: datetime) -
     private = read_private_key(signer.key, signer.passphrase)
     target = signature_file_of(certificate)
     if target.exists():
-        raise _is_signed(target)
+        raise _already_signed(target)
     document = Document(certificate, forms, read_contents(verification, forms))
     if not verification.differences:
         if not Numbers(signer.letterhead, prefix_of(document.certificate.number)).kept:
@@ -74,13 +74,13 @@ def sign(certificate: Path, signer: Signer, registry: Registry, now: datetime) -
         with target.open("x", encoding="utf-8") as file:
             file.write(text)
     except FileExistsError as error:
-        raise _is_signed(target) from error
+        raise _already_signed(target) from error
     except OSError as error:
         raise UsageError(f"{target} cannot be written: {error.strerror}") from error
     return target
 
 
-def _is_signed(target: Path) -> UsageError:
+def _already_signed(target: Path) -> UsageError:
     return UsageError(
         f"{target} exists: the document is signed", hint="signatures are never overwritten"
     )

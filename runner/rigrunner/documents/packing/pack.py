@@ -66,8 +66,8 @@ def pack(folder: Path, target: Path) -> Contents:
 
 def _packed_files(folder: Path) -> Iterator[PackedFile]:
     paths = {path.relative_to(folder).as_posix(): path for path in folder.rglob("*")}
-    for name, path in sorted(paths.items()):  # a file system has an order of its own
-        if is_hidden(name):  # such as what a file manager leaves; `unpack` would not take it
+    for name, path in sorted(paths.items()):  # the order of a file system varies
+        if is_hidden(name):  # such as files of a file manager; `unpack` would refuse them
             continue
         if path.is_symlink() or not (path.is_file() or path.is_dir()):
             raise DataError(f"{path} is not a regular file", hint="remove it from the run folder")

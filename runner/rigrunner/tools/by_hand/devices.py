@@ -82,7 +82,7 @@ class DeviceReport:
         overdue = any(calibration.state != "ok" for calibration in self.calibrated)
         return "warn" if unsafe or overdue else "ok"
 
-    def failed(self, error: Exception) -> DeviceReport:
+    def with_failure(self, error: Exception) -> DeviceReport:
         """Return the report with a further failure."""
         if isinstance(error, RigrunnerError):
             return replace(
@@ -108,7 +108,7 @@ def _report_on(ready: ReadyStation, role: str) -> DeviceReport:
     try:
         identity = rig.connect()[role]
     except Exception as error:  # noqa: BLE001  (a plugin may raise anything)
-        return report.failed(error)
+        return report.with_failure(error)
     report = replace(report, connected=True, who=dict(_identities(role, identity)))
     try:
         for extend in (_with_drives, _with_values):
@@ -121,7 +121,7 @@ def _report_on(ready: ReadyStation, role: str) -> DeviceReport:
     try:
         rig.close()
     except Exception as error:  # noqa: BLE001  (the next device has its turn)
-        return report.failed(error)
+        return report.with_failure(error)
     return report
 
 
@@ -133,7 +133,7 @@ def _with_drives(report: DeviceReport, rig: Rig, device: Device) -> DeviceReport
         try:
             read_back = rig.read_back(report.role, info.name)
         except Exception as error:  # noqa: BLE001  (the next drive has its turn)
-            report = report.failed(error)
+            report = report.with_failure(error)
             continue
         safe = agrees(info, read_back, info.safe_value)
         statuses.append(DriveStatus(info.name, info.unit, read_back, info.safe_value, safe))
@@ -148,7 +148,7 @@ def _with_values(report: DeviceReport, rig: Rig, device: Device) -> DeviceReport
     try:
         values = rig.read(report.role, tuple(units))
     except Exception as error:  # noqa: BLE001  (it is still to be made safe)
-        return report.failed(error)
+        return report.with_failure(error)
     read_s = time.perf_counter() - began_s
     by_member: dict[str, str] = {Member(report.role, name): units[name] for name in units}
     return replace(report, values=values, units=by_member, read_s=read_s)

@@ -80,7 +80,7 @@ class Jog:
 
     def check_interlocks(self) -> None:
         """Read all interlocks, and raise on one that is tripped."""
-        self._guarded("look", lambda: self._session.check(read_all=True))
+        self._execute("look", lambda: self._session.check(read_all=True))
 
     def set(self, drive: str, text: str) -> float:
         """Set a drive to a set-point such as '5 Hz', and return its read-back in SI units."""
@@ -94,7 +94,7 @@ class Jog:
         self.check_interlocks()
         action = SetDrive(self.role, drive, value, info.unit)
         what = f"set {drive} {text}"
-        measured = self._guarded(what, lambda: action.do(_STEP, self._session))
+        measured = self._execute(what, lambda: action.do(_STEP, self._session))
         actual = measured.values[Member(self.role, drive)]
         self._note(f"{what}: reads back {legible(actual, info.unit)}")
         return actual
@@ -133,7 +133,7 @@ class Jog:
     def read_backs(self) -> dict[str, float]:
         """Return the read-back of each drive, in SI units."""
         return {
-            name: self._guarded("read back", partial(self._rig.read_back, self.role, name))
+            name: self._execute("read back", partial(self._rig.read_back, self.role, name))
             for name in self.drives
         }
 
@@ -161,10 +161,10 @@ class Jog:
         units: dict[str, str] = {member: self.channels[member.name].unit for member in members}
         action = Measure(_STEP, tuple(members), duration_s, {}, units, rate_hz)
         what = f"read {', '.join(names)}"
-        values = self._guarded(what, lambda: action.do(_STEP, self._session)).values
+        values = self._execute(what, lambda: action.do(_STEP, self._session)).values
         return {name: values[Member(self.role, name)] - self.zeros.get(name, 0.0) for name in names}
 
-    def _guarded(self, what: str, work: Callable[[], _T]) -> _T:
+    def _execute(self, what: str, work: Callable[[], _T]) -> _T:
         """Execute an action on the rig; on any error, make the rig safe before it is raised."""
         try:
             return work()
@@ -185,7 +185,7 @@ class Jog:
     def _note(self, text: str) -> None:
         try:
             self._session.emit(Note, step=f"{_STEP} {self.role}", text=text)
-        except BaseException:  # nothing is done by hand that is not on record
+        except BaseException:  # every manual action must be on record
             self._make_safe()
             raise
 
@@ -215,7 +215,7 @@ def jogging(
     what, needed = f"jog {role}", _needed_roles(ready, role)
     with (
         ready.hold(what) as held,
-        _opened(log) as sink,
+        _open_log(log) as sink,
         held.guarded(what, needed) as guardian,
     ):
         rig = held.rig(needed, guardian.pulse if guardian else None)
@@ -224,7 +224,7 @@ def jogging(
         emit = Emitter(bus, held.clock)
         replay = ", played back from a tape" if held.tape and held.tape.replays else ""
         emit(Note, step=_STEP, text=f"{role} of station {held.station.model.id}{replay}")
-        with _connected(rig):
+        with _connect(rig):
             with rig.person():
                 file, reads = held.station.document.name, held.tape is None
                 before = check_left(rig, held.marks, person, file, reads=reads)
@@ -256,7 +256,7 @@ def jogging(
 
 
 @contextmanager
-def _connected(rig: Rig) -> Iterator[None]:
+def _connect(rig: Rig) -> Iterator[None]:
     """Connect the rig and make it safe at the end, unless a person asked to leave it as it is."""
     rig.connect()
     try:
@@ -289,12 +289,12 @@ def _end_safe(jog: Jog, error: BaseException) -> None:
 
 
 @contextmanager
-def _opened(log: Path) -> Iterator[EventSink]:
-    with _writing(log):
+def _open_log(log: Path) -> Iterator[EventSink]:
+    with _log_errors(log):
         sink = RunLog(log)
 
     def write(event: Event) -> None:
-        with _writing(log):
+        with _log_errors(log):
             sink(event)
 
     with sink:
@@ -302,7 +302,7 @@ def _opened(log: Path) -> Iterator[EventSink]:
 
 
 @contextmanager
-def _writing(log: Path) -> Iterator[None]:
+def _log_errors(log: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:

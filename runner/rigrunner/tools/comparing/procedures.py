@@ -53,7 +53,7 @@ def _text_changes(name: str, text: str, other_name: str, other_text: str) -> Ite
     before = parse(upgraded(text, name), name).data
     after = parse(upgraded(other_text, other_name), other_name).data
     equal = _equal_sections(name, text, other_name, other_text)
-    points = _swept(before) | _swept(after)
+    points = _swept_parameters(before) | _swept_parameters(after)
     for section in dict.fromkeys([*SECTIONS, *before, *after]):
         first, second = before.get(section), after.get(section)
         if section in equal:
@@ -77,10 +77,12 @@ def _equal_sections(name: str, text: str, other_name: str, other_text: str) -> s
     except InvalidFileError:  # of a called procedure, whose values come from its caller
         return set()
     equal = {key for key in _WITH_DEFAULTS if getattr(first, key) == getattr(second, key)}
-    return equal | ({"analysis"} if _validated(first) == _validated(second) else set())
+    return equal | (
+        {"analysis"} if _validated_analyses(first) == _validated_analyses(second) else set()
+    )
 
 
-def _validated(procedure: Procedure) -> list[tuple[str, object]]:
+def _validated_analyses(procedure: Procedure) -> list[tuple[str, object]]:
     """Return the analyses with the defaults of those that are installed."""
     registry, analyses = load_registry(), list[tuple[str, object]]()
     for analysis in procedure.analysis:
@@ -91,12 +93,12 @@ def _validated(procedure: Procedure) -> list[tuple[str, object]]:
     return analyses
 
 
-def _swept(tree: object) -> set[str]:
+def _swept_parameters(tree: object) -> set[str]:
     """Return the parameters that a sweep goes over, at any depth: `over: $name`."""
     if isinstance(tree, list):
-        return set().union(*map(_swept, tree))
+        return set().union(*map(_swept_parameters, tree))
     if not isinstance(tree, dict):
         return set()
     over = tree.get("over")
     swept = {over[1:]} if isinstance(over, str) and over.startswith("$") else set()
-    return swept.union(*map(_swept, tree.values()))
+    return swept.union(*map(_swept_parameters, tree.values()))

@@ -1,4 +1,4 @@
-"""How far two results are apart, against what they are uncertain by."""
+"""Compare results by their difference and its expanded uncertainty."""
 
 from __future__ import annotations
 
@@ -131,7 +131,7 @@ def _estimate_changes(
     if both_known and shared:
         combined = _uncertainty_of_difference(before, after, shared)
     widths = [width for width in (*expanded, combined) if width]
-    # as many decimals as the smaller uncertainty bears
+    # as many decimals as the smaller uncertainty supports
     digits = places_of_margin(max(0, places(min(widths))) if widths else 6, unit)
     ratio = abs(difference) / combined if combined else inf
     agrees = ratio <= 1 + ROUNDING

@@ -54,7 +54,7 @@ def same(before: Any, after: Any) -> bool:
 def _list_changes(
     section: str, before: list[Any], after: list[Any], path: tuple[str, ...]
 ) -> Iterator[Change]:
-    first, second = _named(before), _named(after)
+    first, second = _by_name(before), _by_name(after)
     nested = any(isinstance(item, (dict, list)) for item in (*before, *after))
     if (path or (section,))[-1] in _STEPS or (nested and not (first and second)):
         yield from _sequence_changes(section, before, after, path)
@@ -111,7 +111,7 @@ def _alike(before: Any, after: Any) -> bool:
     return bool(are_mappings and next(iter(before)) == next(iter(after)))
 
 
-def _named(items: Sequence[Any]) -> dict[str, Any]:
+def _by_name(items: Sequence[Any]) -> dict[str, Any]:
     """Return entries by their names (instruments, plugins with settings); none without names."""
     named = dict(filter(None, map(_name_and_content, items)))
     return named if len(named) == len(items) else {}

@@ -44,7 +44,7 @@ def examine(surroundings: Surroundings) -> list[Finding]:
     for check in CHECKS:
         try:
             findings += list(check(surroundings))  # all, or none if it fails on its way
-        except Exception as error:  # noqa: BLE001  (what is broken here is what is looked for)
+        except Exception as error:  # noqa: BLE001  (a check that fails is a finding)
             name, problem = check.__name__.replace("_", " "), f"{type(error).__name__}: {error}"
             findings.append(Finding(name, "fail", problem, "reinstall Rigrunner"))
     return findings

@@ -132,7 +132,7 @@ class Part(Settings):
         ) < min(self.to or inf, other.to or inf)
 
     @model_validator(mode="after")
-    def _ordered(self) -> Self:
+    def _check_order(self) -> Self:
         if self.from_ is not None and self.to is not None and self.from_ >= self.to:
             raise ValueError("'from' must be before 'to'")
         return self
@@ -215,7 +215,7 @@ class ImportMapping(Settings):
         return zeros if isinstance(zeros, tuple) else (zeros,)
 
     @model_validator(mode="after")
-    def _in_order(self) -> Self:
+    def _check_times(self) -> Self:
         if self.ended is not None and self.ended < self.started:
             raise ValueError("the run ended before it was started")
         return self

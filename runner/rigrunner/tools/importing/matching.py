@@ -42,7 +42,7 @@ class Matched:
 
 def match(mapping: LoadedMapping, planned: Planned) -> Matched:
     """Return the matched recordings; raise InvalidFileError with all that does not match."""
-    return _Matcher(mapping, planned).matched()
+    return _Matcher(mapping, planned).match()
 
 
 class _Matcher:
@@ -57,7 +57,7 @@ class _Matcher:
             if isinstance(step.action, Record)
         }
 
-    def matched(self) -> Matched:
+    def match(self) -> Matched:
         if not self._records:
             what = self._planned.procedure.model.id
             self._complain(("procedure",), f"{what} records nothing: there is nothing to import")
@@ -160,7 +160,7 @@ class _Matcher:
         units: dict[str, str] = {}
         for action in self._records.values():
             units |= {member: action.units[member] for member in action.setpoints}
-        for path, set_points in self._stated("set_points"):
+        for path, set_points in self._values_of_key("set_points"):
             for member, quantity in set_points.items():
                 at: Path = (*path, member)
                 if member not in units:
@@ -169,7 +169,7 @@ class _Matcher:
                 else:
                     self._check_unit(at, quantity.unit.symbol, units[member], member)
 
-    def _stated(self, key: str) -> Iterator[tuple[Path, Mapping[Member, Any]]]:
+    def _values_of_key(self, key: str) -> Iterator[tuple[Path, Mapping[Member, Any]]]:
         """Yield what a key states for all recordings, and then for each, with its place."""
         yield (key,), getattr(self._mapping, key)
         for index, entry in enumerate(self._mapping.recordings):
@@ -180,7 +180,7 @@ class _Matcher:
         for role, device in self._planned.devices.items():
             units |= {Member(role, channel.name): channel.unit for channel in device.channels}
             units |= {Member(role, drive.name): drive.unit for drive in device.drives}
-        for path, conditions in self._stated("conditions"):
+        for path, conditions in self._values_of_key("conditions"):
             for member, condition in conditions.items():
                 at: Path = (*path, member)
                 if member in self._mapping.channels:

@@ -60,7 +60,7 @@ def import_run(
             header = _header(checked, folder.name, digests)
             with RunWriter(folder, header) as writer, open_log(folder) as log:
                 write_run(checked, [writer, *log], folder.name, overrides, progress)
-            _refuse_changed(mapping, digests)
+            _check_unchanged(mapping, digests)
             is_recorded = True
             end = (Outcome.COMPLETED, "", ())
             return finish(planned, writer, end, partners, errors, progress=progress)
@@ -79,7 +79,7 @@ def _digest(path: Path) -> str:
         raise DataError(f"{path} cannot be read: {error.strerror or error}") from error
 
 
-def _refuse_changed(mapping: LoadedMapping, digests: Mapping[str, str]) -> None:
+def _check_unchanged(mapping: LoadedMapping, digests: Mapping[str, str]) -> None:
     for name, digest in digests.items():
         if _digest(mapping.file(name)) != digest:
             raise DataError(

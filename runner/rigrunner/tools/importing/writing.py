@@ -116,13 +116,13 @@ class _Import:
             if isinstance(step.action, Zero):
                 self._zero(index, step, step.action)
             elif isinstance(step.action, Measure):
-                found = Found(self._stated(), step.action.units, {})
+                found = Found(self._next_values(), step.action.units, {})
                 self._step(index, step, (self._latest, self._latest), found)
             elif isinstance(step.action, Scan):
                 self._scan(index, step, step.action)
             elif isinstance(step.action, Record):
                 self._record(index, step, step.action, matched[index])
-        self._emit_at(self._ended())(RunEnded, outcome=Outcome.COMPLETED)
+        self._emit_at(self._end_time())(RunEnded, outcome=Outcome.COMPLETED)
 
     def _zero(self, index: int, step: PlannedStep, action: Zero) -> None:
         member = action.zeroed
@@ -146,7 +146,7 @@ class _Import:
         found = Found({member: value}, {member: action.unit}, scatter=scatters)
         self._step(index, step, (self._latest, self._latest), found)
 
-    def _stated(self) -> dict[str, float]:
+    def _next_values(self) -> dict[str, float]:
         """Return the next stated values."""
         return {member: quantity.si for member, quantity in next(self._measurements).values.items()}
 
@@ -154,7 +154,7 @@ class _Import:
         attempt, emit = Attempt(index, step, 1, 1), self._emit_at(self._latest)
         attempt.begin(emit)
         for point, value in enumerate(action.values):
-            values = self._stated()
+            values = self._next_values()
             emit(
                 Scanned,
                 step=step.path,
@@ -227,7 +227,7 @@ class _Import:
             )
         return began
 
-    def _ended(self) -> datetime:
+    def _end_time(self) -> datetime:
         stated = self._mapping.ended
         if stated is None:
             return self._latest

@@ -40,7 +40,7 @@ def with_shared_choices(schema: Schema) -> Schema:
             shared[name] = {key: node[key] for key in node if key != SHARED}
         return {"$ref": f"{_POINTER}{name}"}
 
-    changed: Schema = _changed(schema, change)
+    changed: Schema = _map_nodes(schema, change)
     changed[_DEFINITIONS] |= shared
     return changed
 
@@ -55,7 +55,7 @@ def with_defaults_in_words(schema: Schema) -> Schema:
         default = json.dumps(node["default"], ensure_ascii=False).strip('"')
         return {**kept, "description": f"{node.get('description', '')} Default: {default}.".strip()}
 
-    changed: Schema = _changed(schema, change)
+    changed: Schema = _map_nodes(schema, change)
     return changed
 
 
@@ -71,7 +71,7 @@ def with_shared_quantities(schema: Schema) -> Schema:
         shared[name] = {key: node[key] for key in node if key not in {*local, DIMENSION}}
         return {"$ref": _POINTER + name.replace(" ", "_"), **local}
 
-    changed: Schema = _changed(schema, change)
+    changed: Schema = _map_nodes(schema, change)
     changed[_DEFINITIONS] |= {name.replace(" ", "_"): shared[name] for name in sorted(shared)}
     return changed
 
@@ -79,7 +79,7 @@ def with_shared_quantities(schema: Schema) -> Schema:
 def with_references(schema: Schema, literal: Collection[str]) -> Schema:
     """Allow '$name' for every value, except under the top-level keys in `literal`."""
     literals = {key: schema["properties"][key] for key in literal}
-    changed: Schema = _changed(schema, _with_reference)
+    changed: Schema = _map_nodes(schema, _with_reference)
     changed["properties"] |= literals
     return changed
 
@@ -115,13 +115,13 @@ def without_unused(schema: Schema) -> Schema:
     return {**schema, _DEFINITIONS: {name: used[name] for name in definitions if name in used}}
 
 
-def _changed(node: Any, change: Callable[[Schema], Schema]) -> Any:
+def _map_nodes(node: Any, change: Callable[[Schema], Schema]) -> Any:
     """Return a copy of a tree with every mapping in it changed, the innermost first."""
     if isinstance(node, list):
-        return [_changed(item, change) for item in node]
+        return [_map_nodes(item, change) for item in node]
     if not isinstance(node, dict):
         return node
-    return change({key: _changed(value, change) for key, value in node.items()})
+    return change({key: _map_nodes(value, change) for key, value in node.items()})
 
 
 def _targets(node: Any) -> Iterator[str]:

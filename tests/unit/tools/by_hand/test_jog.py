@@ -23,7 +23,7 @@ from rigrunner.api.errors import (
     ExitCode,
     UsageError,
 )
-from rigrunner.cli.jogging import converse
+from rigrunner.cli.jogging import run_prompt
 from rigrunner.cli.stopping import stop_on_signals
 from rigrunner.tools.by_hand.jog import jogging
 from rigrunner.tools.by_hand.station import ready_station
@@ -329,7 +329,7 @@ def test_after_an_error_the_prompt_says_truthfully_how_the_rig_is(
     tester = FakeTester(before=failing("set frequency", lost), read_back_offset=offset)
     monkeypatch.setattr("sys.stdin", io.StringIO("set frequency 5 Hz\n"))
     with by_hand(tmp_path, tester) as jog, stop_on_signals() as stop:
-        converse(jog, stop)
+        run_prompt(jog, stop)
         tester.read_back_offset = 0.0
     assert says in capsys.readouterr().err
 

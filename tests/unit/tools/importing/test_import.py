@@ -380,7 +380,7 @@ def test_what_is_left_is_removed_once_nobody_holds_it(lab, monkeypatch):
     def look(folder, **_):
         in_progress.append(is_in_progress(folder))
 
-    monkeypatch.setattr(importing, "_refuse_changed", lambda *_: 1 / 0)
+    monkeypatch.setattr(importing, "_check_unchanged", lambda *_: 1 / 0)
     monkeypatch.setattr(importing.shutil, "rmtree", look)
     checked = plan_import(load_mapping(lab / "map.yaml"), load_registry())
     with pytest.raises(ZeroDivisionError):
