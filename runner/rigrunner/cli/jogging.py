@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import AbortedError, DataError, RigrunnerError, UsageError, did_you_mean
 from rigrunner.api.quantity import legible, parse_quantity
+from rigrunner.api.units import QuantityError
 from rigrunner.cli.boundary import show_error
 from rigrunner.cli.keyboard import wait_for_line
 from rigrunner.cli.output import message, prompt, result, unsafe_rig
@@ -84,7 +85,7 @@ def _watch(jog: Jog, words: list[str]) -> None:
         raise UsageError("watch what?", hint=f"one of: {', '.join(jog.channels)}")
     name, seconds = words[0], _WATCH_S
     if len(words) > 1:
-        seconds = parse_quantity(" ".join(words[1:]), "time").si
+        seconds = _duration(" ".join(words[1:]))
     unit = jog.channels[name].unit if name in jog.channels else ""
     values: list[float] = []
     for value in jog.watch(name, seconds):
@@ -97,6 +98,16 @@ def _watch(jog: Jog, words: list[str]) -> None:
         f"{name} mean {mean:.6g}, from {min(values):.6g} to {max(values):.6g} {unit},"
         f" {len(values)} readings in {seconds:g} s"
     )
+
+
+def _duration(text: str) -> float:
+    try:
+        seconds = parse_quantity(text, "time").si
+    except QuantityError as error:
+        raise UsageError(f"watch: {error.message}", hint=error.hint) from error
+    if seconds <= 0:
+        raise UsageError(f"watch: got {text}, expected more than 0 s")
+    return seconds
 
 
 def _zero(jog: Jog, words: list[str]) -> None:

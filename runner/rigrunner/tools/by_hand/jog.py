@@ -112,15 +112,17 @@ class Jog:
         return values
 
     def watch(self, name: str, seconds: float) -> Iterator[float]:
-        """Yield a channel's value, minus its zero, again and again for that time."""
+        """Yield a channel's value, minus its zero, again and again for that time, at least once."""
         _lookup("channel", name, self.channels)
         clock = self._session.rig.clock
         until_s = clock.monotonic_s() + seconds - _ROUNDING_S
         self._note(f"watch {name} for {seconds:g} s")
-        while clock.monotonic_s() < until_s:
+        while True:
             self.check_interlocks()
             yield self._values((name,))[name]
             clock.sleep(_WATCH_EVERY_S)
+            if clock.monotonic_s() >= until_s:
+                return
 
     def zero(self, name: str) -> float:
         """Take the present value of a channel (its mean if it streams) as its zero; return it."""

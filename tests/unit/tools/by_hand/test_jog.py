@@ -316,6 +316,28 @@ def test_a_conversation_goes_on_after_mistakes_and_ends_safe(tmp_path, monkeypat
 
 
 @pytest.mark.parametrize(
+    ("time", "says"),
+    [
+        ("soon", "watch: 'soon' is not a number with a unit"),
+        ("5 Hz", "watch: '5 Hz' is a frequency"),
+        ("0 s", "watch: got 0 s, expected more than 0 s"),
+        ("-1 s", "watch: got -1 s, expected more than 0 s"),
+    ],
+)
+def test_a_time_that_is_none_ends_nothing_and_says_nothing_of_the_rig(
+    tmp_path, monkeypatch, time, says
+):
+    lines = f"set frequency 5 Hz\nwatch torque {time}\nstands\nwatch torque 1e-10 s\n"
+    monkeypatch.setattr("sys.stdin", io.StringIO(lines))
+    called = once(tmp_path)
+    assert called.code == ExitCode.PASS, called.err
+    assert says in called.err
+    assert "The rig was made safe" not in called.err
+    assert called.out.count("frequency reads back 5 Hz\n") == 2  # it is still there
+    assert "1 readings in 1e-10 s" in called.out
+
+
+@pytest.mark.parametrize(
     ("offset", "says"),
     [
         (0.0, "The rig was made safe.\n"),
