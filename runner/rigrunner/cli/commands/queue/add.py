@@ -102,10 +102,10 @@ def _text(path: Path) -> str:
     from rigrunner.queue import list_text
 
     try:
-        if str(path) == "-":
-            return sys.stdin.read(LONGEST_FILE)
-        if path.stat().st_size > LONGEST_FILE:
+        is_stdin = str(path) == "-"
+        text = sys.stdin.read(LONGEST_FILE + 1) if is_stdin else ""
+        if (len(text) if is_stdin else path.stat().st_size) > LONGEST_FILE:
             raise DataError(f"{path} is longer than {LONGEST_FILE} bytes", hint="add it in parts")
-        return list_text(path.read_bytes(), str(path))
+        return text if is_stdin else list_text(path.read_bytes(), str(path))
     except (OSError, UnicodeDecodeError) as error:
         raise DataError(f"cannot read {path}: {error}") from error
