@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from rigrunner.api.findings import Findings, MeasurementResult
 
 
-_DRAWN_EVERY_S = 0.1
+_REDRAW_EVERY_S = 0.1
 LIVE_DIGITS = 5
 LINES = 10
 """Lines of progress of a part of the analysis, if there is no terminal for a bar."""
@@ -165,7 +165,7 @@ class BarProgress:
             case Scanned():
                 # as often as the bar is drawn: there may be thousands of points per second
                 if (now_s := monotonic()) >= self._due_s:
-                    self._due_s = now_s + _DRAWN_EVERY_S
+                    self._due_s = now_s + _REDRAW_EVERY_S
                     self._advance(event.monotonic_s, f"point {event.point + 1}: {self._text}")
             case Alarm() | Intervention() | Note():
                 _show_line(event)

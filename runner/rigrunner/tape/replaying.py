@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from rigrunner.tape.file import Entry, TapeFile
 
 _T = TypeVar("_T")
-_SHOWN_BEFORE = 3
+_SHOWN_REQUESTS = 3
 
 
 class Replay:
@@ -83,7 +83,7 @@ class ReplayWire:
                 self._replay.differ(place, self._words(place, request, entry))
                 return None
             self._next += 1
-            self._before = [*self._before[1 - _SHOWN_BEFORE :], request]
+            self._before = [*self._before[1 - _SHOWN_REQUESTS :], request]
             return entry
 
     def is_next(self, request: str) -> bool:

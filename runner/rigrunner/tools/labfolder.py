@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 TEMPLATE = Path(__file__).parent / "lab_template"
 """Files of every lab."""
 STATION, PLUGINS = "station.yaml", "plugins"
-_UNDER_ANOTHER_NAME = {"gitignore": ".gitignore", "gitattributes": ".gitattributes"}
+_REAL_NAMES = {"gitignore": ".gitignore", "gitattributes": ".gitattributes"}
 """Files that git would obey in the folder of the templates, by their name there."""
 _SCHEMAS: dict[str, Language] = {
     "procedures/procedure.schema.json": "procedure",
@@ -64,7 +64,7 @@ def _texts(registry: Registry, lab: str) -> Mapping[str, str]:
         if path.is_file() and "__pycache__" not in path.parts
     }
     texts: dict[str, str] = {
-        _UNDER_ANOTHER_NAME.get(name) or name: path.read_text(encoding="utf-8")
+        _REAL_NAMES.get(name) or name: path.read_text(encoding="utf-8")
         for name, path in (copied | template_files).items()
     }
     has_plugins = (files / PLUGINS).is_dir()

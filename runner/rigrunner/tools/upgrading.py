@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-KEPT = ".old"
+OLD_SUFFIX = ".old"
 """The suffix of the kept file."""
 
 
@@ -43,7 +43,7 @@ class Upgrade:
     @property
     def kept(self) -> Path:
         """The file with the older text."""
-        return self.path if self.out else self.path.with_name(self.path.name + KEPT)
+        return self.path if self.out else self.path.with_name(self.path.name + OLD_SUFFIX)
 
     @property
     def is_procedure(self) -> bool:

@@ -29,9 +29,9 @@ if TYPE_CHECKING:
 
     from rigrunner.yamlfile.document import Document
 
-TODAY = {"procedure/1": "procedure/2"}
+CURRENT = {"procedure/1": "procedure/2"}
 """Older forms, each with the form that replaces it."""
-_HAVE_LIMITS = {"procedure/1", "procedure/2", "acceptance/1"}
+_MARKS_WITH_LIMITS = {"procedure/1", "procedure/2", "acceptance/1"}
 """The kinds of file whose `acceptance` may have the older form, which had limits of torque only."""
 _OF_TORQUE = (None, "mean", "each_frequency")
 """What such a limit applies to: torque was the only result."""
@@ -51,7 +51,7 @@ def upgraded(text: str, name: str) -> str:
     data = parse(text, name).data
     mark = _mark_of(data)
     is_station = mark == STATION and is_older(data)
-    if mark not in TODAY and not _older_limits(data) and not is_station:
+    if mark not in CURRENT and not _older_limits(data) and not is_station:
         return text
     try:
         new = edited_station(text, data) if is_station else _current_text(text, data)
@@ -63,8 +63,8 @@ def upgraded(text: str, name: str) -> str:
     if not is_right:
         part = "register" if is_station else "acceptance"
         message = f"its {part} cannot be upgraded in this layout"
-        if mark in TODAY:
-            message = f"it cannot be upgraded from '{mark}' to '{TODAY[mark]}' in this layout"
+        if mark in CURRENT:
+            message = f"it cannot be upgraded from '{mark}' to '{CURRENT[mark]}' in this layout"
         hint = "write each key and its value as 'key: value', or change the file by hand"
         raise InvalidFileError([Problem(message, Location(name), hint=hint)])
     return new
@@ -86,8 +86,8 @@ def refuse_older(document: Document) -> None:
     data = document.data
     mark = _mark_of(data)
     hint = f"type 'rigrunner upgrade {shlex.quote(document.name)}'"
-    if mark in TODAY:
-        message = f"got '{mark}', an older form of the language, expected '{TODAY[mark]}'"
+    if mark in CURRENT:
+        message = f"got '{mark}', an older form of the language, expected '{CURRENT[mark]}'"
         raise InvalidFileError([Problem(message, document.where((MARK,)), MARK, hint)])
     if mark == STATION and is_older(data):
         entry = ("instruments", next(older_entries(data)), "errors")
@@ -109,7 +109,7 @@ def _mark_of(data: object) -> str:
 
 def _older_limits(data: object) -> list[dict[str, Any]]:
     """Return the limits in the older form that a file has."""
-    if not isinstance(data, dict) or _mark_of(data) not in _HAVE_LIMITS:
+    if not isinstance(data, dict) or _mark_of(data) not in _MARKS_WITH_LIMITS:
         return []
     acceptance = data.get("acceptance")
     return _older_in(acceptance) if isinstance(acceptance, dict) else []
@@ -143,10 +143,10 @@ def _limit(limit: dict[str, Any], excluded: list[Any]) -> dict[str, Any]:
 
 def _current_content(data: dict[str, Any]) -> dict[str, Any]:
     """Return the content that a text is to have in the current form."""
-    current = {**data, MARK: TODAY.get(data[MARK], data[MARK])}
+    current = {**data, MARK: CURRENT.get(data[MARK], data[MARK])}
     if "acceptance" in data:
         current["acceptance"] = upgraded_acceptance(data["acceptance"])
-    if data[MARK] in TODAY and isinstance(data.get("analysis"), dict):
+    if data[MARK] in CURRENT and isinstance(data.get("analysis"), dict):
         analysis = data["analysis"]
         starts = analysis.get("starts")
         others = {key: value for key, value in analysis.items() if key != "starts"}
@@ -161,11 +161,11 @@ def _current_text(text: str, data: dict[str, Any]) -> str:
     """Return the text with its edits. Raises ValueError where its layout cannot be edited."""
     if older := _older_limits(data):
         text = _with_limits(text, data["acceptance"], older)
-    if data[MARK] not in TODAY:
+    if data[MARK] not in CURRENT:
         return text
     _, value = layout.pair_at(text, (MARK,))
     begin = text.index(value.value, value.start_mark.index)
-    text = layout.splice(text, begin, begin + len(value.value), TODAY[data[MARK]])
+    text = layout.splice(text, begin, begin + len(value.value), CURRENT[data[MARK]])
     analysis = data.get("analysis")
     if not isinstance(analysis, dict):
         return text

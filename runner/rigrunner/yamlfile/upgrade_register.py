@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 STATION = "station/1"
-_STEP = 2
+_INDENT = 2
 
 
 def is_older(data: object) -> bool:
@@ -77,7 +77,7 @@ def _edits(
         comma = text.rindex(",", 0, start)
         yield (comma, end, "") if not text[comma + 1 : start].strip() else (start, end, "")
         return
-    indent = " " * (key.start_mark.column + _STEP)
+    indent = " " * (key.start_mark.column + _INDENT)
     ending = layout.line_end_of(text)
     parts = [*_lines(text, key, accuracy, indent), *_lines(text, errors_key, errors, indent)]
     start, end = _extent(text, key, accuracy)

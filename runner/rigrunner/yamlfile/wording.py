@@ -38,7 +38,7 @@ _ALLOWED = {
     "string_too_long": "a text of {max_length} or fewer characters",
     "string_pattern_mismatch": "a text of the form {pattern}",
 }
-_IN_WORDS = {f"^{NAME}$": "a name: letters, digits and '_', a letter first"}
+_PATTERN_WORDS = {f"^{NAME}$": "a name: letters, digits and '_', a letter first"}
 """What a text of a frequent pattern is."""
 _MARK_HINT = "it states the type of the file, such as 'rigrunner: procedure/2'"
 ALLOWED = ", expected "
@@ -72,7 +72,7 @@ def describe(details: ErrorDetails, keys: Sequence[str] = ()) -> Finding:
         if kind != "value_error":  # pydantic's own words
             message = message[:1].lower() + message[1:]
         return Finding(message, str(context.get("hint", "")))
-    allowed = _IN_WORDS.get(context.get("pattern", "")) or _ALLOWED[kind].format(**context)
+    allowed = _PATTERN_WORDS.get(context.get("pattern", "")) or _ALLOWED[kind].format(**context)
     return Finding(f"got {show(got)}{ALLOWED}{allowed}", _scalar_hint(kind, got, context))
 
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 FORMS = (".json", ".html", ".pdf")
 RUN_FILES = (".h5", ".hdf5")
-SHOWN = 12
+MOST_SHOWN = 12
 """The number of printed differences of one check."""
 
 
@@ -106,6 +106,6 @@ def _first_of_each(differences: Sequence[str]) -> Iterator[str]:
     """Yield the first differences of each check, and the number of the others."""
     for what, group in groupby(differences, key=lambda text: text.partition(": ")[0]):
         texts = list(group)
-        yield from texts[:SHOWN]
-        if len(texts) > SHOWN:
-            yield f"{what}: and {len(texts) - SHOWN} more (--json lists all)"
+        yield from texts[:MOST_SHOWN]
+        if len(texts) > MOST_SHOWN:
+            yield f"{what}: and {len(texts) - MOST_SHOWN} more (--json lists all)"

@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from rigrunner.certificate.order import Order
     from rigrunner.registry import Registry
 
-_WHY = {
+_REASONS = {
     "draft_procedure": "its procedure was not approved",
     "simulated": "its data are simulated",
     "trial": "its instruments are those of a trial",
@@ -90,7 +90,7 @@ def certify(
     restrictions = tuple(restrictions_of(source, requested=request.not_for_certification))
     run_id = source.stored.header.run_id
     if restrictions and not request.not_for_certification:
-        reasons = " and ".join(dict.fromkeys(_WHY[each.code] for each in restrictions))
+        reasons = " and ".join(dict.fromkeys(_REASONS[each.code] for each in restrictions))
         raise UsageError(
             f"{run_id} cannot be certified: {reasons}",
             hint="--not-for-certification makes a specimen that says so on every page",

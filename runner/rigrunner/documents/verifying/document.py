@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from rigrunner.documents.verifying.verification import Verification
     from rigrunner.registry import Registry
 
-_LIKE_A_NUMBER = re.compile(r"(?<![A-Za-z0-9])(?:SPECIMEN-)?[A-Za-z0-9]{1,16}-\d{4}-\d{4,}(?!\d)")
+_DOCUMENT_NUMBER = re.compile(r"(?<![A-Za-z0-9])(?:SPECIMEN-)?[A-Za-z0-9]{1,16}-\d{4}-\d{4,}(?!\d)")
 _LARGEST = 5_000_000
 """Largest JSON of a certificate that is searched for what it replaces, in bytes."""
 
@@ -141,7 +141,7 @@ def check_name(verification: Verification, path: Path, number: str) -> None:
     The name of another document is a difference: a replacement could pass for the original. Any
     other name is information.
     """
-    numbers = _LIKE_A_NUMBER.findall(path.stem)
+    numbers = _DOCUMENT_NUMBER.findall(path.stem)
     if numbers and number not in numbers:
         verification.differences.append(
             f"name of {path.name}: the document in it is {number}, not {numbers[0]}"

@@ -38,13 +38,13 @@ _FIGURE = re.compile(rb'(?<=<img src=")data:image/svg\+xml;base64,[^"]*')
 """Drawings are ignored; their alternative text is compared."""
 _LOGO = re.compile(rb'^<img class="logo" src="data:[^"<>]*" alt="[^"<>]*">$', re.MULTILINE)
 _STYLE = re.compile(rb"(?<=<style>)[^<]*(?=</style>)")
-_OWN_WORDS = ("templates/", "texts/")
+_TEXT_FOLDERS = ("templates/", "texts/")
 """Files of a letterhead that change the words of a page."""
 _HIDDEN = re.compile(r"<(?:script|style|title)\b[^<>]*>[^<]*", re.IGNORECASE)
 _TAG = re.compile(r"<[^<>]*>")
 _DECIMAL = re.compile(r"\d+\.\d+")
 _LONGEST = 90
-_FAR_MORE = 3
+_MAX_LINE_RATIO = 3
 
 
 class NotMadeAgainError(RigrunnerError):
@@ -72,7 +72,7 @@ class PageMaker:
     def plain_page(self, suffix: str) -> bytes:
         """Return a page without the logo and style of the laboratory; raise as `page` does."""
         name, appearance = self._installed(suffix), self.certificate.appearance
-        if any(file.startswith(_OWN_WORDS) for file in appearance.files):
+        if any(file.startswith(_TEXT_FOLDERS) for file in appearance.files):
             raise NotMadeAgainError("the laboratory has texts or templates of its own")
         plain = Letterhead(self.certificate.laboratory, appearance.language, prefix="")
         return self._make(name, plain)
@@ -282,7 +282,8 @@ def _plain(text: str) -> str:
 
 def _different_lines(shown: bytes, expected: bytes) -> Iterator[str]:
     shown_lines, expected_lines = _lines(shown), _lines(expected)
-    if len(shown_lines) > _FAR_MORE * len(expected_lines):  # to say where would take very long
+    # Beyond this ratio a search for the differing lines takes very long.
+    if len(shown_lines) > _MAX_LINE_RATIO * len(expected_lines):
         yield f"it has {len(shown_lines)} lines, its content gives {len(expected_lines)}"
         return
     # autojunk would take lines that come often, as in tables, for noise.

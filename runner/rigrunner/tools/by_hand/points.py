@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from rigrunner.run.prepare import Planned
 
 SUFFIX = "-by-hand"
-_KEPT = ("measurand", "uses", "analysis")
+_COPIED_KEYS = ("measurand", "uses", "analysis")
 NOTE = "recorded by hand"
 
 
@@ -91,7 +91,7 @@ def by_hand(planned: Planned) -> Planned:
         "id": f"{model.id}{SUFFIX}",
         "revision": model.revision,
         "title": f"{model.title}: by hand",
-        **{key: data[key] for key in _KEPT if key in data},
+        **{key: data[key] for key in _COPIED_KEYS if key in data},
         "main": [{"note": {"text": f"{NOTE}, after {model.id} revision {model.revision}"}}],
     }
     text = json.dumps(content, ensure_ascii=False, indent=1)

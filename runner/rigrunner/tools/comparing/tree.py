@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 _LONGEST = 70
 _STEPS = {"setup", "main", "teardown", "steps"}
-_BETWEEN = " > "
+_SEPARATOR = " > "
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ def changes(section: str, before: Any, after: Any, path: tuple[str, ...] = ()) -
     elif isinstance(before, list) and isinstance(after, list):
         yield from _list_changes(section, before, after, path)
     else:
-        subject = _BETWEEN.join(path) or section
+        subject = _SEPARATOR.join(path) or section
         yield Change(section, f"{subject} {_verb(before, after)}")
 
 
@@ -63,12 +63,12 @@ def _list_changes(
         # the order counts: the first fit, for example, is the one that others build on
         order = [name for name in second if name in first]
         if order != [name for name in first if name in second]:
-            subject = _BETWEEN.join(path) or section
+            subject = _SEPARATOR.join(path) or section
             yield Change(section, f"{subject}: now in the order {', '.join(order)}")
     else:  # plain values, such as set-points
         groups = ((_surplus(after, before), "added"), (_surplus(before, after), "removed"))
         phrases = [f"{', '.join(map(shown, items))} {verb}" for items, verb in groups if items]
-        subject = _BETWEEN.join(path) or section
+        subject = _SEPARATOR.join(path) or section
         text = "; ".join(phrases) or "the same values in another order"
         yield Change(section, f"{subject}: {text}")
 
@@ -98,7 +98,7 @@ def _sequence_changes(
                 at = (*path[:-1], f"{entry} {c + index + 1}")
                 yield from changes(section, before[a + index], after[c + index], at)
             continue
-        what = _BETWEEN.join(path) or section
+        what = _SEPARATOR.join(path) or section
         for index, item in enumerate(before[a:b], a + 1):
             yield Change(section, f"{what}: number {index} was removed: {shown(item)}")
         for index, item in enumerate(after[c:d], c + 1):

@@ -16,9 +16,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-RELEASED = datetime(2026, 11, 1, tzinfo=UTC)
+RELEASE_DATE = datetime(2026, 11, 1, tzinfo=UTC)
 """A clock before this date, that of the release, is wrong."""
-AHEAD = timedelta(hours=1)
+CLOCK_TOLERANCE = timedelta(hours=1)
 """How far a run may be dated ahead: simulated time is faster than the clock."""
 FULL_BYTES = 200_000_000
 """The size of a long run with three channels."""
@@ -36,9 +36,9 @@ def clock(surroundings: Surroundings) -> Iterator[Finding]:
     starts = [re.match(r"\d{8}T\d{6}Z", name) for name in run_names(surroundings.runs)]
     times = [datetime.strptime(f"{match[0]}+0000", "%Y%m%dT%H%M%SZ%z") for match in starts if match]
     newest = max(times, default=None)
-    if surroundings.now < RELEASED:
+    if surroundings.now < RELEASE_DATE:
         yield Finding("clock", "fail", f"{text} is before this program was written", fix)
-    elif newest is not None and newest > surroundings.now + AHEAD:
+    elif newest is not None and newest > surroundings.now + CLOCK_TOLERANCE:
         yield Finding(
             "clock", "warn", f"{text} is before the newest run in {surroundings.runs}", fix
         )

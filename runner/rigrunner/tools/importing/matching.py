@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from rigrunner.tools.importing.mapping import ImportMapping, LoadedMapping, RecordingEntry
     from rigrunner.yamlfile.document import Path
 
-CLOSE = 1e-6
+SET_POINT_TOLERANCE = 1e-6
 """Relative difference up to which two set-points are equal."""
 
 
@@ -249,7 +249,7 @@ class _Matcher:
     def _is_at(self, entry: RecordingEntry, action: Record) -> bool:
         set_points = {**self._mapping.set_points, **entry.set_points}
         return set_points.keys() >= action.setpoints.keys() and all(
-            isclose(set_points[Member.parse(drive)].si, value, rel_tol=CLOSE)
+            isclose(set_points[Member.parse(drive)].si, value, rel_tol=SET_POINT_TOLERANCE)
             for drive, value in action.setpoints.items()
         )
 

@@ -51,7 +51,7 @@ if TYPE_CHECKING:
 BLOCK_SAMPLES = 1 << 16
 _DAY = timedelta(days=1)
 _SECOND = timedelta(seconds=1)
-_LITTLE = 1e-3
+_LENGTH_TOLERANCE = 1e-3
 """Relative: a recording that is shorter than planned by less is complete."""
 
 
@@ -182,7 +182,7 @@ class _Import:
         data = read_part(self._checked.mapping, self._checked.importer, entry, at, mapped)
         samples: dict[str, Array] = {member: data.columns[member] for member in members}
         length_s = len(samples[members[0]]) / data.rate_hz
-        if length_s < action.duration_s * (1 - _LITTLE):
+        if length_s < action.duration_s * (1 - _LENGTH_TOLERANCE):
             beginning = (
                 "; a recording may begin anywhere in a cycle, so it needs one cycle more than is"
                 " counted"
