@@ -110,11 +110,9 @@ class SignalStop:
         """
         name = signal_name(number)
         if self.suspended_by:
-            _print_now("The rig is being made safe, then the program is suspended; please wait.")
+            _say("The rig is being made safe, then the program is suspended; please wait.")
         else:
-            _print_now(
-                f"{name}: the run is aborted and the rig made safe before this is suspended."
-            )
+            _say(f"{name}: the run is aborted and the rig made safe before this is suspended.")
         self.suspended_by = name
         self._stop(AbortedError(f"aborted by {name}, before it was suspended", by="signal"))
 
@@ -128,15 +126,15 @@ class SignalStop:
         self._presses += 1
         presses = self._presses if self._attended else self._presses + 1
         if presses > _STOP_NOW or self._is_quiet:
-            _print_now("The rig is being made safe; please wait.")
+            _say("The rig is being made safe; please wait.")
         elif presses == _STOP_NOW:
-            _print_now("Stopping now: no teardown, the rig is made safe.")
+            _say("Stopping now: no teardown, the rig is made safe.")
             raise StopNow
         elif presses == _ABORT:
-            _print_now("Aborting: teardown, then the rig is made safe. Ctrl-C stops at once.")
+            _say("Aborting: teardown, then the rig is made safe. Ctrl-C stops at once.")
             self._stop(InterruptedRunError("interrupted from the keyboard", by=KEYBOARD))
         else:
-            _print_now("Pausing at the next safe point. Ctrl-C aborts the run.")
+            _say("Pausing at the next safe point. Ctrl-C aborts the run.")
             if self._asking:
                 raise PauseWantedError("pause requested", KEYBOARD)
 
@@ -146,9 +144,9 @@ class SignalStop:
         if self._presses >= _STOP_NOW:
             raise KeyboardInterrupt
         if self._presses == _ABORT:
-            _print_now("Ctrl-C once more ends this now; 'rigrunner recover' seals the run.")
+            _say("Ctrl-C once more ends this now; 'rigrunner recover' seals the run.")
         else:
-            _print_now("The run is over; its folder is being sealed. Please wait.")
+            _say("The run is over; its folder is being sealed. Please wait.")
         self._stop(InterruptedRunError("interrupted from the keyboard", by=KEYBOARD))
 
     def _stop(self, reason: AbortedError) -> None:
@@ -165,7 +163,7 @@ class BatchStop(SignalStop):
         """Handle a Ctrl-C."""
         if self.is_set():
             raise KeyboardInterrupt
-        _print_now("Stopping; what is done is kept. Ctrl-C ends at once.")
+        _say("Stopping; what is done is kept. Ctrl-C ends at once.")
         self._stop(InterruptedRunError("interrupted from the keyboard", by=KEYBOARD))
 
 
@@ -225,15 +223,15 @@ def _with_handlers(stop: SignalStop) -> Iterator[SignalStop]:
             signal.signal(number, handler)
         if stop.suspended_by:
             # Without a shell that could continue it, the system ignores this: the program ends.
-            _print_now(
+            _say(
                 f"{stop.ended}Suspended: the rig is closed. 'fg' continues the program to its end."
             )
             os.kill(os.getpid(), signal.SIGTSTP)
             ended = stop.ended or "The rig was closed before the program was suspended. "
-            _print_now(f"Continued. {ended}")
+            _say(f"Continued. {ended}")
 
 
-def _print_now(text: str) -> None:
+def _say(text: str) -> None:
     """Write to stderr past its buffer, which a signal may interrupt in use; errors are ignored."""
     with suppress(OSError):
         os.write(2, f"\n{text}\n".encode())

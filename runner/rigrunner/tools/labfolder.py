@@ -47,9 +47,8 @@ def make_lab(folder: Path, registry: Registry, name: str = "") -> list[str]:
                 hint="name it with --lab" if names else "install a package that provides one",
             )
         (name,) = names
-    texts = _texts(registry, name)
-    write_new_files(folder, texts)
-    return [name for name in texts if name.startswith("procedures/") and name.endswith(".yaml")]
+    files = write_new_files(folder, _texts(registry, name))
+    return [name for name in files if name.startswith("procedures/") and name.endswith(".yaml")]
 
 
 def _texts(registry: Registry, lab: str) -> Mapping[str, str]:

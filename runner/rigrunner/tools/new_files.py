@@ -12,8 +12,8 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 
-def write_new_files(folder: Path, texts: Mapping[str, str]) -> None:
-    """Write texts by name into a folder, which is created if needed.
+def write_new_files(folder: Path, texts: Mapping[str, str]) -> list[str]:
+    """Write texts by name into a folder, which is created if needed; return the names.
 
     Raises UsageError if a file of such a name exists, before any is written, and if one cannot be
     written.
@@ -42,3 +42,4 @@ def write_new_files(folder: Path, texts: Mapping[str, str]) -> None:
             f"cannot write {error.filename or folder}: {error.strerror or error}",
             hint="free some space on the disk" if full else "name a folder with write permission",
         ) from error
+    return list(texts)

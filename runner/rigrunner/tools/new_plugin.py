@@ -19,8 +19,6 @@ from rigrunner.api.hooks import API_VERSION
 from rigrunner.tools.new_files import write_new_files
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from rigrunner.api.hooks import KindRecord
     from rigrunner.registry import Registry
 
@@ -152,18 +150,13 @@ def make_package(plugin: NewPlugin, folder: Path, registry: Registry) -> list[st
         raise UsageError(
             f"there is a package {plugin.package} already", hint="give the plugin another name"
         )
-    return _write(folder, plugin.texts())
+    return write_new_files(folder, plugin.texts())
 
 
 def make_drop_in(plugin: NewPlugin, folder: Path, registry: Registry) -> list[str]:
     """Write one file into a lab's folder of plugins and return it; raise UsageError."""
     _check(plugin, registry)
-    return _write(folder, {f"{plugin.name}.py": plugin.module()})
-
-
-def _write(folder: Path, texts: Mapping[str, str]) -> list[str]:
-    write_new_files(folder, texts)
-    return list(texts)
+    return write_new_files(folder, {f"{plugin.name}.py": plugin.module()})
 
 
 def _check(plugin: NewPlugin, registry: Registry) -> None:

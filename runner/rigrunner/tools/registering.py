@@ -89,9 +89,9 @@ def entry_from(path: Path, details: EntryDetails, registry: Registry) -> Entry:
     if run.outcome != "completed":
         raise DataError(f"{run.run_id} was not completed: {run.outcome}")
     serial = details.serial or run.inputs.get("specimen", "")
-    _check_instruments(checked.stored.header, run.instruments, serial)
+    _check_readings(checked.stored.header, run.instruments, serial)
     deviations = _deviations(result)
-    applied_unit = _applied_value(deviations[0])[1]
+    applied_unit = _applied(deviations[0])[1]
     kind = unit(applied_unit).dimension
     points = list(_points(result, deviations))
     entry: dict[str, Any] = {"channel": details.channel}
@@ -106,13 +106,12 @@ def entry_from(path: Path, details: EntryDetails, registry: Registry) -> Entry:
     }
     standards = [each for each in run.instruments.values() if each.serial != serial]
     if not standards or any(
-        standard.calibration is not None
-        or (standard.due and str(standard.due) < run.ended_utc[:10])
-        for standard in standards
+        each.calibration is not None or (each.due and str(each.due) < run.ended_utc[:10])
+        for each in standards
     ):
         entry["calibration"] = "trial"  # its standards are not calibrated
     if kind == DEFAULT_QUANTITY or details.full_scale:  # which requires it
-        highest = max(abs(_applied_value(deviation)[0]) for deviation in deviations)
+        highest = max(abs(_applied(deviation)[0]) for deviation in deviations)
         entry["full_scale"] = details.full_scale or f"{highest:.9g} {applied_unit}"
     cubic = kind in ZEROED and len(points) >= CUBIC_MIN_POINTS
     entry["interpolation"] = "cubic" if cubic else "linear"
@@ -129,9 +128,7 @@ def entry_from(path: Path, details: EntryDetails, registry: Registry) -> Entry:
     return Entry(entry)
 
 
-def _check_instruments(
-    header: RunHeader, instruments: Mapping[str, Instrument], serial: str
-) -> None:
+def _check_readings(header: RunHeader, instruments: Mapping[str, Instrument], serial: str) -> None:
     """Raise DataError if a deviation is not that of what the calibrated instrument itself shows.
 
     Of readings that earlier points correct it is what the correction left, and the new points would
@@ -181,7 +178,7 @@ def _deviations(result: Result) -> list[MeasurementResult]:
     return deviations
 
 
-def _applied_value(deviation: MeasurementResult) -> tuple[float, str]:
+def _applied(deviation: MeasurementResult) -> tuple[float, str]:
     (place,) = deviation.coordinates.values()
     assert isinstance(place.value, float)  # noqa: S101  (checked by `_deviations`)
     return place.value, place.unit
@@ -193,13 +190,11 @@ def _points(result: Result, deviations: Sequence[MeasurementResult]) -> Iterator
     A quantity that is zeroed is stated less its zero. Of others, such as a temperature, what is
     indicated at 0 is a point as any other.
     """
-    is_zeroed = unit(_applied_value(deviations[0])[1]).dimension in ZEROED
-    zeros = (
-        deviation for deviation in deviations if is_zeroed and _applied_value(deviation)[0] == 0
-    )
+    is_zeroed = unit(_applied(deviations[0])[1]).dimension in ZEROED
+    zeros = (each for each in deviations if is_zeroed and _applied(each)[0] == 0)
     zero = next(zeros, None)
     for deviation in deviations:
-        applied, symbol = _applied_value(deviation)
+        applied, symbol = _applied(deviation)
         if deviation is zero:
             continue
         lines = list(deviation.components)

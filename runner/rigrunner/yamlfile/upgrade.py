@@ -285,9 +285,8 @@ def _as_item(text: str, path: tuple[str, ...], name: str) -> str:
         ):
             return layout.splice(text, start, end, f"[{{{inner}}}]")
         colon = text.index(":", key.end_mark.index) + 1
-        return layout.splice(
-            text, colon, end, f"\n{' ' * (key.start_mark.column + _ITEM)}- {inner}"
-        )
+        indent = " " * (key.start_mark.column + _ITEM)
+        return layout.splice(text, colon, end, f"\n{indent}- {inner}")
     first, last = layout.lines_below(text, key, value)
     lines = [
         f"{' ' * _NESTED}{line}" if line.strip() else line

@@ -84,21 +84,20 @@ def command(  # noqa: PLR0917  (click hands over each option)
     if replay is None:
         settle_left(file, person, always=record is not None)
     ready = ready_station(file, realtime=realtime, tape=tape, time_limits=not debugger)
+    listeners = [_show]
     with (
         stop_on_signals() as stop,
-        jogging(ready, role, log, stop, [_show], person=person) as jog,
+        jogging(ready, role, log, stop, listeners, person=person) as jog,
     ):
         if set_points or names:
-            _set_and_read(jog, set_points, names, as_json=as_json)
+            _once(jog, set_points, names, as_json=as_json)
         else:
             run_prompt(jog, stop)
     for text in tape.notes() if tape else ():
         message(f"note: {text}")
 
 
-def _set_and_read(
-    jog: Jog, set_points: dict[str, str], names: tuple[str, ...], *, as_json: bool
-) -> None:
+def _once(jog: Jog, set_points: dict[str, str], names: tuple[str, ...], *, as_json: bool) -> None:
     from rigrunner.cli.jogging import show_set, show_values
 
     actual = {}

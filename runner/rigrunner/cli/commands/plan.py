@@ -127,9 +127,7 @@ def _drive_rows(planned: Planned) -> list[list[str]]:
             symbols.setdefault(drive, set()).add(step.written_in.get(drive, ""))
     narrower = planned.station.model.safety.drives
     drives = {
-        Member(role, drive.name): drive
-        for role, device in planned.devices.items()
-        for drive in device.drives
+        Member(role, d.name): d for role, device in planned.devices.items() for d in device.drives
     }
     allowed = {n: narrower[n].narrowed(d) if n in narrower else d for n, d in drives.items()}
 

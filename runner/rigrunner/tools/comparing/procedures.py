@@ -77,12 +77,10 @@ def _equal_sections(name: str, text: str, other_name: str, other_text: str) -> s
     except InvalidFileError:  # of a called procedure, whose values come from its caller
         return set()
     equal = {key for key in _WITH_DEFAULTS if getattr(first, key) == getattr(second, key)}
-    return equal | (
-        {"analysis"} if _validated_analyses(first) == _validated_analyses(second) else set()
-    )
+    return equal | ({"analysis"} if _analyses(first) == _analyses(second) else set())
 
 
-def _validated_analyses(procedure: Procedure) -> list[tuple[str, object]]:
+def _analyses(procedure: Procedure) -> list[tuple[str, object]]:
     """Return the analyses with the defaults of those that are installed."""
     registry, analyses = load_registry(), list[tuple[str, object]]()
     for analysis in procedure.analysis:

@@ -56,14 +56,12 @@ def result_changes(
         yield from changes(SECTION, then, now, (name,))
     yield from changes(SECTION, _method(before), _method(after), ("method",))
     name = before["measurand"]["name"]
-    yield from _estimate_changes(
-        name, before["headline"]["compensated"], after["headline"]["compensated"]
-    )
+    yield from _estimates(name, before["headline"]["compensated"], after["headline"]["compensated"])
     yield from _package_changes(before, after)
     first, second = _named_results(before), _named_results(after)
     for key, (what, estimate) in first.items():
         if key in second:
-            yield from _estimate_changes(what, estimate, second[key][1], channels)
+            yield from _estimates(what, estimate, second[key][1], channels)
         else:
             yield Change(SECTION, f"{what} is a result of the first run alone")
     for key, (what, _) in second.items():
@@ -93,7 +91,7 @@ def _package_changes(before: Json, after: Json) -> Iterator[Change]:
     first, second = (dict(estimates_of_packages(document)) for document in (before, after))
     for place in first:
         if place in second:
-            yield from _estimate_changes(place, first[place], second[place])
+            yield from _estimates(place, first[place], second[place])
 
 
 def _named_results(document: Json) -> dict[object, tuple[str, Json | None]]:
@@ -107,7 +105,7 @@ def _named_results(document: Json) -> dict[object, tuple[str, Json | None]]:
     }
 
 
-def _estimate_changes(
+def _estimates(
     what: str, before: Json | None, after: Json | None, channels: Collection[str] = ()
 ) -> Iterator[Change]:
     if not before or not after or before["value"] is None or after["value"] is None:
@@ -124,10 +122,7 @@ def _estimate_changes(
         return
     expanded = [estimate["expanded_uncertainty_95"] for estimate in (before, after)]
     both_known = all(width is not None for width in expanded)
-    combined, shared = (
-        hypot(*expanded) if both_known else 0.0,
-        _shared_lines(before, after, channels),
-    )
+    combined, shared = hypot(*expanded) if both_known else 0.0, _shared(before, after, channels)
     if both_known and shared:
         combined = _uncertainty_of_difference(before, after, shared)
     widths = [width for width in (*expanded, combined) if width]
@@ -154,7 +149,7 @@ def _estimate_changes(
     yield Change(SECTION, f"{text} (E_n = {e_n})", matters=not agrees)
 
 
-def _shared_lines(before: Json, after: Json, channels: Collection[str]) -> list[str]:
+def _shared(before: Json, after: Json, channels: Collection[str]) -> list[str]:
     """Return the lines of both budgets that are one error of one instrument."""
     first, second = (_budget_lines(estimate) for estimate in (before, after))
     return [

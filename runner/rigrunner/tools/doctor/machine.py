@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 RELEASE_DATE = datetime(2026, 11, 1, tzinfo=UTC)
 """A clock before this date, that of the release, is wrong."""
-CLOCK_TOLERANCE = timedelta(hours=1)
+AHEAD = timedelta(hours=1)
 """How far a run may be dated ahead: simulated time is faster than the clock."""
 FULL_BYTES = 200_000_000
 """The size of a long run with three channels."""
@@ -38,10 +38,9 @@ def clock(surroundings: Surroundings) -> Iterator[Finding]:
     newest = max(times, default=None)
     if surroundings.now < RELEASE_DATE:
         yield Finding("clock", "fail", f"{text} is before this program was written", fix)
-    elif newest is not None and newest > surroundings.now + CLOCK_TOLERANCE:
-        yield Finding(
-            "clock", "warn", f"{text} is before the newest run in {surroundings.runs}", fix
-        )
+    elif newest is not None and newest > surroundings.now + AHEAD:
+        problem = f"{text} is before the newest run in {surroundings.runs}"
+        yield Finding("clock", "warn", problem, fix)
     else:
         yield Finding("clock", "ok", text)
 

@@ -76,9 +76,8 @@ def read_part(
     rate_hz = rate_of(sampled, times_s, sampling.rate, file)
     first, last = _window(mapping, part, at, rate_hz, len(next(iter(in_si.values()))))
     started = start_of(sampled, rate_hz, file)
-    return RecordingData(
-        rate_hz, {name: values[first:last] for name, values in in_si.items()}, started
-    )
+    in_window = {name: values[first:last] for name, values in in_si.items()}
+    return RecordingData(rate_hz, in_window, started)
 
 
 def _columns(
@@ -108,9 +107,8 @@ def _checked_column(mapping: LoadedMapping, name: str, column: object) -> Column
     try:
         values = as_samples(column.values)
     except TypeError as error:
-        raise _importer_error(
-            mapping, f"values that are {error} for '{name}', not float64"
-        ) from error
+        problem = f"values that are {error} for '{name}', not float64"
+        raise _importer_error(mapping, problem) from error
     if values.ndim != 1 or not np.isfinite(values).all():
         raise _importer_error(mapping, f"values for '{name}' that are not a row of finite numbers")
     interval_s = column.interval_s

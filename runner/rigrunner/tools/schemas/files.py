@@ -106,9 +106,7 @@ class _LanguageSchema(SettingsSchema):
         if issubclass(model, DeviceBinding):
             json_schema["allOf"] = [self._if_plugin(record) for record in self._records("device")]
         if issubclass(model, ListenerBinding) and self._records("event_sink"):
-            json_schema["allOf"] = [
-                self._if_plugin(record) for record in self._records("event_sink")
-            ]
+            json_schema["allOf"] = [self._if_plugin(each) for each in self._records("event_sink")]
         return json_schema
 
     def function_plain_schema(self, schema: PlainValidatorFunctionSchema) -> Schema:  # noqa: ARG002  (pydantic's signature)
@@ -143,10 +141,8 @@ class _LanguageSchema(SettingsSchema):
         settings = {
             record.name: self._settings(record) | {"description": record.help} for record in records
         }
-        setting_beside = issubclass(model, DecisionRuleRef)  # its setting may be beside its name
-        alone = _enumeration(
-            [each for each in records if setting_beside or not _needs_settings(each)]
-        )
+        is_rule = issubclass(model, DecisionRuleRef)  # whose setting may be beside its name
+        alone = _enumeration([each for each in records if is_rule or not _needs_settings(each)])
         label = self.generate_inner(LABEL_TYPE) | {"description": "What results call this use."}
         labelled = issubclass(model, PluginRef)
         with_settings = {
