@@ -50,7 +50,7 @@ class ProgressSink(Protocol):
         """Show the progress of a part of the analysis."""
         ...
 
-    def live(self, found: Findings, *, is_whole: bool) -> None:
+    def live(self, findings: Findings, *, is_whole: bool) -> None:
         """Show the live results of the analyses; `is_whole`: a recording is finished."""
         ...
 
@@ -96,13 +96,13 @@ class LineProgress:
         if done * LINES // of > (done - 1) * LINES // of:
             message(f"{what}: {done} of {of}")
 
-    def live(self, found: Findings, *, is_whole: bool) -> None:
+    def live(self, findings: Findings, *, is_whole: bool) -> None:
         """Print a line for each value that a finished recording changed."""
-        for note in found.notes:
+        for note in findings.notes:
             if (note, "") not in self._shown:
                 self._shown[note, ""] = 0
                 message(f"note: {note}")
-        for result in found.results if is_whole else ():
+        for result in findings.results if is_whole else ():
             if self._shown.get((result.name, result.place)) != result.readings:
                 self._shown[result.name, result.place] = result.readings
                 message(f"so far: {_live_text(result)}")
@@ -134,10 +134,10 @@ class BarProgress:
             self._analyses[what] = self._progress.add_task(what, total=of, step=what)
         self._progress.update(self._analyses[what], completed=done)
 
-    def live(self, found: Findings, *, is_whole: bool) -> None:  # noqa: ARG002  (drawn again each time)
+    def live(self, findings: Findings, *, is_whole: bool) -> None:  # noqa: ARG002  (drawn again each time)
         """Show the latest value beside the step."""
-        if self._task is not None and found.results:
-            text = printable(f"{self._text}: {_live_text(found.results[-1])}")
+        if self._task is not None and findings.results:
+            text = printable(f"{self._text}: {_live_text(findings.results[-1])}")
             self._progress.update(self._task, step=text)
 
     @contextmanager
