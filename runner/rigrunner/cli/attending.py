@@ -39,7 +39,7 @@ def attended_run(
     person: Person,
     overrides: Sequence[Override] = (),
     listeners: Sequence[EventSink] = (),
-    told: Sequence[Interference] = (),
+    before: Sequence[Interference] = (),
 ) -> FinishedRun:
     """Ask for the missing inputs and execute the run; raises as `execute`.
 
@@ -53,7 +53,7 @@ def attended_run(
     ):
         answers = UnattendedAnswers() if unattended else TerminalAnswers(stop, progress)
         inputs = answer_inputs(planned.procedure, known_inputs, answers)
-        if not told and not mark_of(planned.tape):  # an entry of the queue says why, if it is
+        if not before and not mark_of(planned.tape):  # an entry of the queue says why, if it is
             specimens = [inputs.get(SPECIMEN, "")]
             for note in tested_before(runs, planned.procedure.model.id, specimens).values():
                 message(f"note: {note}")
@@ -71,5 +71,5 @@ def attended_run(
             pauses=None if unattended else TerminalPauses(stop, progress, person_name),
             progress=progress.analysing,
             person=person,
-            before=told,
+            before=before,
         )

@@ -63,7 +63,7 @@ def command(
                 unattended=unattended,
                 listeners=[queue.began(entry.id)],
                 person=person,
-                told=entry.told(),
+                before=entry.told(),
             )
         except BaseException as error:
             queue.give_back(entry.id, f"the run did not start: {error}")
