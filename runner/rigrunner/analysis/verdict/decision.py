@@ -25,20 +25,22 @@ def decide(acceptance: Acceptance, rule: AppliedRule, evidence: Evidence) -> Dec
 
     Limits of one result stand together, those of its mean first, then in the order of the run.
     """
-    names = list(dict.fromkeys(each.of for each in acceptance.limits))
+    names = list(dict.fromkeys(limit.of for limit in acceptance.limits))
     parts: list[tuple[int, int, LimitDecision]] = []
     for limit in acceptance.limits:
-        chosen = list(chosen_by(limit, evidence))
-        found = [(each.order, _decided(limit, rule, evidence, each)) for each in chosen]
+        decisions = [
+            (chosen.order, _decided(limit, rule, evidence, chosen))
+            for chosen in chosen_by(limit, evidence)
+        ]
         if limit.worst:
-            part = min((part for _, part in found), key=lambda each: each.badness)
+            part = min((part for _, part in decisions), key=lambda decision: decision.badness)
             place = ", ".join(f"{name} = {value}" for name, value in part.coordinates.items())
             of = f"worst {limit.of} at {place}" if place else f"worst {limit.of}"
-            found = [(-1, replace(part, of=of)), *(found if limit.each else ())]
-        parts += [(names.index(limit.of), *each) for each in found]
-    parts.sort(key=lambda each: each[:2])
+            decisions = [(-1, replace(part, of=of)), *(decisions if limit.each else ())]
+        parts += [(names.index(limit.of), *entry) for entry in decisions]
+    parts.sort(key=lambda part: part[:2])
     return Decision(
-        rule=str(rule), rule_in=rule.in_other_languages, parts=tuple(each for *_, each in parts)
+        rule=str(rule), rule_in=rule.in_other_languages, parts=tuple(part for *_, part in parts)
     )
 
 
@@ -47,26 +49,28 @@ def _sentence(text: str) -> str:
 
 
 def _decided(limit: Limit, rule: AppliedRule, evidence: Evidence, chosen: Chosen) -> LimitDecision:
-    found, details = chosen.estimate, evidence.details.get(limit.of)
-    without = ""
+    estimate, details = chosen.estimate, evidence.details.get(limit.of)
+    no_limits = ""
     try:
         limits = limit.limits_at(chosen.coordinates, chosen.unit)
     except DataError as error:
         limits = Limits.between(None, None, chosen.unit)
         # Where there is no result, that is the reason, and not what its limits lack.
-        without = "" if found is None else _sentence(error.message)
+        no_limits = "" if estimate is None else _sentence(error.message)
     problem = details.objection(limit.measurand) if details else _objection(limit, evidence)
-    problem = problem or chosen.problem or evidence.problem(limit, chosen.coordinates) or without
-    impossible = _impossible(details, limits, found)
-    verdict, reason = _verdict(limits, rule, found, problem or impossible)
-    known = found if found is not None and _uncertainty_is_known(found) and not without else None
+    problem = problem or chosen.problem or evidence.problem(limit, chosen.coordinates) or no_limits
+    impossible = _impossible(details, limits, estimate)
+    verdict, reason = _verdict(limits, rule, estimate, problem or impossible)
+    usable = None
+    if estimate is not None and _uncertainty_is_known(estimate) and not no_limits:
+        usable = estimate
     # A problem puts the value in doubt, so no probability is stated. Guard band and risks stay:
     # they depend on the uncertainty alone.
-    sure = None if problem else known
-    raw = None
+    stated = None if problem else usable
+    uncompensated = None
     if details and details.corrects:
         impossible = _impossible(details, limits, chosen.uncorrected)
-        raw, _ = _verdict(limits, rule, chosen.uncorrected, impossible)
+        uncompensated, _ = _verdict(limits, rule, chosen.uncorrected, impossible)
     return LimitDecision(
         of=chosen.words,
         named=limit.of,
@@ -74,25 +78,25 @@ def _decided(limit: Limit, rule: AppliedRule, evidence: Evidence, chosen: Chosen
         reason=reason,
         limits=limits,
         source=limit.source,
-        result=found,
+        result=estimate,
         coordinates=chosen.coordinates,
-        guard_band=rule.guard(limits, known) if known else nan,
-        false_accept_risk=rule.false_accept_risk(limits, known) if known else nan,
-        false_reject_risk=rule.false_reject_risk(limits, known) if known else nan,
-        probability=probability_within(limits, sure) if sure else nan,
-        uncompensated=raw,
-        marginal=bool(sure and rule.is_marginal(limits, sure)),
+        guard_band=rule.guard(limits, usable) if usable else nan,
+        false_accept_risk=rule.false_accept_risk(limits, usable) if usable else nan,
+        false_reject_risk=rule.false_reject_risk(limits, usable) if usable else nan,
+        probability=probability_within(limits, stated) if stated else nan,
+        uncompensated=uncompensated,
+        marginal=bool(stated and rule.is_marginal(limits, stated)),
         measurand=limit.measurand,
     )
 
 
 def _objection(limit: Limit, evidence: Evidence) -> str:
     """Return why a limit is for another measurand than that of the results, as a sentence."""
-    named = (each.of for each in (*evidence.results, *evidence.means) if each.name == limit.of)
-    found = next(named, None)
-    if found is None or found.measurand is None:
+    results = (*evidence.results, *evidence.means)
+    definition = next((result.of for result in results if result.name == limit.of), None)
+    if definition is None or definition.measurand is None:
         return ""
-    message, _ = limit.objection_to(found)
+    message, _ = limit.objection_to(definition)
     return _sentence(message) if message else ""
 
 
