@@ -207,7 +207,7 @@ class DriveInfo:
     @property
     def range_text(self) -> str:
         """The range in words: '0 to 3000 N', '300 nm to 1.1 µm'."""
-        low, high = (legible(each, self.unit) for each in (self.minimum, self.maximum))
+        low, high = (legible(value, self.unit) for value in (self.minimum, self.maximum))
         number, _, symbol = low.partition(" ")
         return f"{number if high.partition(' ')[2] == symbol else low} to {high}"
 

@@ -67,18 +67,18 @@ class Imported:
     called: bool = True
     """False for a factory that gives it as it is, such as a function that has no settings."""
 
-    def __call__(self, *given: Any, **named: Any) -> Any:
+    def __call__(self, *args: Any, **kwargs: Any) -> Any:
         """Import it, and call it if so declared; raise PluginError if the path leads to nothing."""
         module, _, name = self.place.partition(":")
         try:
-            found = getattr(import_module(module), name)
+            target = getattr(import_module(module), name)
         except (ImportError, AttributeError, ValueError) as error:
             reason = f"{type(error).__name__}: {error}"
             raise PluginError(
                 f"'{self.place}' cannot be loaded: {reason}",
                 hint="a record names a function or class as 'package.module:name'",
             ) from error
-        return found(*given, **named) if self.called else found
+        return target(*args, **kwargs) if self.called else target
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -263,8 +263,8 @@ class AnalysisRecord(PluginRecord):
     @property
     def limit_measurand_model(self) -> type[Settings] | None:
         """The model of the key `measurand`; raises PluginError if the path leads to none."""
-        found = self.limit_measurand
-        return _model_at(found) if isinstance(found, str) else found
+        model = self.limit_measurand
+        return _model_at(model) if isinstance(model, str) else model
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -514,10 +514,10 @@ def __getattr__(name: str) -> Any:
 def _model_at(place: str) -> type[Settings]:
     module, _, name = place.partition(":")
     try:
-        found = getattr(import_module(module), name)
+        model = getattr(import_module(module), name)
     except (Exception, SystemExit) as error:  # a module of a plugin may do anything
         reason = f"{type(error).__name__}: {error}"
         raise PluginError(f"the settings '{place}' cannot be loaded: {reason}") from error
-    if not (isinstance(found, type) and issubclass(found, Settings)):
+    if not (isinstance(model, type) and issubclass(model, Settings)):
         raise PluginError(f"'{place}' is not a model of settings")
-    return found
+    return model

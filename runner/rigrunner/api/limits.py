@@ -47,7 +47,7 @@ class ValueLimit:
         """Return the limit with these bounds, at least one; `marginal` in the SI unit."""
         written = high or low
         symbol = "1" if written is None else written.unit.symbol
-        least, most = (None if each is None else each.si for each in (low, high))
+        least, most = (None if bound is None else bound.si for bound in (low, high))
         return cls(of, least, most, symbol, marginal)
 
     @cached_property  # each value that is measured is held against it

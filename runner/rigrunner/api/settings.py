@@ -109,7 +109,7 @@ def _read(dimension: str | None, value: object) -> Quantity:
             # A bare 0.3 is 0.3 % at least as often as 30 %.
             first, *others = units_of(dimension)
             units = [first] if first != "1" else [*others, first]
-            hint = "write it as " + " or ".join(f"'{value} {each}'" for each in units)
+            hint = "write it as " + " or ".join(f"'{value} {symbol}'" for symbol in units)
         raise QuantityError(f"{value} is not a number with a unit", hint=hint)
     what = "nothing" if value is None else _KINDS.get(type(value), f"a {type(value).__name__}")
     raise QuantityError(f"got {what}, expected a number with a unit", hint=f"such as '{such_as}'")

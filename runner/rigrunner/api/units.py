@@ -96,7 +96,7 @@ def unit(symbol: str, dimension: str | None = None) -> Unit:
 
 
 def find_unit(symbol: str) -> Unit | None:
-    """Return the unit of a symbol or spelling; None if there is none, or if two define it."""
+    """Return the unit of a symbol or spelling; None if there is none, or two define it."""
     with suppress(QuantityError):  # two define it differently
         return _lookup(symbol.strip().translate(_SAME_LETTERS))
     return None
@@ -136,16 +136,16 @@ def define(added: Iterable[UnitDefinition], by: str) -> None:
     `by` is the definer: its later definition of a symbol replaces its earlier one. If two definers
     define a symbol differently, using it raises QuantityError, which names both.
     """
-    news = tuple(added)
-    for new in news:
-        for objection in _objections(new, news):
-            raise QuantityError(f"the unit '{clip(new.symbol)}' of {by} {objection}")
-    for new in news:
-        for spelling in (new.symbol, *new.spellings):
+    definitions = tuple(added)
+    for definition in definitions:
+        for objection in _objections(definition, definitions):
+            raise QuantityError(f"the unit '{clip(definition.symbol)}' of {by} {objection}")
+    for definition in definitions:
+        for spelling in (definition.symbol, *definition.spellings):
             claims = _ADDED.setdefault(spelling, {})
-            if new not in claims.values():
-                claims[by] = new
-    if news:  # products and quotients may use them
+            if definition not in claims.values():
+                claims[by] = definition
+    if definitions:  # products and quotients may use them
         _composed.cache_clear()
 
 

@@ -46,13 +46,13 @@ class Cluster:
         Raises UsageError if there is no cluster at the address, and DataError if it is lost.
         """
         with _connected(self) as client:
-            under_way = _UnderWay(client, task, items)
-            while not stop.is_set() and under_way.is_busy():
-                for place, answer in under_way.answers():
+            scheduled = _Scheduled(client, task, items)
+            while not stop.is_set() and scheduled.is_busy():
+                for place, answer in scheduled.answers():
                     yield Done(place, items[place], answer)
 
 
-class _UnderWay:
+class _Scheduled:
     """The items that the scheduler has.
 
     The scheduler blames the death of a worker on each item that the worker had. So an item with too

@@ -47,8 +47,8 @@ class Journal:
 
 
 @contextmanager
-def journal(path: Path, of: Mapping[str, str]) -> Iterator[Journal]:
-    """Open or create the journal of a task, which `of` describes.
+def journal(path: Path, task: Mapping[str, str]) -> Iterator[Journal]:
+    """Open or create the journal of a task, described by `task`.
 
     The file has JSON lines, the first of which describes the task. Only complete lines count, so
     the process may be killed at any time. Raises UsageError if the file belongs to another task or
@@ -67,7 +67,7 @@ def journal(path: Path, of: Mapping[str, str]) -> Iterator[Journal]:
         with _writing(path):
             file = path.open("a+b", buffering=0)
         with file:
-            yield Journal(path, file, _read(path, file, dict(of)))
+            yield Journal(path, file, _read(path, file, dict(task)))
     finally:
         lock.release()
 
@@ -79,22 +79,22 @@ def discard(path: Path) -> None:
         path.with_name(f"{path.name}.lock").unlink(missing_ok=True)
 
 
-def _read(path: Path, file: BinaryIO, of: dict[str, str]) -> dict[str, Any]:
+def _read(path: Path, file: BinaryIO, task: dict[str, str]) -> dict[str, Any]:
     """Return the finished items; an incomplete last line is cut off."""
     file.seek(0)
     text = file.read()
     # What a kill cut off is the last line alone: each line is one call.
-    whole = text[: text.rfind(b"\n") + 1]
-    if len(whole) < len(text):
+    complete = text[: text.rfind(b"\n") + 1]
+    if len(complete) < len(text):
         with _writing(path):
-            os.ftruncate(file.fileno(), len(whole))
-    if not whole:
+            os.ftruncate(file.fileno(), len(complete))
+    if not complete:
         with _writing(path):
-            _append(file, {"format": FORMAT, "of": of})
+            _append(file, {"format": FORMAT, "of": task})
         return {}
     try:
-        header, *lines = map(json.loads, whole.splitlines())
-        _refuse_other_work(path, header["of"], of)
+        header, *lines = map(json.loads, complete.splitlines())
+        _refuse_other_task(path, header["of"], task)
         return dict(lines)
     except (ValueError, TypeError, KeyError) as error:
         raise DataError(
@@ -103,7 +103,7 @@ def _read(path: Path, file: BinaryIO, of: dict[str, str]) -> dict[str, Any]:
         ) from error
 
 
-def _refuse_other_work(path: Path, then: Mapping[str, str], now: Mapping[str, str]) -> None:
+def _refuse_other_task(path: Path, then: Mapping[str, str], now: Mapping[str, str]) -> None:
     for name in sorted(then.keys() | now.keys()):
         if then.get(name) != now.get(name):
             raise UsageError(

@@ -57,7 +57,7 @@ class LimitStatement(Part):
     def _with_units(cls, value: object) -> object:
         if not isinstance(value, dict):
             return value
-        return {_OLDER.get(name, name): each for name, each in value.items()}
+        return {_OLDER.get(name, name): item for name, item in value.items()}
 
 
 class DecisionRecord(Part):

@@ -119,7 +119,7 @@ def parse_certificate(text: str | bytes, name: str) -> Certificate:
     Raises DataError that names the first field that is wrong.
     """
     try:
-        found = Certificate.model_validate_json(text)
+        certificate = Certificate.model_validate_json(text)
         json.loads(text, object_pairs_hook=_once)
     except _TwiceError as error:  # of two members of one name some programs read the first
         raise DataError(f"{name} is not a certificate: '{error}' is given twice") from error
@@ -132,7 +132,7 @@ def parse_certificate(text: str | bytes, name: str) -> Certificate:
             f"{name} is not a certificate: {f'{where}: ' if where else ''}{first['msg']}{more}",
             hint="expected the JSON file that 'rigrunner certify' wrote",
         ) from error
-    return found
+    return certificate
 
 
 class _TwiceError(Exception):
