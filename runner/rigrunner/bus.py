@@ -62,7 +62,7 @@ class Bus:
         for sink in self._guarded:
             try:
                 sink(event)
-            except Exception as error:  # noqa: BLE001  (a stranger's listener may raise anything)
+            except Exception as error:  # noqa: BLE001  (a listener of a plugin may raise anything)
                 self._guarded = _without(sink, self._guarded)
                 name = getattr(sink, "__name__", type(sink).__name__)
                 reason = f"{type(error).__name__}: {error}"

@@ -20,14 +20,14 @@ def _available(*names: str) -> tuple[int, ...]:
 
 
 HANGUPS = _available("SIGHUP", "SIGBREAK")
-"""The terminal was closed, or the connection to it is gone; SIGBREAK is what Windows has of it."""
+"""The terminal was closed, or the connection to it was lost; on Windows, SIGBREAK."""
 
 _PLAIN = (*_available("SIGTERM"), *HANGUPS)
 _TIMERS_AND_USERS = _available(
     "SIGQUIT", "SIGUSR1", "SIGUSR2", "SIGALRM", "SIGVTALRM", "SIGPROF", "SIGXCPU"
 )
 _OF_LINUX: tuple[int, ...] = ()
-if sys.platform == "linux":  # elsewhere these are ignored unless somebody asks for them
+if sys.platform == "linux":  # elsewhere these are ignored by default
     _OF_LINUX = (
         *_available("SIGIO", "SIGPWR", "SIGSTKFLT"),
         *range(signal.SIGRTMIN, signal.SIGRTMAX + 1),
@@ -55,8 +55,8 @@ def signal_name(number: int) -> str:
 def take_signals(numbers: Iterable[int], handler: Handler) -> dict[int, Any]:
     """Let the handler have these signals; return the former handler of each that it now has.
 
-    A signal that is ignored stays so, as SIGHUP under nohup. But for SIGTERM and a closed terminal,
-    a signal that somebody else in this process handles, such as a profiler, stays theirs.
+    A signal that is ignored stays so, as SIGHUP under nohup. Except for SIGTERM and a closed
+    terminal, a signal with another handler, such as that of a profiler, keeps it.
     """
     former = {}
     for number in numbers:

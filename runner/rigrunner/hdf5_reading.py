@@ -122,7 +122,7 @@ def objects(group: h5py.Group) -> Iterator[tuple[str, h5py.Group | h5py.Dataset]
     """Yield all groups and datasets below a group with their paths from it, sorted by name.
 
     Raises DataError where the structure is damaged, or is none that a run file has: a group in two
-    places, values that are kept in another file, or that say they are more than the file can hold.
+    places, values that are stored in another file, or larger by their own statement than the file.
     """
     size, claimed, texts = group.file.id.get_filesize(), 0.0, 0
     is_read_only = group.file.mode == "r"

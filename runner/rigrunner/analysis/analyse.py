@@ -64,12 +64,12 @@ def analyse(
         decision = decide(acceptance, rule, _evidence(parts, findings))
     # The settings that the details of an analysis record; else all, with their defaults.
     recorded = {k: v for details in findings.details for k, v in details.settings().items()}
-    named = []
+    others = []
     for ref, part in zip(analyses, parts, strict=True):
         if not any(details.settings() for details in part.details):
             settings = scrutiny.validated(ref.kind, ref.name, ref.settings)
             text = _as_text(settings.model_dump(exclude_none=True))
-            named.append({"name": ref.name, "settings": text})
+            others.append({"name": ref.name, "settings": text})
     result = Result(
         run=run,
         measurand=context.measurand,
@@ -86,7 +86,7 @@ def analyse(
         sections=findings.sections,
         checks=findings.checks,
         notes=(*(each.sentence for each in findings.missing), *findings.notes),
-        settings={**(recorded or ALWAYS_SETTINGS), **({"named": named} if named else {})},
+        settings={**(recorded or ALWAYS_SETTINGS), **({"named": others} if others else {})},
         revisions=revisions_of(analyses, acceptance, scrutiny),
     )
     if interim or not (result.other_results or result.limits.values):

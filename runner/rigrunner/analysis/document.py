@@ -1,7 +1,7 @@
 """The content of `result.json`: the numbers of a Result, each with its unit, nothing else.
 
 Full precision (the shortest text that reads back as the same float), stable keys, no waveforms.
-JSON knows no NaN and no infinity: unknown is null with its reason beside it, infinite degrees of
+JSON has no NaN and no infinity: unknown is null with its reason beside it, infinite degrees of
 freedom are the text "infinite".
 """
 
@@ -45,14 +45,14 @@ ALWAYS_SETTINGS: Json = {
     "compensations": [],
     "primary": None,
 }
-"""What its key `analysis` has where no analysis records its settings itself."""
+"""The content of its key `analysis` where no analysis records its settings."""
 
 
 def document(result: Result) -> Json:
     """Return the result as plain dicts, lists, texts, numbers, bools and null."""
-    # Keys with a value of ALWAYS stand in every document; of the others below, where there is one.
+    # The keys of ALWAYS are in every document; of the keys below, those that have a content.
     details = ALWAYS | {k: v for each in result.details for k, v in each.document().items()}
-    named = [_named(each) for each in result.results]
+    results = [_measurement_result(measured) for measured in result.results]
     missing = [
         {
             "name": result.name,
@@ -75,17 +75,17 @@ def document(result: Result) -> Json:
     ]
     partners = {name: _run(run) for name, run in result.run.partners.items()}
     # result/1 always has the key of the first of them, and of the other where there is such a run.
-    stated = {key: partners.pop(name, None) for name, key in KEYS.items()}
+    by_key = {key: partners.pop(name, None) for name, key in KEYS.items()}
     return {
         "format": FORMAT,
         "measurand": {"symbol": result.symbol, "name": result.measurand, "unit": result.unit},
         "run": _run(result.run),
-        **{key: run for key, run in stated.items() if run is not None or key == KEYS[ONLY]},
+        **{key: run for key, run in by_key.items() if run is not None or key == KEYS[ONLY]},
         **({"partner_runs": partners} if partners else {}),
         "analysis": plain(result.settings),
         "revisions": dict(result.revisions),
         "headline": details.pop("headline"),
-        **({"results": named} if named else {}),
+        **({"results": results} if results else {}),
         **({"missing": missing} if missing else {}),
         **({"tables": tables} if tables else {}),
         **{
@@ -102,7 +102,7 @@ def document(result: Result) -> Json:
     }
 
 
-def _named(result: MeasurementResult) -> Json:
+def _measurement_result(result: MeasurementResult) -> Json:
     return {
         "name": result.name,
         "symbol": result.of.symbol or None,
@@ -152,5 +152,6 @@ def _unit_of(run: RunData, channel: str) -> str:
     """Return the SI unit of a channel, '' if nothing states it."""
     if instrument := run.instruments.get(channel):
         return si_symbol(instrument.quantity)
-    recorded, measured = ([row.units for row in of] for of in (run.recordings, run.measurements))
+    recorded = [recording.units for recording in run.recordings]
+    measured = [row.units for row in run.measurements]
     return next((units[channel] for units in (*recorded, *measured) if channel in units), "")

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from functools import partial
 from math import inf, sqrt
 from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
 
@@ -164,22 +165,16 @@ def _share_of(base: str, value: object) -> object:
     return {**entry, "limit": f"{percent!r} % {base}"}  # type: ignore[dict-item]  # a dict
 
 
-def _of_reading(value: object) -> object:
-    return _share_of("reading", value)
-
-
-def _of_full_scale(value: object) -> object:
-    return _share_of("FS", value)
-
-
 def _in_one_figure(value: object) -> object:
     return {"overall": {"limit": _read_limit(value)}} if isinstance(value, str) else _limit(value)
 
 
 StatedLimit = Annotated[ErrorLimit, BeforeValidator(_limit), _TextOrMapping()]
 """A mapping, or the limit alone."""
-StatedGain = Annotated[ErrorLimit, BeforeValidator(_of_reading), _TextOrMapping()]
-StatedNonlinearity = Annotated[ErrorLimit, BeforeValidator(_of_full_scale), _TextOrMapping()]
+StatedGain = Annotated[ErrorLimit, BeforeValidator(partial(_share_of, "reading")), _TextOrMapping()]
+StatedNonlinearity = Annotated[
+    ErrorLimit, BeforeValidator(partial(_share_of, "FS")), _TextOrMapping()
+]
 
 
 class Accuracy(Settings):

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 _T = TypeVar("_T")
 
 _LATE_S = 2.0
-"""A wait that ends so much later than asked for: no device is to blame."""
+"""A wait that ends this much later than requested is not the fault of a device."""
 
 
 class Caller(Protocol):

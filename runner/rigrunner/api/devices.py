@@ -270,7 +270,7 @@ class ReadableInPlaces(Readable, Protocol):
     """Can be read at certain set-points alone, as a table of values can."""
 
     def unreadable_at(self, set_points: Mapping[str, float]) -> DeviceRejectedError | None:
-        """Return why it cannot be read where its drives stand so; None if it can.
+        """Return why it cannot be read at these set-points of its drives; None if it can.
 
         Asked before it is connected, so that a plan is refused before anything moves.
         """

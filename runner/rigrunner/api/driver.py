@@ -198,11 +198,11 @@ class Driver:
         self._device_log.warning("reconnected to %s after: %s", _named(identity), cause)
 
     def _need_same(self, identity: Identity) -> None:
-        before = self._identity
-        if before is None or _named(identity) == _named(before):
+        previous = self._identity
+        if previous is None or _named(identity) == _named(previous):
             return
         raise DeviceLostError(
-            f"reconnected to {_named(identity)}, but the run began with {_named(before)}",
+            f"reconnected to {_named(identity)}, but the run began with {_named(previous)}",
             hint="was another instrument connected, or its address changed?",
         )
 

@@ -49,7 +49,7 @@ class LineSettings(SimulableSettings):
     """Time-out of an answer; the time limit of the station must be longer."""
 
     @model_validator(mode="after")
-    def _can_be_found(self) -> Self:
+    def _address_is_valid(self) -> Self:
         if not self.address and self.simulated:
             return self
         match = _HOST_AND_PORT.fullmatch(self.address)

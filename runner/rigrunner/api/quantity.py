@@ -139,25 +139,25 @@ def parse_quantity(text: str, dimension: str | None = None) -> Quantity:
 
     Refused: a missing unit, a unit of another kind, a decimal comma, grouped digits, inf and nan.
     """
-    stripped, shown = text.strip().replace(_MINUS, "-"), f"'{clip(text)}'"
+    stripped, quoted = text.strip().replace(_MINUS, "-"), f"'{clip(text)}'"
     match = _QUANTITY.fullmatch(stripped)
     if match is None:
-        raise QuantityError(f"{shown} is not a number with a unit", hint=_example(dimension))
+        raise QuantityError(f"{quoted} is not a number with a unit", hint=_example(dimension))
     if not match[2]:
-        raise QuantityError(f"{shown} has no unit", hint=_example(dimension))
+        raise QuantityError(f"{quoted} has no unit", hint=_example(dimension))
     if match[2].startswith("/"):
-        raise QuantityError(f"{shown} has no number before its unit", hint=_example(dimension))
+        raise QuantityError(f"{quoted} has no number before its unit", hint=_example(dimension))
     if _MORE_DIGITS.match(match[2]) and not _INVERSE.match(match[2]):
         raise _marked_digits(stripped)
     quantity = Quantity(float(match[1]), unit(match[2], dimension))
     if dimension is not None and quantity.dimension != dimension:
         kinds = f"{with_article(quantity.dimension)}, not {with_article(dimension)}"
-        raise QuantityError(f"{shown} is {kinds}", hint=_example(dimension))
-    most = largest(quantity.dimension)
-    if not abs(quantity.si) <= most:
+        raise QuantityError(f"{quoted} is {kinds}", hint=_example(dimension))
+    limit = largest(quantity.dimension)
+    if not abs(quantity.si) <= limit:
         raise QuantityError(
-            f"{shown} is too large",
-            hint=f"at most {readable(most, quantity.dimension)}",
+            f"{quoted} is too large",
+            hint=f"at most {readable(limit, quantity.dimension)}",
         )
     return quantity
 

@@ -210,7 +210,7 @@ def _several(value: object) -> object:
     return value if isinstance(value, list | tuple) else [value]
 
 
-class _OneToo:
+class _ItemOrList:
     """Allows a single item in place of a list, in the schema."""
 
     def __get_pydantic_json_schema__(
@@ -221,7 +221,7 @@ class _OneToo:
 
 
 OneOrSeveral = Annotated[
-    tuple[Item, ...], BeforeValidator(_several), Field(strict=False), _OneToo()
+    tuple[Item, ...], BeforeValidator(_several), Field(strict=False), _ItemOrList()
 ]
 """One value, or a list of values."""
 

@@ -84,9 +84,9 @@ def unit(symbol: str, dimension: str | None = None) -> Unit:
     spelling = symbol.strip().translate(_SAME_LETTERS)
     if (match := _lookup(spelling)) is not None:
         return match
-    near = _with_one_bar(spelling) or _near(spelling, dimension)
-    if near:
-        hint = f"did you mean '{near}'?"
+    suggestion = _with_one_bar(spelling) or _similar(spelling, dimension)
+    if suggestion:
+        hint = f"did you mean '{suggestion}'?"
     elif dimension:
         hint = f"units of {dimension}: {', '.join(units_of(dimension))}"
     else:
@@ -117,7 +117,7 @@ def _with_one_bar(text: str) -> str:
     return fixed if len(below) > 1 and _COMPOSED.fullmatch(fixed) and _composed(fixed) else ""
 
 
-def _near(text: str, dimension: str | None) -> str:
+def _similar(text: str, dimension: str | None) -> str:
     """Return the symbol that was probably meant; '' for none."""
     suggestion = MEANT.get(text, "")
     if suggestion and dimension in (None, unit(suggestion).dimension):
@@ -126,8 +126,8 @@ def _near(text: str, dimension: str | None) -> str:
         spelling.lower(): symbol for spelling, symbol, kind in _spellings()
         if dimension in (None, kind)
     }  # fmt: skip
-    near = difflib.get_close_matches(text[:_LONGEST].lower(), by_case, n=1, cutoff=_NEAR)
-    return by_case[near[0]] if near else ""
+    matches = difflib.get_close_matches(text[:_LONGEST].lower(), by_case, n=1, cutoff=_NEAR)
+    return by_case[matches[0]] if matches else ""
 
 
 def define(added: Iterable[UnitDefinition], by: str) -> None:
@@ -229,61 +229,65 @@ def _unit_named(spelling: str) -> Unit | None:
     match = _BY_SPELLING.get(spelling)
     if match is not None or spelling not in _ADDED:
         return match
-    by, new = next(iter(_ADDED[spelling].items()))
-    for other, theirs in _rivals(spelling, new):
-        if replace(theirs, spellings=()) != replace(new, spellings=()):
-            definers = f"{by} ({_meaning(new)}) and {other} ({_meaning(theirs)})"
+    by, definition = next(iter(_ADDED[spelling].items()))
+    for rival_by, rival in _rivals(spelling, definition):
+        if replace(rival, spellings=()) != replace(definition, spellings=()):
+            definers = f"{by} ({_meaning(definition)}) and {rival_by} ({_meaning(rival)})"
             raise QuantityError(
                 f"the unit '{spelling}' is defined twice: by {definers}",
                 hint="uninstall or remove one of them; Rigrunner does not choose for you",
             )
-    return new.unit
+    return definition.unit
 
 
-def _rivals(spelling: str, new: UnitDefinition) -> Iterator[tuple[str, UnitDefinition]]:
+def _rivals(spelling: str, definition: UnitDefinition) -> Iterator[tuple[str, UnitDefinition]]:
     """Yield other definers of the same symbol, or of another SI unit of the same new kind."""
     yield from _ADDED[spelling].items()
     for claims in _ADDED.values():
         for by, rival in claims.items():
-            if _is_si_unit_of(new, new.kind) and _is_si_unit_of(rival, new.kind):
+            if all(_is_si_unit_of(each, definition.kind) for each in (definition, rival)):
                 yield by, rival
 
 
-def _meaning(new: UnitDefinition) -> str:
-    zero = f" + {new.offset!r}" if new.offset else ""
-    return f"{new.symbol} = {new.factor!r}{zero} in {new.base}, {new.kind}"
+def _meaning(definition: UnitDefinition) -> str:
+    zero = f" + {definition.offset!r}" if definition.offset else ""
+    size = f"{definition.factor!r}{zero} in {definition.base}"
+    return f"{definition.symbol} = {size}, {definition.kind}"
 
 
-def _objections(new: UnitDefinition, coherent: Iterable[UnitDefinition]) -> Iterator[str]:
+def _objections(definition: UnitDefinition, coherent: Iterable[UnitDefinition]) -> Iterator[str]:
     """Yield why a unit cannot be added; `coherent` are the SI units defined with it."""
-    for spelling in (new.symbol, *new.spellings):
+    for spelling in (definition.symbol, *definition.spellings):
         if not _ADDED_SYMBOL.fullmatch(spelling) or len(spelling) > _LONGEST:
             yield f"is written '{clip(spelling)}'; expected letters, °, %, µ, Ω, and then digits"
         elif spelling in _BY_SPELLING:
             yield f"is written '{spelling}', and Rigrunner itself has '{spelling}'"
         elif _COMPOSED.fullmatch(spelling):
             yield f"is written '{spelling}', which reads as a power of a unit"
-    yield from _objections_to_size(new, coherent)
+    yield from _objections_to_size(definition, coherent)
 
 
-def _objections_to_size(new: UnitDefinition, coherent: Iterable[UnitDefinition]) -> Iterator[str]:
-    if not 1 / _LARGEST_FACTOR <= new.factor <= _LARGEST_FACTOR:
-        yield f"has factor {new.factor!r}; expected more than 0, to {_LARGEST_FACTOR:g}"
-    if not math.isfinite(new.offset):
-        yield f"has offset {new.offset!r}"
-    names = {name for name, _ in _powers(new.base)} - set(_BASES)
-    if names or not (_BASE.fullmatch(new.base) or _COMPOSED.fullmatch(new.base)):
-        yield f"has base '{clip(new.base)}'; expected 1, or products of {', '.join(_BASES)}"
-    elif new.kind in _COHERENT:
-        is_level = new.kind in LEVELS
-        if _exponents(new.base) != _EXPONENTS[new.kind] or new.logarithmic != is_level:
-            (base,) = (base for name, _, base in KINDS if name == new.kind)
+def _objections_to_size(
+    definition: UnitDefinition, coherent: Iterable[UnitDefinition]
+) -> Iterator[str]:
+    base, kind = definition.base, definition.kind
+    if not 1 / _LARGEST_FACTOR <= definition.factor <= _LARGEST_FACTOR:
+        yield f"has factor {definition.factor!r}; expected more than 0, to {_LARGEST_FACTOR:g}"
+    if not math.isfinite(definition.offset):
+        yield f"has offset {definition.offset!r}"
+    names = {name for name, _ in _powers(base)} - set(_BASES)
+    if names or not (_BASE.fullmatch(base) or _COMPOSED.fullmatch(base)):
+        yield f"has base '{clip(base)}'; expected 1, or products of {', '.join(_BASES)}"
+    elif kind in _COHERENT:
+        is_level = kind in LEVELS
+        if _exponents(base) != _EXPONENTS[kind] or definition.logarithmic != is_level:
+            (si_base,) = (si_base for name, _, si_base in KINDS if name == kind)
             level = ", logarithmic" if is_level else ""
-            yield f"has base '{new.base}'; {with_article(new.kind)} is in {base}{level}"
-    elif not _ADDED_KIND.fullmatch(new.kind):
-        yield f"has kind '{clip(new.kind)}'; expected words of small letters"
-    elif not any(_is_si_unit_of(definition, new.kind) for definition in (*coherent, *_added())):
-        yield f"has the new kind '{new.kind}', of which no unit has factor 1 and offset 0"
+            yield f"has base '{base}'; {with_article(kind)} is in {si_base}{level}"
+    elif not _ADDED_KIND.fullmatch(kind):
+        yield f"has kind '{clip(kind)}'; expected words of small letters"
+    elif not any(_is_si_unit_of(each, kind) for each in (*coherent, *_added())):
+        yield f"has the new kind '{kind}', of which no unit has factor 1 and offset 0"
 
 
 def _added() -> Iterator[UnitDefinition]:
@@ -291,8 +295,8 @@ def _added() -> Iterator[UnitDefinition]:
         yield from claims.values()
 
 
-def _is_si_unit_of(new: UnitDefinition, kind: str) -> bool:
-    return new.kind == kind and new.is_coherent and kind not in _COHERENT
+def _is_si_unit_of(definition: UnitDefinition, kind: str) -> bool:
+    return definition.kind == kind and definition.is_coherent and kind not in _COHERENT
 
 
 def _is_level(kind: str) -> bool:
@@ -304,8 +308,8 @@ def _spellings() -> Iterator[tuple[str, str, str]]:
     for spelling, entry in _BY_SPELLING.items():
         yield spelling, entry.symbol, entry.dimension
     for spelling, claims in _ADDED.items():
-        new = next(iter(claims.values()))
-        yield spelling, new.symbol, new.kind
+        definition = next(iter(claims.values()))
+        yield spelling, definition.symbol, definition.kind
 
 
 def _powers(text: str) -> Iterator[tuple[str, int]]:
@@ -397,11 +401,11 @@ def _exponents(text: str) -> Exponents:
 
 def _shortest(dimension: Exponents) -> str:
     """Return the coherent unit of a dimension without a name, from a named one and base units."""
-    named = [symbol for _, symbol, _ in KINDS if symbol.isalpha() and symbol not in _BASES]
+    named_units = [symbol for _, symbol, _ in KINDS if symbol.isalpha() and symbol not in _BASES]
     if max(map(abs, dimension)) > _HIGHEST_POWER:
         raise QuantityError("the power of a unit is too high")
     candidates: list[tuple[tuple[int, int], str]] = []
-    for symbol, sign in [("", 0), *((name, sign) for name in named for sign in (1, -1))]:
+    for symbol, sign in [("", 0), *((name, sign) for name in named_units for sign in (1, -1))]:
         exponents = _exponents(symbol)
         # Hz, Bq, Gy, ... share their dimension with another kind, which a product is of.
         if symbol and _KIND_OF.get(exponents) != _KIND_BY_SYMBOL[symbol]:

@@ -183,8 +183,8 @@ def restrictions_of(source: Source, *, requested: bool) -> Iterator[Restriction]
         yield Restriction(code="simulated", detail=station)
     if trial:
         yield Restriction(code="trial", detail=station)
-    replayed = [tape for run in _runs(source) if (tape := run.header.provenance.get(REPLAYED))]
-    for tape in replayed:
+    tapes = [tape for run in _runs(source) if (tape := run.header.provenance.get(REPLAYED))]
+    for tape in tapes:
         yield Restriction(code="replayed", detail=tape)
     inconclusive = [
         check.name
@@ -193,7 +193,7 @@ def restrictions_of(source: Source, *, requested: bool) -> Iterator[Restriction]
     ]
     if inconclusive:
         yield Restriction(code="inconclusive_check", detail=", ".join(inconclusive))
-    if requested and not (drafts or simulated or trial or replayed or inconclusive):
+    if requested and not (drafts or simulated or trial or tapes or inconclusive):
         yield Restriction(code="requested")
 
 
@@ -203,9 +203,9 @@ def _runs(source: Source) -> tuple[StoredRun, ...]:
 
 
 def _approval(run: StoredRun) -> Approval:
-    recorded = run.header.approval
+    approval = run.header.approval
     return Approval(
-        **{"state": DRAFT, **{name: recorded[name] for name in _APPROVAL if name in recorded}}
+        **{"state": DRAFT, **{name: approval[name] for name in _APPROVAL if name in approval}}
     )
 
 

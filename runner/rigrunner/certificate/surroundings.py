@@ -77,7 +77,7 @@ def _entry(instrument: Instrument, day: str) -> InstrumentEntry:
     """Return an entry of the register, for a run that ended on that day."""
     due = "" if instrument.due is None else instrument.due.isoformat()
     error_limits = instrument.accuracy_.limits if instrument.accuracy_ is not None else {}
-    uncertainty = dict(_limit(instrument, name, stated) for name, stated in error_limits.items())
+    uncertainty = dict(_limit(instrument, name, limit) for name, limit in error_limits.items())
     if instrument.points:
         uncertainty["points"] = "; ".join(
             f"{p.applied}: {p.indicated}, U = {p.U} (k = {p.k:.6g})" for p in instrument.points

@@ -19,7 +19,7 @@ def traceability_of(result: Result, instruments: Sequence[InstrumentEntry]) -> T
 
     Those named by the analyses; all if none names any.
     """
-    channels = _named(result) or {entry.channel for entry in instruments}
+    channels = _channels(result) or {entry.channel for entry in instruments}
     entries = [entry for entry in instruments if entry.channel in channels]
     certificates = tuple(
         dict.fromkeys(
@@ -37,12 +37,12 @@ def not_calibrated(result: Result) -> Iterator[Deviation]:
     """Yield each channel that exceeded its calibrated range, or lacks data."""
     for part in certified_of(result):
         yield from part.deviations
-    # No analysis says which instruments enter: all recorded or measured values of each count.
-    if not _named(result):
+    # No analysis states which instruments its results depend on: all values of each count.
+    if not _channels(result):
         run_id = result.run.run_id
         for name, text in result.beyond.items():
             yield Deviation(kind="range", run_id=run_id, where=name, text=text)
 
 
-def _named(result: Result) -> frozenset[str]:
+def _channels(result: Result) -> frozenset[str]:
     return frozenset[str]().union(*(part.channels for part in certified_of(result)))

@@ -23,7 +23,7 @@ PATIENCE_S = 0.5
 """Time between two checks of the stop token."""
 
 AHEAD = 1000
-"""How many items the scheduler is given at a time: enough for a large cluster, and a small list."""
+"""How many items the scheduler has at a time: enough for a large cluster, and a small list."""
 
 
 @dataclass(frozen=True)

@@ -32,7 +32,7 @@ def usable_cores() -> int:
 
 @dataclass(frozen=True)
 class Processes:
-    """That many worker processes; one is a process of its own too, so the numbers are the same.
+    """`jobs` worker processes; a single one is a separate process too, so the results are the same.
 
     Each has its own pipe, so that it is known which item a process had when it died. Pools of the
     standard library then wait without end, or fail at every item.

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 ENVIRONMENT = {**ONE_THREAD, "PYTHONSAFEPATH": "1"}
 """Environment variables of the process, for its interpreter and libraries.
 
-Without the second one, a spawned interpreter imports modules of the current folder before those of
-Python, and anybody may have put them there.
+Without the second one, a spawned interpreter imports modules of the current folder, where anybody
+may have put them, before those of Python.
 """
 END = None
 """Sent in place of an item: there are no more."""

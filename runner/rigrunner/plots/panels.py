@@ -154,7 +154,7 @@ def paint(canvas: Canvas, picture: Picture, *, titled: bool = False) -> None:
         if (titled or len(panels) > 1) and figure.title:
             axes.set_title(figure.title)
         if ticks := figure.x.ticks:
-            # Of an axis of names as many are shown, evenly, as stand clear of each other.
+            # An axis of names shows as many, evenly spaced, as do not overlap.
             room = max(1, LETTERS // grid[1] // (GAP + max(len(name) for _, name in ticks)))
             shown = ticks[:: -(-len(ticks) // room)]
             axes.set_xticks([place for place, _ in shown], [name for _, name in shown])

@@ -7,8 +7,8 @@ from types import SimpleNamespace
 import pytest
 
 from rigrunner.analysis.verdict import decision as deciding
-from rigrunner.analysis.verdict.chosen import mean_of
 from rigrunner.analysis.verdict.evidence import Evidence
+from rigrunner.analysis.verdict.limited_values import mean_of
 from rigrunner.analysis.verdict.rule import AppliedRule
 from rigrunner.api import AnalysisDetails
 from rigrunner.api.analysis import Component

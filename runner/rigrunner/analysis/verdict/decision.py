@@ -6,14 +6,14 @@ from dataclasses import replace
 from math import isfinite, nan
 from typing import TYPE_CHECKING
 
-from rigrunner.analysis.verdict.chosen import chosen_by
+from rigrunner.analysis.verdict.limited_values import limited_values
 from rigrunner.api.errors import DataError
 from rigrunner.api.verdict import Decision, LimitDecision, Limits, Verdict
 from rigrunner.signal.coverage import probability_within
 
 if TYPE_CHECKING:
-    from rigrunner.analysis.verdict.chosen import Chosen
     from rigrunner.analysis.verdict.evidence import Evidence
+    from rigrunner.analysis.verdict.limited_values import LimitedValue
     from rigrunner.analysis.verdict.rule import AppliedRule
     from rigrunner.api.data import Estimate
     from rigrunner.api.details import AnalysisDetails
@@ -21,16 +21,16 @@ if TYPE_CHECKING:
 
 
 def decide(acceptance: Acceptance, rule: AppliedRule, evidence: Evidence) -> Decision:
-    """Return what every limit says of the results of a run, by the rule that was agreed.
+    """Return the decision of every limit on the results of a run, by the agreed rule.
 
-    Limits of one result stand together, those of its mean first, then in the order of the run.
+    Limits of one result are listed together, those of its mean first, then in the order of the run.
     """
     names = list(dict.fromkeys(limit.of for limit in acceptance.limits))
     parts: list[tuple[int, int, LimitDecision]] = []
     for limit in acceptance.limits:
         decisions = [
-            (chosen.order, _decided(limit, rule, evidence, chosen))
-            for chosen in chosen_by(limit, evidence)
+            (value.order, _limit_decision(limit, rule, evidence, value))
+            for value in limited_values(limit, evidence)
         ]
         if limit.worst:
             part = min((part for _, part in decisions), key=lambda decision: decision.badness)
@@ -48,17 +48,19 @@ def _sentence(text: str) -> str:
     return f"{text[:1].upper()}{text[1:]}" + ("" if text.endswith(".") else ".")
 
 
-def _decided(limit: Limit, rule: AppliedRule, evidence: Evidence, chosen: Chosen) -> LimitDecision:
-    estimate, details = chosen.estimate, evidence.details.get(limit.of)
+def _limit_decision(
+    limit: Limit, rule: AppliedRule, evidence: Evidence, value: LimitedValue
+) -> LimitDecision:
+    estimate, details = value.estimate, evidence.details.get(limit.of)
     no_limits = ""
     try:
-        limits = limit.limits_at(chosen.coordinates, chosen.unit)
+        limits = limit.limits_at(value.coordinates, value.unit)
     except DataError as error:
-        limits = Limits.between(None, None, chosen.unit)
+        limits = Limits.between(None, None, value.unit)
         # Where there is no result, that is the reason, and not what its limits lack.
         no_limits = "" if estimate is None else _sentence(error.message)
     problem = details.objection(limit.measurand) if details else _objection(limit, evidence)
-    problem = problem or chosen.problem or evidence.problem(limit, chosen.coordinates) or no_limits
+    problem = problem or value.problem or evidence.problem(limit, value.coordinates) or no_limits
     impossible = _impossible(details, limits, estimate)
     verdict, reason = _verdict(limits, rule, estimate, problem or impossible)
     usable = None
@@ -66,26 +68,26 @@ def _decided(limit: Limit, rule: AppliedRule, evidence: Evidence, chosen: Chosen
         usable = estimate
     # A problem puts the value in doubt, so no probability is stated. Guard band and risks stay:
     # they depend on the uncertainty alone.
-    stated = None if problem else usable
+    valid = None if problem else usable
     uncompensated = None
     if details and details.corrects:
-        impossible = _impossible(details, limits, chosen.uncorrected)
-        uncompensated, _ = _verdict(limits, rule, chosen.uncorrected, impossible)
+        impossible = _impossible(details, limits, value.uncorrected)
+        uncompensated, _ = _verdict(limits, rule, value.uncorrected, impossible)
     return LimitDecision(
-        of=chosen.words,
+        of=value.words,
         named=limit.of,
         verdict=verdict,
         reason=reason,
         limits=limits,
         source=limit.source,
         result=estimate,
-        coordinates=chosen.coordinates,
+        coordinates=value.coordinates,
         guard_band=rule.guard(limits, usable) if usable else nan,
         false_accept_risk=rule.false_accept_risk(limits, usable) if usable else nan,
         false_reject_risk=rule.false_reject_risk(limits, usable) if usable else nan,
-        probability=probability_within(limits, stated) if stated else nan,
+        probability=probability_within(limits, valid) if valid else nan,
         uncompensated=uncompensated,
-        marginal=bool(stated and rule.is_marginal(limits, stated)),
+        marginal=bool(valid and rule.is_marginal(limits, valid)),
         measurand=limit.measurand,
     )
 

@@ -1,4 +1,4 @@
-"""Which results a limit is held against: each, their mean, or the worst."""
+"""The values that a limit applies to: each result, their mean, or the worst."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Chosen:
-    """What a limit is held against."""
+class LimitedValue:
+    """A value that a limit applies to."""
 
     words: str
     """Which result, and where: 'voltage at load.current = 2 A'; of the headline 'mean', '35 Hz'."""
@@ -33,52 +33,53 @@ class Chosen:
     uncorrected: Estimate | None = None
     coordinates: Mapping[str, CoordinateValue] = field(default_factory=dict)
     problem: str = ""
-    """Why there is none, as a sentence."""
+    """Why there is no estimate, as a sentence."""
     order: int = 0
-    """Where it stands among what the limits of one name are held against."""
+    """Its position among the values that limits of one name apply to."""
 
 
-def chosen_by(limit: Limit, evidence: Evidence) -> Iterator[Chosen]:
-    """Yield each value that a limit is held against, at least one."""
-    named = [result for result in evidence.results if result.name == limit.of]
-    matches = [(i, result) for i, result in enumerate(named) if limit.is_of(result.coordinates)]
+def limited_values(limit: Limit, evidence: Evidence) -> Iterator[LimitedValue]:
+    """Yield each value that a limit applies to, at least one."""
+    results = [result for result in evidence.results if result.name == limit.of]
+    matches = [(i, result) for i, result in enumerate(results) if limit.is_of(result.coordinates)]
     missing = [
         each for each in evidence.missing if each.name == limit.of and limit.is_of(each.coordinates)
     ]
     short = limit.of in evidence.details
-    symbol = next((result.of.unit for result in (*named, *missing)), limit.written.unit.symbol)
+    symbol = next((result.of.unit for result in (*results, *missing)), limit.written.unit.symbol)
     mean = MEAN if short else f"mean {limit.of}"
     # A mean over the other places would be another measurand than the one that is limited.
     if limit.mean and missing:
-        yield Chosen(mean, symbol, None, problem=missing[0].sentence, order=-1)
+        yield LimitedValue(mean, symbol, None, problem=missing[0].sentence, order=-1)
         return
     # The mean that an analysis gives is of all its results, not of the places of a limit.
-    if limit.mean and len(matches) == len(named):
-        for result in evidence.means:
-            if result.name == limit.of:
-                yield Chosen(mean, result.of.unit, result.estimate, result.uncorrected, order=-1)
+    if limit.mean and len(matches) == len(results):
+        for own in evidence.means:
+            if own.name == limit.of:
+                yield LimitedValue(mean, own.of.unit, own.estimate, own.uncorrected, order=-1)
                 return
     if limit.mean and matches:
-        yield Chosen(mean, symbol, mean_of([result for _, result in matches]), order=-1)
+        yield LimitedValue(mean, symbol, mean_of([result for _, result in matches]), order=-1)
         return
     for order, result in matches:
         words, at = limit.of, result.coordinates
         if at:
             words = ", ".join(map(str, at.values())) if short else f"{limit.of} at {result.place}"
-        yield Chosen(words, symbol, result.estimate, result.uncorrected, at, order=order)
+        yield LimitedValue(words, symbol, result.estimate, result.uncorrected, at, order=order)
     for gap in missing:
         words = f"{limit.of} at {gap.place}" if gap.place else limit.of
-        yield Chosen(words, symbol, None, None, gap.coordinates, gap.sentence, order=len(named))
-    places = [result.coordinates for result in (*named, *missing)]
-    yield from _missing(limit, places, symbol, evidence)
+        at, why = gap.coordinates, gap.sentence
+        yield LimitedValue(words, symbol, None, None, at, why, order=len(results))
+    places = [result.coordinates for result in (*results, *missing)]
+    yield from _places_without_result(limit, places, symbol, evidence)
 
 
-def _missing(
+def _places_without_result(
     limit: Limit,
     places: Sequence[Mapping[str, CoordinateValue]],
     symbol: str,
     evidence: Evidence,
-) -> Iterator[Chosen]:
+) -> Iterator[LimitedValue]:
     """Yield each place that the limit names and at which there is no result.
 
     `places` are the places of those with a value, or with a reason why they have none.
@@ -97,7 +98,7 @@ def _missing(
             words = shown or (MEAN if limit.mean else f"each {limit.each or 'result'}")
             problem = f"There is no result at {shown}." if shown else problem
         problem = evidence.problems.get(limit.of) or problem
-        yield Chosen(words, symbol, None, problem=problem, order=len(places))
+        yield LimitedValue(words, symbol, None, problem=problem, order=len(places))
 
 
 def mean_of(results: Sequence[MeasurementResult]) -> Estimate:
@@ -131,7 +132,7 @@ def mean_of(results: Sequence[MeasurementResult]) -> Estimate:
 
 
 def _contribution(line: Component) -> float:
-    """Return u with the sign of the sensitivity; without one where that says nothing."""
+    """Return u with the sign of the sensitivity, where the error is known to be the same in all."""
     return -line.u if line.shared and line.sensitivity < 0 else line.u
 
 
