@@ -67,8 +67,8 @@ class Press(Driver):
         if self.raises:
             error, self.raises = self.raises, None
             raise error
-        way = self.wanted - self.stands
-        self.stands += max(-self.step, min(self.step, way))
+        distance = self.wanted - self.stands
+        self.stands += max(-self.step, min(self.step, distance))
         return self.stands
 
     def _go(self, value):
@@ -120,7 +120,7 @@ def test_limits_hold_before_anything_is_sent(press, wrong):
 
 
 @pytest.mark.parametrize(
-    ("raised", "told"),
+    ("raised", "expected"),
     [
         (TimeoutError(), DeviceTimeoutError),
         (ConnectionResetError("reset"), DeviceLostError),
@@ -128,10 +128,10 @@ def test_limits_hold_before_anything_is_sent(press, wrong):
         (DeviceNotFoundError("nobody there"), DeviceNotFoundError),
     ],
 )
-def test_what_the_back_end_raises_becomes_one_of_four_errors(press, raised, told):
+def test_what_the_back_end_raises_becomes_one_of_four_errors(press, raised, expected):
     press.connect(1.0)
     press.raises = raised
-    with pytest.raises(told):
+    with pytest.raises(expected):
         press.read(["load"])
 
 
