@@ -28,11 +28,11 @@ class Break:
     """From where to where it is drawn, evenly, in words."""
     apply: Callable[[Bench, Generator], Bench]
     seen_by: str = ""
-    """The check that is to see it; empty where no check can."""
+    """The check that must detect it; empty if no check can."""
     unseen: str = ""
-    """Why no check can, where that is so."""
+    """Why no check can, in that case."""
     before_compensation: bool = False
-    """The check looks at the recordings alone, so that no method need be run."""
+    """The check needs the recordings only, so no method is run."""
     simulators: tuple[str, ...] = tuple(POPULATIONS)
 
 

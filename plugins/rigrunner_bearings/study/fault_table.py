@@ -84,7 +84,7 @@ def share_text_of(silent: Silent) -> str:
 
 
 def printed(study: Study) -> Iterator[Part]:
-    """Yield what the study prints."""
+    """Yield the printed parts."""
     yield Table(header=HEADER, rows=fault_rows(study), sides="llrrrrlrrrr")
     yield Table(header=SILENT_HEADER, rows=silent_rows(study), sides="lrrrrr")
     yield Table(header=UNSEEN_HEADER, rows=unseen_rows(study), sides="llrrrl")
@@ -93,10 +93,10 @@ def printed(study: Study) -> Iterator[Part]:
 
 
 def listing(study: Study) -> list[str]:
-    """Return the cases that are wrong in silence, and those that crashed, one a line."""
+    """Return the wrong cases that nothing flagged, and those that crashed, one per line."""
     return [
-        *(f"{_case(each)}: error {each.ratio:.1f} U, unflagged" for each in study.wrong),
-        *(f"{_case(each)}: crashed" for each in study.crashed),
+        *(f"{_case(finding)}: error {finding.ratio:.1f} U, unflagged" for finding in study.wrong),
+        *(f"{_case(finding)}: crashed" for finding in study.crashed),
     ]
 
 
@@ -106,21 +106,21 @@ def _case(finding: Finding) -> str:
 
 
 def study_document(study: Study) -> dict[str, Any]:
-    """Return the study as JSON has it."""
+    """Return the study for JSON."""
     return {
         "cases": study.cases,
         "faults": [_document(row) for row in study.rows],
         "unseen": [{**_document(row), "unseen_because": row.fault.unseen} for row in study.unseen],
         "silent": _silent_document(study.silent),
         "clean": {**_silent_document(study.clean), "flagged": study.clean_flagged},
-        "wrong": [_case(each) for each in study.wrong],
-        "crashed": [_case(each) for each in study.crashed],
+        "wrong": [_case(finding) for finding in study.wrong],
+        "crashed": [_case(finding) for finding in study.crashed],
     }
 
 
-def _silent(what: str, silent: Silent) -> list[str]:
+def _silent(label: str, silent: Silent) -> list[str]:
     return [
-        what,
+        label,
         str(silent.count),
         share_text_of(silent),
         str(silent.far_beyond),

@@ -130,12 +130,12 @@ def acceptance(maximum="0.95 N·m", minimum=None, rule="guard_band_u") -> Accept
 
 
 def analysed(run, no_load=None, analysis_spec=None, accept=None):
-    from rigrunner_bearings.study.tools import asked  # noqa: PLC0415  (may be missing)
+    from rigrunner_bearings.study.tools import analysis_ref  # noqa: PLC0415  (may be missing)
 
     settings = analysis_spec or (spec() if no_load is not None else no_load_spec())
     if no_load is not None:
         run = replace(run, partners={"no_load": no_load})
-    refs = (asked(settings),)
+    refs = (analysis_ref(settings),)
     return analyse(run, refs, acceptance=accept, measurand=MEASURAND, lookup=registry())
 
 

@@ -18,7 +18,7 @@ from rigrunner.registry import Registry
 from rigrunner.registry.lookup import Plugin, Provider
 from rigrunner_bearings.api.compensations import CompensatedPoint
 from rigrunner_bearings.api.torque import TorqueDetails
-from rigrunner_bearings.study.tools import asked
+from rigrunner_bearings.study.tools import analysis_ref
 from rigrunner_bearings.torque.settings import SwingTorque
 from unit.analysis.helpers_analysis import (
     LOADED_SPEC,
@@ -60,7 +60,7 @@ def _analysed(kind, plugin):
     run, no_load = _runs()
     return analyse(
         replace(run, partners={"no_load": no_load}),
-        (asked(SwingTorque.model_validate(LOADED_SPEC | changes)),),
+        (analysis_ref(SwingTorque.model_validate(LOADED_SPEC | changes)),),
         acceptance=acceptance(),
         measurand=Measurand(symbol="Td", name="torque"),
         lookup=_with_one_more(kind, plugin),

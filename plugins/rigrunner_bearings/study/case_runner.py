@@ -1,4 +1,4 @@
-"""How the cases of a study are gone through: by whom, how far it is, and where what is done is."""
+"""Runs the cases of a study: with workers, progress, and a journal of the findings."""
 
 from __future__ import annotations
 
@@ -29,61 +29,63 @@ Finding = TypeVar("Finding", bound="DataclassInstance")
 
 
 @dataclass(frozen=True)
-class Going:
-    """Goes through the cases of one study."""
+class CaseRunner:
+    """Runs the cases of one study."""
 
     workers: Workers
     stop: StopToken
     progress: Callable[[int, int], None]
-    """Is told how many of how many are done, first those that were done before."""
-    keep: Path | None = None
-    """The journal of what is done, from which the same study goes on; None keeps nothing."""
+    """Gets the number of finished cases and of all; those of the journal count as finished."""
+    journal_path: Path | None = None
+    """The journal of findings, from which the same study continues; None for no journal."""
 
     def findings(
         self,
         study: str,
         examine: Callable[[Case], Finding],
         kind: type[Finding],
-        wanted: Sequence[Case],
+        cases: Sequence[Case],
     ) -> list[Finding]:
-        """Return the finding of every case, in order, whoever did it.
+        """Return the finding of every case, in order, whichever worker examined it.
 
         `examine` is a function of a module, and its finding, a dataclass of that kind, follows from
         the case alone. Raises AbortedError once the token is set.
         """
-        read = TypeAdapter(kind).validate_python
-        keys = [json.dumps(asdict(case), sort_keys=True) for case in wanted]
-        found: dict[str, Finding] = {}
-        # A finding depends on more than its case: other programs find other things.
-        keeping: AbstractContextManager[Journal | None] = (
+        parse = TypeAdapter(kind).validate_python
+        keys = [json.dumps(asdict(case), sort_keys=True) for case in cases]
+        findings: dict[str, Finding] = {}
+        # A finding depends on more than its case: other software has other findings.
+        opened: AbstractContextManager[Journal | None] = (
             nullcontext()
-            if self.keep is None
+            if self.journal_path is None
             else journal(
-                self.keep,
+                self.journal_path,
                 {"study": study, **software(tools().registry), "code": code_digest()},
             )
         )
-        with keeping as kept:
-            found |= {key: read(kept[key]) for key in keys if kept is not None and key in kept}
-            left = [place for place, key in enumerate(keys) if key not in found]
-            self.progress(len(found), len(keys))
+        with opened as stored:
+            if stored is not None:
+                findings |= {key: parse(stored[key]) for key in keys if key in stored}
+            remaining = [place for place, key in enumerate(keys) if key not in findings]
+            self.progress(len(findings), len(keys))
             task = _Examination(examine, software(tools().registry))
-            for done in self.workers.outcomes(task, [wanted[i] for i in left], self.stop):
-                key, value = keys[left[done.place]], done.answer.value
+            for done in self.workers.outcomes(task, [cases[i] for i in remaining], self.stop):
+                key, value = keys[remaining[done.place]], done.answer.value
                 if value is None:
                     if done.answer.trace:
                         raise RuntimeError(f"{done.item}:\n{done.answer.trace}")
                     raise DataError(f"{done.item}: {done.problem}")
-                found[key] = value
-                if kept is not None:
-                    kept.add(key, asdict(value))
-                self.progress(len(found), len(keys))
-        if len(found) < len(set(keys)):
+                findings[key] = value
+                if stored is not None:
+                    stored.add(key, asdict(value))
+                self.progress(len(findings), len(keys))
+        if len(findings) < len(set(keys)):
+            hint = f"they are kept in {self.journal_path}: the same command continues"
             raise AbortedError(
-                f"the study was stopped after {len(found)} of {len(keys)} rigs",
-                hint=f"they are kept in {self.keep}: the same command continues" if kept else "",
+                f"the study was stopped after {len(findings)} of {len(keys)} rigs",
+                hint=hint if stored else "",
             )
-        return [found[key] for key in keys]
+        return [findings[key] for key in keys]
 
 
 @dataclass(frozen=True)
