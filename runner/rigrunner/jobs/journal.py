@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 FORMAT = "rigrunner: done/1"
+_START = json.dumps({"format": FORMAT}).encode().removesuffix(b"}")
+"""The start of the first line of each journal."""
 
 
 class Journal:
@@ -80,27 +82,28 @@ def discard(path: Path) -> None:
 
 
 def _read(path: Path, file: BinaryIO, task: dict[str, str]) -> dict[str, Any]:
-    """Return the finished items; an incomplete last line is cut off."""
+    """Return the finished items; an incomplete last line is cut off, unless it is no journal."""
     file.seek(0)
     text = file.read()
     # What a kill cut off is the last line alone: each line is one call.
     complete = text[: text.rfind(b"\n") + 1]
-    if len(complete) < len(text):
-        with _writing(path):
+    values: dict[str, Any] = {}
+    if complete or not (_START.startswith(text) or text.startswith(_START)):
+        try:
+            header, *lines = map(json.loads, (complete or text).splitlines())
+            _refuse_other_task(path, header["of"], task)
+            values = dict(lines)
+        except (AttributeError, ValueError, TypeError, KeyError) as error:
+            raise DataError(
+                f"{path} is damaged, or is not a list of jobs",
+                hint="remove it to start again",
+            ) from error
+    with _writing(path):
+        if len(complete) < len(text):
             os.ftruncate(file.fileno(), len(complete))
-    if not complete:
-        with _writing(path):
+        if not complete:
             _append(file, {"format": FORMAT, "of": task})
-        return {}
-    try:
-        header, *lines = map(json.loads, complete.splitlines())
-        _refuse_other_task(path, header["of"], task)
-        return dict(lines)
-    except (ValueError, TypeError, KeyError) as error:
-        raise DataError(
-            f"{path} is damaged, or is not a list of jobs",
-            hint="remove it to start again",
-        ) from error
+    return values
 
 
 def _refuse_other_task(path: Path, then: Mapping[str, str], now: Mapping[str, str]) -> None:

@@ -85,8 +85,19 @@ def test_other_work_is_refused(tmp_path):
     assert stored(path) == {}
 
 
-@pytest.mark.parametrize("text", ["no json\n", '"text"\n', '{"of": {}}\n7\n', '{}\n["a", 1]\n'])
-def test_what_is_no_journal_is_refused(text, tmp_path):
+@pytest.mark.parametrize(
+    "text",
+    [
+        "no json\n",
+        '"text"\n',
+        '{"of": {}}\n7\n',
+        '{}\n["a", 1]\n',
+        '{"of": 3}\n',
+        "a,b\n1,2",
+        "a,b",
+    ],
+)
+def test_what_is_no_journal_is_refused_and_stays_as_it_was(text, tmp_path):
     path = tmp_path / "done.jsonl"
     path.write_text(text)
     with pytest.raises((DataError, UsageError)):
