@@ -9,6 +9,7 @@ from multiprocessing import get_context
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.blas import ONE_THREAD
+from rigrunner.ending import signal_name
 from rigrunner.jobs.done import Answer, attempt
 
 if TYPE_CHECKING:
@@ -61,7 +62,7 @@ class Worker:
         self._process.join()
         code = self._process.exitcode or 0
         if code < 0:
-            return f"the process was ended by {signal.Signals(-code).name}"
+            return f"the process was ended by {signal_name(-code)}"
         return f"the process ended with {code}"
 
     def end(self) -> None:

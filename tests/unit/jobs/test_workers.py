@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import os
+import signal
 import threading
 import time
 
 import pytest
 
 from rigrunner.jobs import InProcess, Processes, usable_cores
-from unit.jobs.helpers_jobs import Squares, environment, hang
+from unit.jobs.helpers_jobs import Squares, end_by, environment, hang
 
 NEVER = threading.Event()
 
@@ -49,6 +50,13 @@ def test_what_kills_its_process_is_a_failure_of_its_own(tmp_path):
     assert answers.pop(2) == "the process was ended by SIGKILL, 2 times"
     assert answers == {1: 1, 3: 9, 4: 16}
     assert task.attempts() == [1, 2, 2, 3, 4]
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGRTMIN"), reason="no real-time signals here")
+def test_a_process_that_a_real_time_signal_ended_is_reported():
+    number = signal.SIGRTMIN + 2
+    answers = done(Processes(1), end_by, [number])
+    assert answers == {number: "the process was ended by SIGRTMIN+2, 2 times"}
 
 
 def test_what_was_only_in_the_way_is_done_again(tmp_path):
