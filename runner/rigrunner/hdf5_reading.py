@@ -28,8 +28,8 @@ _FIRST_CHECKSUMMED = 3
 _MOST_PER_BYTE = 1100
 """gzip, which run files use for samples, packs at most 1032 bytes into one."""
 _MOST_TEXT_PER_BYTE, _ALWAYS_TEXT = 64, 1 << 28
-"""Texts are read into memory whole: so many bytes for each of the file, and so many more. Of a run
-of many steps they take a twentieth of their size."""
+"""Allowed bytes of text, which is read into memory as a whole: for each byte of the file, and in
+addition. In a run of many steps texts are packed to a twentieth of their size."""
 _DEEPEST = 20
 """Groups in groups; a run has less than ten."""
 

@@ -1,4 +1,4 @@
-"""Interlocks: which channel is watched, what it may be, and what happens beyond that."""
+"""Interlocks: the monitored channel, its allowed values, and the action outside them."""
 
 from __future__ import annotations
 

@@ -8,9 +8,9 @@ UNPRINTABLE = "\N{REPLACEMENT CHARACTER}"
 
 
 def printable(text: str) -> str:
-    """Return a text of one line or more without what would steer a terminal.
+    """Return a text of one line or more without characters that control a terminal.
 
-    That is control characters, with which a file could erase the lines about it, and marks that
+    These are control characters, with which a file could erase the lines about it, and marks that
     reverse the order of letters. Spaces of any width, tabs and ends of lines stay.
     """
     if text.replace("\n", "").replace("\t", "").isprintable():

@@ -29,10 +29,10 @@ if TYPE_CHECKING:
     from rigrunner.api.data import Samples
 
 HYSTERESIS = 0.3
-"""Of the amplitude: what the angle must pass on both sides of zero to count as a swing."""
+"""Share of the amplitude that the angle must exceed on both sides of zero to be a swing."""
 
 LEAST_SWING = 0.5
-"""Of the amplitude that the kinematics give: less is noise of a rig at rest."""
+"""Share of the amplitude by the kinematics: less is noise of a rig at rest."""
 
 SHORTEST = 0.5
 """Of the median: the least length of a cycle. No crank turns a single time twice as fast."""

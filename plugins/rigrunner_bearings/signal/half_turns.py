@@ -62,7 +62,7 @@ class HalfTurns:
         return float(product) / float((self.model[self.inside] ** 2).sum())
 
     def late(self, offset: float, scale: float) -> Array:
-        """Return by how much each start is to be later, in samples."""
+        """Return the number of samples by which each start must be later."""
         residual = np.where(self.inside, self.measured - offset - scale * self.model, 0.0)
         slope = np.where(self.inside, scale * self.velocity, 0.0) / self.period
         return np.asarray(-(slope * residual).sum(axis=1) / (slope**2).sum(axis=1))
@@ -122,6 +122,6 @@ class HalfTurnSums:
         return float((self.mf - offset * self.f).sum() / self.ff.sum())
 
     def late(self, offset: float, scale: float) -> Array:
-        """Return by how much each start is to be later, in samples."""
+        """Return the number of samples by which each start must be later."""
         residual = self.mv - offset * self.v - scale * self.fv
         return np.asarray(-self.period / scale * residual / self.vv)

@@ -1,4 +1,4 @@
-"""The measurement model of a mean over set-points: what they have in common enters once."""
+"""The measurement model of a mean over set-points, in which common inputs occur once."""
 
 from __future__ import annotations
 

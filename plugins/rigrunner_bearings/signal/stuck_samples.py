@@ -1,4 +1,4 @@
-"""How long samples keep one value: what a channel that hangs for a while looks like."""
+"""How long samples keep one value, as those of a channel that hangs for a while."""
 
 from __future__ import annotations
 

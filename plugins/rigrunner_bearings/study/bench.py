@@ -60,7 +60,7 @@ BenchSettings: TypeAlias = "Mapping[str, Value | str]"
 
 @dataclass(frozen=True, kw_only=True)
 class Bench:
-    """Two runs on one rig: what really happens, and what the station and the procedure state."""
+    """Two runs on one rig: its true properties, and what station and procedure state."""
 
     simulator: str
     seed: int

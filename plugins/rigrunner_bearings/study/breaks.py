@@ -1,4 +1,4 @@
-"""The ways in which a study breaks a healthy rig, and which check is to see each."""
+"""The ways in which a study breaks a healthy rig, and the check that must detect each."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Break:
     seen_by: str = ""
     """The check that must detect it; empty if no check can."""
     unseen: str = ""
-    """Why no check can, in that case."""
+    """Why no check can detect it; empty if one can."""
     before_compensation: bool = False
     """The check needs the recordings only, so no method is run."""
     simulators: tuple[str, ...] = tuple(POPULATIONS)

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from rigrunner_bearings.study.coverage import Sample, Study
 
 BLUE, VERMILION, GREY, INK = "#0072B2", "#D55E00", "#5F6B7A", "#1f2933"
-"""Of the palette of Okabe and Ito (2008), told apart by most colour-blind readers."""
+"""Of the palette of Okabe and Ito (2008), distinguishable by most colour-blind readers."""
 COLOURS = dict(zip(RANGES, (BLUE, VERMILION), strict=True))
 STYLE = {
     "svg.hashsalt": "rigrunner",

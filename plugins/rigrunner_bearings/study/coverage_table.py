@@ -81,13 +81,13 @@ def printed(study: Study) -> Iterator[Part]:
 def _table(
     title: str, header: Sequence[str], rows: Sequence[Sequence[str]], *, words: int
 ) -> Table:
-    """Return a table of which so many columns are words, the others numbers."""
+    """Return a table whose first `words` columns are words, the others numbers."""
     sides = "l" * words + "r" * (len(header) - words)
     return Table(title=title, header=header, rows=rows, sides=sides)
 
 
 def summary(study: Study) -> str:
-    """Return what was examined in a sentence."""
+    """Return the number of rigs in one sentence."""
     refused = f"; {study.refused} more were refused" if study.refused else ""
     return f"{study.rigs} rigs, half of each simulator{refused}."
 

@@ -65,7 +65,7 @@ def share_text(share: Share) -> str:
 
 
 def error_text(error: Error | None) -> str:
-    """Return 'rms, largest', or a dash where no method was run."""
+    """Return 'rms, largest', or a dash without a method."""
     return NOTHING if error is None else f"{error.rms_nm:.3f}, {error.largest_nm:.3f}"
 
 

@@ -47,7 +47,7 @@ def fault_rows(study: Study) -> list[list[str]]:
 
 
 def silent_rows(study: Study) -> list[list[str]]:
-    """Return what nothing flagged, of faulty cases and of clean ones."""
+    """Return the results that no check flagged, of faulty cases and of clean ones."""
     return [_silent("with a fault", study.silent), _silent("clean", study.clean)]
 
 
@@ -67,7 +67,7 @@ def unseen_rows(study: Study) -> list[list[str]]:
 
 
 def summary(study: Study) -> str:
-    """Return the figure that matters, in a sentence."""
+    """Return the main figures in one sentence."""
     share = share_text_of(study.silent)
     return (
         f"Of {study.cases} cases with a fault {study.silent.count} passed in silence;"
@@ -79,7 +79,7 @@ def summary(study: Study) -> str:
 
 
 def share_text_of(silent: Silent) -> str:
-    """Return how many are between one and two times what is stated, with the rate's interval."""
+    """Return the share with an error of once to twice the stated one, with its interval."""
     return share_text(silent.share_beyond) if silent.count else NOTHING
 
 

@@ -41,12 +41,12 @@ if TYPE_CHECKING:
     from rigrunner.api.verdict import DecisionRule, Limits
 
 _ROUNDING = 1e-9
-"""How far an uncertainty may be from what its own budget gives, relatively."""
+"""Allowed relative difference of an uncertainty from that of its own budget."""
 
 
 @dataclass(frozen=True)
 class Scrutiny:
-    """A Lookup whose plugins are given what they cannot change, and give what can be used."""
+    """A Lookup whose plugins get write-protected data, and whose outputs are checked."""
 
     lookup: Lookup
 

@@ -291,7 +291,7 @@ class Driver:
             self.set(drive, value)  # over a new connection
 
     def _need_connection_to_make_safe(self) -> None:
-        """Reopen a closed connection; one that was never opened says nothing about drives."""
+        """Reopen a closed connection; raise DeviceLostError for one that was never opened."""
         if not self._is_open and self._timeout_s is not None:
             self.reconnect()
         self._need_connection()

@@ -95,7 +95,7 @@ def _of_events(run_id: str, events: Sequence[Event]) -> Iterator[Deviation]:
                     utc=event.utc,
                 )
             case LimitMissed():
-                pass  # it is a result, and has to come before Note, of which it is a kind
+                pass  # a result; before Note, of which it is a subclass
             case Alarm():
                 yield Deviation(
                     kind="alarm", run_id=run_id, where=event.source, text=event.text, utc=event.utc

@@ -1,4 +1,4 @@
-"""The order: what only people know of a test, such as customer, item and authorisation.
+"""The order: the data of a test that only people have, such as customer and item.
 
 It comes from options of the command, else from a file `order/1`, else from inputs of the run with
 the same name. What ISO/IEC 17025:2017, 7.8.2.1 requires must be stated.

@@ -55,7 +55,7 @@ class Plot:
             raise UsageError(f"{path} cannot be written: {error}") from error
 
     def _repr_svg_(self) -> str:
-        """Return what a notebook shows."""
+        """Return the SVG for a notebook."""
         return self.svg.decode()
 
 

@@ -57,7 +57,7 @@ def _limit_decision(
         limits = limit.limits_at(value.coordinates, value.unit)
     except DataError as error:
         limits = Limits.between(None, None, value.unit)
-        # Where there is no result, that is the reason, and not what its limits lack.
+        # Without a result, that is the reason, not the missing limits.
         no_limits = "" if estimate is None else _sentence(error.message)
     problem = details.objection(limit.measurand) if details else _objection(limit, evidence)
     problem = problem or value.problem or evidence.problem(limit, value.coordinates) or no_limits
