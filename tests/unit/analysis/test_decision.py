@@ -49,7 +49,7 @@ def decide(acceptance, results):
     return deciding.decide(acceptance, AppliedRule.of(acceptance, REGISTRY), results)
 
 
-def found_at(value, u, raw, hz=None):
+def result_at(value, u, raw, hz=None):
     place = {} if hz is None else {"frequency": CoordinateValue(hz, "Hz")}
     return MeasurementResult(
         of=TORQUE, estimate=Estimate(value, u), coordinates=place, uncorrected=raw
@@ -65,8 +65,8 @@ def evidence(mean=0.5, *, u=0.05, problem="", points=None, loads=(1000.0,), kind
     )
     return Evidence(
         details={"torque": torque},
-        means=() if mean is None else (found_at(mean, u, raw),),
-        results=tuple(found_at(value, u, raw, hz) for hz, value in (points or {}).items()),
+        means=() if mean is None else (result_at(mean, u, raw),),
+        results=tuple(result_at(value, u, raw, hz) for hz, value in (points or {}).items()),
         problems={"torque": problem},
     )
 

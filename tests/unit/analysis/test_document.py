@@ -134,14 +134,14 @@ def test_infinite_degrees_of_freedom_are_a_word(content):
 def test_numbers_of_numpy_are_numbers(result):
     """As an analysis counts readings, or compares arrays: a run could not be sealed."""
     line = Component("x", np.float64(0.1), np.int64(9), "t", common=np.bool_(1))
-    found = MeasurementResult(
+    drop = MeasurementResult(
         of=ResultDefinition(name="drop", unit="mV"),
         estimate=Estimate(np.float32(0.5), np.float64(0.1), np.int64(9), "mV"),
         components=(line,),
         readings=np.int64(2),
     )
     table = Table(of="drop", title="T", columns=("n", "x"), rows=((np.int64(3), np.float32(0.5)),))
-    content = document(replace(result, results=(found,), details=(), tables=(table,)))
+    content = document(replace(result, results=(drop,), details=(), tables=(table,)))
     text = json.dumps({key: content[key] for key in ("results", "tables")}, allow_nan=False)
     assert json.loads(text)["results"][0]["readings"] == 2
     assert json.loads(text)["tables"][0]["rows"] == [[3, 0.5]]

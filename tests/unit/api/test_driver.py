@@ -325,16 +325,16 @@ def test_ctrl_c_while_one_drive_is_made_safe_is_raised_once_all_had_their_turn()
     assert device.stands["speed"] == 0.0
 
 
-@pytest.mark.parametrize("made", [ChannelInfo, DriveInfo])
-def test_records_of_the_class_that_lack_a_comma_are_refused(made):
-    what = "channels" if made is ChannelInfo else "drives"
-    bounds = () if made is ChannelInfo else (0.0, 1000.0)
+@pytest.mark.parametrize("kind", [ChannelInfo, DriveInfo])
+def test_records_of_the_class_that_lack_a_comma_are_refused(kind):
+    what = "channels" if kind is ChannelInfo else "drives"
+    bounds = () if kind is ChannelInfo else (0.0, 1000.0)
 
     class Careless(Driver):
         pass
 
-    setattr(Careless, what, made("load", "N", "Load", *bounds))
-    with pytest.raises(PluginError, match=f"^{what} is one {made.__name__}, expected a tuple"):
+    setattr(Careless, what, kind("load", "N", "Load", *bounds))
+    with pytest.raises(PluginError, match=f"^{what} is one {kind.__name__}, expected a tuple"):
         Careless(DeviceContext("press", SimulatedClock(), Path()))
 
 

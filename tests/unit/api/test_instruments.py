@@ -47,9 +47,9 @@ def test_points_give_the_limit_of_error_where_no_accuracy_is_stated():
     assert instrument.half_width("overall") == pytest.approx(0.03 + 0.01, rel=1e-12)
     assert instrument.points[2].standard_uncertainty == pytest.approx(0.010, rel=1e-12)
     assert instrument.calibrated_range == (-10.0, 10.0)
-    both = Instrument.model_validate(TORQUE | {"points": POINTS, "accuracy": SPLIT})
-    assert both.half_width("gain") == pytest.approx(0.003)
-    assert both.half_width("overall") == 0
+    instrument = Instrument.model_validate(TORQUE | {"points": POINTS, "accuracy": SPLIT})
+    assert instrument.half_width("gain") == pytest.approx(0.003)
+    assert instrument.half_width("overall") == 0
 
 
 @pytest.mark.parametrize(

@@ -117,7 +117,7 @@ def test_an_order_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("body", "told"),
+    ("body", "content"),
     [
         (TakeControl, {"name": f"Ann{RLO}"}),
         (BecauseOf, {"reason": f"no {RLO}"}),
@@ -126,9 +126,9 @@ def test_an_order_is_refused(tmp_path):
         (StartRun, {"procedure": "p", "station": "s", "inputs": {"specimen": f"SN{RLO}"}}),
     ],
 )
-def test_the_panel_refuses_it(body, told):
+def test_the_panel_refuses_it(body, content):
     with pytest.raises(ValidationError, match=r"U\+202E"):
-        body.model_validate_json(json.dumps(told))
+        body.model_validate_json(json.dumps(content))
 
 
 @pytest.mark.parametrize("option", ["--operator", "--set", "--reason"])
