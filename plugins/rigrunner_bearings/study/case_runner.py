@@ -55,14 +55,10 @@ class CaseRunner:
         keys = [json.dumps(asdict(case), sort_keys=True) for case in cases]
         findings: dict[str, Finding] = {}
         # A finding depends on more than its case: other software has other findings.
-        opened: AbstractContextManager[Journal | None] = (
-            nullcontext()
-            if self.journal_path is None
-            else journal(
-                self.journal_path,
-                {"study": study, **software(tools().registry), "code": code_digest()},
-            )
-        )
+        opened: AbstractContextManager[Journal | None] = nullcontext()
+        if self.journal_path is not None:
+            header = {"study": study, **software(tools().registry), "code": code_digest()}
+            opened = journal(self.journal_path, header)
         with opened as stored:
             if stored is not None:
                 findings |= {key: parse(stored[key]) for key in keys if key in stored}

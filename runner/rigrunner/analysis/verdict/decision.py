@@ -28,10 +28,8 @@ def decide(acceptance: Acceptance, rule: AppliedRule, evidence: Evidence) -> Dec
     names = list(dict.fromkeys(limit.of for limit in acceptance.limits))
     parts: list[tuple[int, int, LimitDecision]] = []
     for limit in acceptance.limits:
-        decisions = [
-            (value.order, _limit_decision(limit, rule, evidence, value))
-            for value in limited_values(limit, evidence)
-        ]
+        values = limited_values(limit, evidence)
+        decisions = [(v.order, _limit_decision(limit, rule, evidence, v)) for v in values]
         if limit.worst:
             part = min((part for _, part in decisions), key=lambda decision: decision.badness)
             place = ", ".join(f"{name} = {value}" for name, value in part.coordinates.items())
@@ -63,9 +61,7 @@ def _limit_decision(
     problem = problem or value.problem or evidence.problem(limit, value.coordinates) or no_limits
     impossible = _impossible(details, limits, estimate)
     verdict, reason = _verdict(limits, rule, estimate, problem or impossible)
-    usable = None
-    if estimate is not None and _uncertainty_is_known(estimate) and not no_limits:
-        usable = estimate
+    usable = estimate if estimate and _uncertainty_is_known(estimate) and not no_limits else None
     # A problem puts the value in doubt, so no probability is stated. Guard band and risks stay:
     # they depend on the uncertainty alone.
     valid = None if problem else usable
