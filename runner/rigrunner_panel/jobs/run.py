@@ -58,7 +58,7 @@ def _done(job: Job, link: Link) -> FinishedRun:
         overrides=overrides,
         pauses=screen.pauses,
         person=screen.person,
-        told=entry.told() if entry else (),
+        before=entry.told() if entry else (),
         progress=screen.progress,
     )
 

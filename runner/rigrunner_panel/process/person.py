@@ -111,7 +111,7 @@ class PanelPauses:
         """Return who requests a pause."""
         return self._link.commands.pause_wanted
 
-    def told(self) -> Iterable[Interference]:
+    def new_actions(self) -> Iterable[Interference]:
         """Return what else people did."""
         return self._link.commands.records()
 

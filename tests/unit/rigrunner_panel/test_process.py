@@ -158,7 +158,7 @@ def test_a_decision_that_came_with_the_pause_is_taken_at_once_if_it_can_be(ends,
     wait_for(pauses.wanted)
     ends.panel.send(PutOnRecord(Interference("take over", BY)))
     wait_for(lambda: not commands._records.empty())
-    assert list(pauses.told()) == [Interference("take over", BY)]
+    assert list(pauses.new_actions()) == [Interference("take over", BY)]
     later = threading.Timer(0.2, lambda: ends.panel.send(Decide(Decision(Choice.RESUME, BY))))
     later.start()
     assert pauses.decide(PAUSED, lambda: None).choice is Choice.RESUME
