@@ -1,4 +1,4 @@
-"""What no run can wait for is refused with its place, be it written or computed."""
+"""Absurd times, frequencies and counts are refused with their place, written or computed."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def planned(text, station=STATION):
 
 @pytest.mark.parametrize("time", TIMES)
 @pytest.mark.parametrize("step", STEPS)
-def test_a_time_that_nobody_means_is_refused_wherever_it_stands(step, time):
+def test_absurd_time_in_any_step_is_refused(step, time):
     text = edited(PROCEDURE, (FIRST, f"{FIRST}  - {step.format(time)}\n"))
     (problem,) = problems_of(parse_procedure, text, "p.yaml")
     assert str(problem.location) == f"p.yaml:{place_of(text, time)}"
@@ -40,20 +40,20 @@ def test_a_time_that_nobody_means_is_refused_wherever_it_stands(step, time):
 
 
 @pytest.mark.parametrize("what", ["connect", "answer"])
-def test_a_station_does_not_wait_for_ever(what):
+def test_absurd_patience_of_a_station_is_refused(what):
     station = edited(STATION, ("instruments:", PATIENCE.format(what)))
     (problem,) = problems_of(parse_station, station, "s.yaml")
     assert "'1e300 s' is too large" in problem.message
 
 
 @pytest.mark.parametrize("quantity", ["1e300 Hz", "1e30 kHz"])
-def test_a_frequency_that_nobody_means_is_refused(quantity):
+def test_absurd_frequency_is_refused(quantity):
     text = edited(PROCEDURE, ("[2 Hz, 10 Hz]", f"[2 Hz, {quantity}]"))
     assert any("is too large" in problem.message for problem in problems_of(planned, text))
 
 
 @pytest.mark.parametrize(("cycles", "step"), [("{cycles: 5}", "settle"), ("cycles: 30", "record")])
-def test_cycles_so_slow_that_they_take_years_are_refused(cycles, step):
+def test_cycles_that_take_years_are_refused(cycles, step):
     text = edited(PROCEDURE, ("[2 Hz, 10 Hz]", "[1e-300 Hz]"))
     assert cycles in text
     problems = [problem for problem in problems_of(planned, text) if problem.field.endswith(step)]
@@ -69,7 +69,7 @@ def test_repetitions_that_take_years_are_refused_once():
 
 
 @pytest.mark.parametrize("count", ["1000000001", "100000000000000000000"])
-def test_counts_that_nobody_means_are_refused(count):
+def test_absurd_counts_are_refused(count):
     for old, new in (("{cycles: 5}", f"{{cycles: {count}}}"), ("cycles: 30", f"cycles: {count}")):
         (problem,) = problems_of(parse_procedure, edited(PROCEDURE, (old, new)), "p.yaml")
         assert "1000000" in problem.message

@@ -30,7 +30,7 @@ def coordinates(steps):
             if step.path.startswith("main[2]")]  # fmt: skip
 
 
-def test_six_blocks_are_six_different_things():
+def test_repeated_blocks_get_distinct_coordinates_and_names():
     plan = plan_of(with_steps(
         f"repeat: {{times: 6, as: block, label: {{phase: wear}}, steps: [{{{RECORD}}}]}}"
     ))  # fmt: skip
@@ -42,7 +42,7 @@ def test_six_blocks_are_six_different_things():
     ]  # fmt: skip
 
 
-def test_labels_are_inherited_and_end_with_their_step():
+def test_labels_apply_to_inner_steps_only():
     inner = "group: {label: {part: x}, steps: [{wait: {time: 1 s, label: {dwell: 2 min}}}]}"
     steps = f"group: {{label: {{phase: wear}}, steps: [{{{inner}}}, {{wait: {{time: 1 s}}}}]}}"
     assert coordinates(steps) == [
@@ -51,7 +51,7 @@ def test_labels_are_inherited_and_end_with_their_step():
     ]
 
 
-def test_set_and_sweep_take_labels_beside_their_own_keys():
+def test_set_and_sweep_accept_labels():
     over = "over: [1 N, 2 N], label: {stroke: up}, steps: [{note: {text: here}}]"
     assert [labels for labels, _ in coordinates(f"sweep: {{set: tester.load, {over}}}")] == [
         {"stroke": "up"}
@@ -89,7 +89,7 @@ CASES = [
 
 
 @pytest.mark.parametrize(("step", "finger", "field", "message", "hint"), CASES)
-def test_a_name_means_one_thing(step, finger, field, message, hint):
+def test_conflicting_label_names_are_refused(step, finger, field, message, hint):
     text = with_steps(step)
     problem = only_problem(lambda: plan_of(text))
     assert problem.location.line == text[: text.index(finger)].count("\n") + 1
@@ -106,7 +106,7 @@ def test_a_name_means_one_thing(step, finger, field, message, hint):
         ("{utc: x}", "tables have a column 'utc' already"),
     ],
 )
-def test_a_label_that_hides_a_set_point_is_refused_with_its_line(label, message):
+def test_invalid_label_is_refused_with_its_line(label, message):
     text = with_steps(f"wait: {{time: 1 s, label: {label}}}")
     problem = only_problem(lambda: parse_procedure(text, "p.yaml"))
     assert problem.location.line == text[: text.index("time: 1 s, label")].count("\n") + 1

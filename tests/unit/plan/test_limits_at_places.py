@@ -1,4 +1,4 @@
-"""Limits that cannot be held against their results are refused by `check`, with their line."""
+"""Limits that do not match their results are refused by `check`, with their line."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ TABLE = (
 
 @pytest.mark.parametrize("limit", [LINE, TABLE, "{where}: {at}\n      max: 101 Ω".format(
     where="where", at="{bench.temperature: 32 °F}")])  # fmt: skip
-def test_a_limit_that_fits_is_accepted(checked, limit):
+def test_matching_limit_is_accepted(checked, limit):
     done = checked(PROCEDURE.replace("LIMIT", limit))
     assert done.code == 0, done.err
 
@@ -56,7 +56,7 @@ def test_a_limit_that_fits_is_accepted(checked, limit):
         (LINE + "\n      min: 120 Ω", "p.yaml:16:12", "the lower limit, 120 Ω, is not below the"),
     ],
 )  # fmt: skip
-def test_one_that_cannot_be_held_against_its_result_is_refused(checked, limit, place, words):
+def test_limit_that_does_not_match_its_result_is_refused(checked, limit, place, words):
     done = checked(PROCEDURE.replace("LIMIT", limit))
     assert done.code == 3
     assert words in done.err

@@ -104,7 +104,7 @@ def test_times_count_cycles_and_the_rates_of_drives():
     assert plan.estimated_s == pytest.approx(load_s + zero_s + frequency_s + cycles_s)
 
 
-def test_rpm_and_times_serve_as_well():
+def test_rpm_and_times_are_converted():
     steps = plan_of(
         ("[2 Hz, 10 Hz]", "[120 rpm]"),
         ("settle: {cycles: 5}", "settle: {time: 3 s}"),
@@ -131,7 +131,7 @@ def test_names_of_recordings_sort_in_order():
     assert len(records) == 1200
 
 
-def test_sweeps_nest():
+def test_nested_sweeps():
     nested = (
         "sweep: {set: tester.load, over: [10 N, 20 N], steps:"
         " [record: {channels: [tester.angle, tester.torque], cycles: 4}]}"
@@ -160,7 +160,7 @@ def test_a_recording_without_motion():
     assert step.text == "Record torque of tester, for a time (2 s)"
 
 
-def test_cycles_are_counted_by_the_recorded_device_s_own_drive():
+def test_cycles_follow_the_drive_of_the_recorded_device():
     shaker = Streamer(
         LOGGER.channels, (DriveInfo("speed", "Hz", "", 0.0, 50.0, sets_cycle_frequency=True),)
     )
@@ -193,8 +193,8 @@ def test_the_text_of_a_plan_is_json():
 
 
 @pytest.mark.parametrize("piece", [1, 5, 13, 1000])
-def test_the_text_of_a_plan_is_that_of_all_its_steps_at_once(monkeypatch, piece):
-    """Resuming compares it with the stored one, which may have been written otherwise."""
+def test_plan_text_does_not_depend_on_piece_size(monkeypatch, piece):
+    """Resuming compares it with the stored text, which may have been written in other pieces."""
     monkeypatch.setattr(making, "_PIECE", piece)
     steps = plan_of().steps
     listed = [
@@ -221,7 +221,7 @@ teardown:
 """
 
 
-def test_what_a_repeated_step_has_each_time_is_held_once_and_what_changes_is_kept():
+def test_repeated_steps_share_equal_values():
     steps = plan_of(("teardown:\n", REPEATED)).steps
     measured = [step for step in steps if isinstance(step.action, Measure)]
     first, second, third = measured[::2]
@@ -246,7 +246,7 @@ teardown:
 """
 
 
-def test_a_sweep_within_a_loop_has_what_it_sets_once_and_each_pass_its_place():
+def test_sweep_in_a_loop_shares_actions_but_not_paths():
     all_steps = plan_of(("teardown:\n", SWEPT)).steps
     steps = [step for step in all_steps if ".repeat" in step.path]
     assert [step.path.partition(".")[2] for step in steps] == [

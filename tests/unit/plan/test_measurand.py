@@ -28,7 +28,7 @@ def checked(text):
          "a procedure has only one"),
     ],
 )  # fmt: skip
-def test_an_analysis_of_the_measurand_needs_it(case):
+def test_torque_analysis_needs_a_matching_measurand(case):
     old, new, finger, field, message, hint = case
     text = edited(PROCEDURE, (old, new))
     problem = only_problem(checked, text)
@@ -38,11 +38,11 @@ def test_an_analysis_of_the_measurand_needs_it(case):
     assert str(problem.location).startswith(f"p.yaml:{line}:")
 
 
-def test_a_measurand_without_a_unit_is_enough():
+def test_measurand_unit_is_optional():
     checked(edited(PROCEDURE, (", unit: N·m}", "}")))
 
 
-def test_without_such_an_analysis_any_unit_will_do():
+def test_any_unit_is_accepted_without_a_torque_analysis():
     begin = PROCEDURE.index("analysis:\n")
     end = PROCEDURE.index("acceptance:\n")
     text = edited(PROCEDURE[:begin] + PROCEDURE[end:], ("unit: N·m}", "unit: N}"))

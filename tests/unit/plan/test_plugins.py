@@ -1,4 +1,4 @@
-"""The plugins that files name: there, and content with their settings."""
+"""The plugins that files name exist and accept their settings."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def checked(text, station=STATION):
     check_plugins(parse_procedure(text, "p.yaml"), parse_station(station, "s.yaml"), Lookup())
 
 
-def test_what_is_right_passes():
+def test_valid_procedure_passes():
     checked(PROCEDURE)
 
 
@@ -63,7 +63,7 @@ def test_what_is_right_passes():
          "acceptance.rule.guard_band_fraction.fraction", "got 9, expected 5.0 or less"),
     ],
 )  # fmt: skip
-def test_a_plugin_of_the_procedure(old, new, finger, field, message):
+def test_wrong_plugin_or_setting_in_a_procedure_is_refused(old, new, finger, field, message):
     text = edited(PROCEDURE, (old, new))
     problem = only_problem(checked, text)
 
@@ -85,7 +85,7 @@ def test_a_plugin_of_the_procedure(old, new, finger, field, message):
          "the key 'gain' is missing"),
     ],
 )  # fmt: skip
-def test_a_device_of_the_station(old, new, finger, field, message):
+def test_wrong_device_or_setting_in_a_station_is_refused(old, new, finger, field, message):
     station = edited(STATION, (old, new))
     problem = only_problem(checked, PROCEDURE, station)
 
@@ -108,7 +108,7 @@ def test_a_device_of_the_station(old, new, finger, field, message):
         ("kg·m²", "kg·m", "0.00233", "rig.inertia", "is a quantity in kg·m", "kg·m²"),
     ],
 )  # fmt: skip
-def test_a_key_of_the_rig(case):
+def test_wrong_rig_key_is_refused(case):
     old, new, finger, field, message, hint = case
     station = edited(STATION, (old, new))
     problem = only_problem(checked, PROCEDURE, station)
@@ -125,7 +125,7 @@ class Oven(Settings):
 
 
 class OvenLookup(Lookup):
-    """Plugins of two domains, of which one compensation and one fit say what they know of a rig."""
+    """Plugins of two domains, of which one compensation and one fit declare keys of a rig."""
 
     def rig_model(self):
         return create_model("Rig", __base__=(Oven, Drive))
@@ -134,12 +134,12 @@ class OvenLookup(Lookup):
         return Oven if name == "inertia" else super().rig_of(kind, name)
 
 
-def test_a_key_that_no_used_plugin_needs_may_be_missing():
+def test_rig_key_of_an_unused_plugin_is_optional():
     text = edited(PROCEDURE, ("        - inertia\n", ""))
     check_plugins(parse_procedure(text, "p.yaml"), parse_station(STATION, "s.yaml"), OvenLookup())
 
 
-def test_a_key_that_a_used_plugin_needs_is_missing():
+def test_rig_key_of_a_used_plugin_is_required():
     problem = only_problem(
         check_plugins, parse_procedure(PROCEDURE, "p.yaml"), parse_station(STATION, "s.yaml"),
         OvenLookup(),
@@ -150,7 +150,7 @@ def test_a_key_that_a_used_plugin_needs_is_missing():
     assert str(problem.location) == f"s.yaml:{place_of(STATION, 'rig:')}"
 
 
-def test_a_key_that_a_wrapped_device_needs_is_missing():
+def test_rig_key_of_a_wrapped_device_is_required():
     class OfFake(OvenLookup):
         def rig_of(self, kind, name):
             return Oven if (kind, name) == ("device", "fake") else None
@@ -172,7 +172,7 @@ def test_a_key_that_a_wrapped_device_needs_is_missing():
     assert problem.hint == f"the device 'fake' needs it (s.yaml:{place_of(station, 'fake,')})"
 
 
-def test_a_reference_in_settings_keeps_both_places():
+def test_problem_in_a_referenced_setting_names_both_places():
     text = edited(PROCEDURE, ("degree: 2", "degree: $load"))
     problem = only_problem(checked, text)
 
@@ -181,7 +181,7 @@ def test_a_reference_in_settings_keeps_both_places():
     assert problem.hint == f"it is written at p.yaml:{place_of(text, '1000 N')}"
 
 
-def test_all_problems_of_both_files_come_at_once():
+def test_problems_of_both_files_are_reported_together():
     text = edited(PROCEDURE, ("alpha: 0.05", "alpha: low"), ("degree: 2", "degree: x"))
     station = edited(STATION, ("gain: 1 N·m", "gain: 1"))
 

@@ -1,4 +1,4 @@
-"""Readings of any quantity to be expected, against the full scale of their instruments."""
+"""Expected readings of any quantity, compared with the full scale of their instruments."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def predicted(expected, **entry):
         ({"points": [{"applied": "25 kN", "indicated": "25 kN", "U": "0.1 kN"}]}, "kN"),
     ],
 )
-def test_a_force_in_the_unit_of_its_full_scale(entry, unit):
+def test_expected_force_is_given_in_the_unit_of_its_full_scale(entry, unit):
     (force,) = predicted([(-30e3, 10e3)], measures="force", **entry).readings
 
     scale = {"kN": 1, "N": 1000}[unit]
@@ -55,9 +55,9 @@ def test_an_instrument_is_overloaded_above_its_full_scale():
         {"measures": "length", "range": {"min": "-5 mm", "max": "0 mm"}},
     ],
 )
-def test_a_share_that_would_mean_nothing_is_left_out(entry):
+def test_reading_without_a_meaningful_share_is_omitted(entry):
     assert predicted([(0.0, 300.0)], **entry).readings == ()
 
 
-def test_a_channel_without_an_instrument_is_left_out():
+def test_channel_without_an_instrument_is_omitted():
     assert predict(plan_of(), [reading(0.0, 1.0)], {}).readings == ()

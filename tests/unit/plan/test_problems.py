@@ -1,4 +1,4 @@
-"""What keeps a procedure from running on a station: all of it at once, each with its place."""
+"""Problems that keep a procedure from running on a station: reported together, with places."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def planned(text, *, station=STATION, devices=DEVICES):
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case[1][:30])
-def test_what_does_not_fit(case):
+def test_mismatch_with_the_station_is_refused(case):
     old, new, finger, field, message, hint = case
     text = edited(PROCEDURE, (old, new))
     problem = only_problem(planned, text)
@@ -93,7 +93,7 @@ def test_cycles_need_a_frequency():
     assert str(record.location) == f"p.yaml:{place_of(text, '30}')}"
 
 
-def test_a_role_that_the_station_does_not_fill_is_told_once():
+def test_missing_role_is_reported_once():
     text = PROCEDURE.replace("tester", "rig")
     text = text.replace("swing_rig", "swing_tester")
     problem = only_problem(planned, text)
@@ -103,7 +103,7 @@ def test_a_role_that_the_station_does_not_fill_is_told_once():
     assert problem.hint == "roles: tester"
 
 
-def test_of_a_device_of_another_type_only_its_type_is_said():
+def test_device_of_another_type_is_the_only_problem_reported():
     """A step that this device cannot do says nothing about the procedure."""
     text = edited(
         PROCEDURE, ("tester: swing_tester", "tester: press"), ("tester.angle,", "tester.force,")
@@ -113,7 +113,7 @@ def test_of_a_device_of_another_type_only_its_type_is_said():
     assert problem.message == "a press is needed, station 'bench-1' has a swing_tester"
 
 
-def test_channels_of_two_devices_have_two_clocks():
+def test_recording_channels_of_two_devices_is_refused():
     text = edited(PROCEDURE, (ROLES, MORE_ROLES), ("tester.angle,", "logger.torque,"))
     station = edited(STATION, ("instruments:\n", MORE_DEVICES))
     problem = only_problem(lambda: planned(text, station=station))
@@ -133,14 +133,14 @@ def test_a_device_that_cannot_record_is_named():
 
 
 def test_cycles_need_a_drive_that_sets_their_frequency():
-    still = Streamer(TESTER.channels, TESTER.drives[:1])
+    plain_tester = Streamer(TESTER.channels, TESTER.drives[:1])
     text = PROCEDURE.replace("tester.frequency: 0 Hz", "tester.load: 1 N")
     text = edited(
         text.replace("set: {tester.load: 0 N, tester.load: 1 N}", "set: {tester.load: 0 N}"),
         ("set: tester.frequency", "set: tester.load"),
         ("[2 Hz, 10 Hz]", "[2 N]"),
     )
-    problems = problems_of(lambda: planned(text, devices={"tester": still}))
+    problems = problems_of(lambda: planned(text, devices={"tester": plain_tester}))
 
     assert {p.message for p in problems} >= {
         "no device here has a drive that sets a cycle frequency"
@@ -160,7 +160,7 @@ def test_two_cyclic_drives_make_cycles_ambiguous_where_no_role_decides():
     assert problem.hint == "give a time"
 
 
-def test_a_unit_that_nobody_knows_is_the_plugin_authors_fault():
+def test_unknown_unit_is_attributed_to_the_plugin_author():
     odd = Streamer((ChannelInfo("angle", "gon", ""), *TESTER.channels[1:]), TESTER.drives)
     problem = problems_of(lambda: planned(PROCEDURE, devices={"tester": odd}))[0]
 
@@ -168,7 +168,7 @@ def test_a_unit_that_nobody_knows_is_the_plugin_authors_fault():
     assert "author of the device's plugin" in problem.hint
 
 
-def test_endless_sweeps_are_refused_before_they_are_written_out():
+def test_too_many_actions_are_refused_before_expansion():
     values = ", ".join(["1 Hz"] * 400)
     nested = f"sweep: {{set: tester.frequency, over: [{values}], steps: [settle: {{time: 1 s}}]}}"
     text = edited(PROCEDURE, ("settle: {cycles: 5}", nested), ("[2 Hz, 10 Hz]", f"[{values}]"))
@@ -177,7 +177,7 @@ def test_endless_sweeps_are_refused_before_they_are_written_out():
     assert problem.message == "the procedure has 320,807 actions, more than 100,000"
 
 
-def test_all_problems_are_told_at_once_and_each_once():
+def test_all_problems_are_reported_together_and_once():
     text = edited(
         PROCEDURE,
         ("{tester.load: $load}", "{tester.load: 9 kN}"),
@@ -193,7 +193,7 @@ def test_all_problems_are_told_at_once_and_each_once():
     ]
 
 
-def test_cycles_need_a_frequency_that_was_set_and_not_only_one_that_could_be():
+def test_cycles_need_a_frequency_that_was_set_before():
     text = edited(PROCEDURE, ("tester.frequency: 0 Hz}\n  - zero", "tester.load: 0 N}\n  - zero"),
                   ("{tester.load: 0 N, tester.load: 0 N}", "{tester.load: 0 N}"),
                   ("  - sweep:", "  - settle: {cycles: 5}\n  - sweep:"))  # fmt: skip

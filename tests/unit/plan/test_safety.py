@@ -1,4 +1,4 @@
-"""What the station says of safety: about devices, drives and channels that are there."""
+"""The safety section of a station refers to devices, drives and channels that exist."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from rigrunner.plan import make_plan
 from rigrunner.procedure import parse_procedure
 from rigrunner.station import parse_station
 
-# what stands under `safety:`, where the finger points, field, message, hint
+# the content of `safety:`, where the finger points, field, message, hint
 CASES = [
     ("order: [testre.load]", "testre", "safety.order[0]", "there is no device in the role 'testre'",
      "did you mean 'tester'?"),
@@ -40,7 +40,7 @@ def planned(station: str, procedure: str = PROCEDURE):
 
 
 @pytest.mark.parametrize(("safety", "pointed", "field", "message", "hint"), CASES)
-def test_what_does_not_fit_the_devices_is_told_with_its_place(
+def test_unknown_device_or_drive_in_order_is_refused_with_its_place(
     safety, pointed, field, message, hint
 ):
     station = with_safety(safety)
@@ -54,13 +54,13 @@ def test_drives_and_devices_may_be_ordered():
     assert planned(with_safety("order: [tester.frequency, tester]")).steps
 
 
-def test_patience_is_a_positive_time():
+def test_patience_must_be_positive():
     problem = only_problem(parse_station, with_safety("patience: {answer: 0 s}"), "s.yaml")
     assert problem.field == "safety.patience.answer"
     assert problem.message == "got '0 s', expected more than 0"
 
 
-def test_a_place_in_the_order_is_a_role_or_a_drive():
+def test_order_entry_must_be_a_role_or_a_drive():
     problem = only_problem(parse_station, with_safety("order: [all of it]"), "s.yaml")
     assert "'all of it' is neither a role nor role.drive" in problem.message
 
@@ -84,7 +84,7 @@ LIMITS = [
 
 
 @pytest.mark.parametrize(("safety", "pointed", "field", "message", "hint"), LIMITS)
-def test_the_stations_limits_hold_in_the_plan(safety, pointed, field, message, hint):
+def test_plan_respects_the_station_limits(safety, pointed, field, message, hint):
     station = with_safety(safety)
     if pointed is None:
         assert planned(station).steps
@@ -99,8 +99,8 @@ def test_the_stations_limits_hold_in_the_plan(safety, pointed, field, message, h
     assert problem.location.line == int(place_of(procedure, pointed).split(":")[0])
 
 
-def test_a_drive_that_could_not_be_set_is_no_reason_against_another_one():
-    """Where the load stands is not known: only its own mistake is a problem."""
+def test_invalid_set_point_causes_no_combination_problem():
+    """The load is not known there: only its own mistake is reported."""
     old, new = "main:\n  - set: {tester.load: $load}\n", "main:\n  - set: {tester.load: 5 Hz}\n"
     loaded = ("load: 0 N, tester.frequency: 0 Hz}", "load: 1 kN, tester.frequency: 0 Hz}")
     procedure = edited(PROCEDURE, (old, new), loaded)
@@ -137,12 +137,12 @@ MISFITS = [
 
 
 @pytest.mark.parametrize(("safety", "field", "message"), MISFITS)
-def test_limits_and_interlocks_that_fit_nothing_are_told(safety, field, message):
+def test_unmatched_limits_and_interlocks_are_refused(safety, field, message):
     problem = only_problem(planned, with_safety(safety))
     assert (problem.field, problem.message) == (field, message)
 
 
-def test_all_limits_of_a_drive_that_do_not_fit_are_told_at_once():
+def test_all_wrong_limits_of_a_drive_are_reported_together():
     station = with_safety("drives: {tester.load: {min: 1 K, max: 5 Hz, rate: 5 N}}")
     problems = problems_of(planned, station)
     at = "safety.drives.tester.load"
@@ -177,7 +177,7 @@ REFUSED = [
 
 
 @pytest.mark.parametrize(("safety", "field", "message"), REFUSED)
-def test_what_contradicts_itself_is_refused(safety, field, message):
+def test_contradictory_safety_entry_is_refused(safety, field, message):
     problem = only_problem(parse_station, with_safety(safety), "s.yaml")
     assert problem.field == field
     assert message in problem.message
@@ -193,12 +193,12 @@ def test_interlocks_come_from_station_and_procedure_in_si_units():
     assert (hot.maximum, hot.debounce_s, hot.does) == (2000.0, 0.05, "abort")
     assert hot.condition == "above 2 kN"
     assert (cold.member, cold.minimum, cold.does) == ("tester.torque", -5.0, "pause")
-    # what it does not say: at once, looked at ten times a second, until it has cleared
+    # defaults: no debounce, read ten times a second, not latched
     assert (cold.debounce_s, cold.every_s, cold.hysteresis) == (0.0, 0.1, 0.0)
     assert (cold.latched, cold.overridable) == (False, False)
 
 
-def test_points_and_what_cannot_be_repeated_are_in_the_plan():
+def test_plan_has_points_and_unrepeatable_steps():
     procedure = edited(PROCEDURE, ("cycles: 30}", "cycles: 30, repeatable: no}"))
     records = [step for step in planned(STATION, procedure).steps if "record" in step.path]
     assert [record.terms.repeatable for record in records] == [False, False]
@@ -207,14 +207,14 @@ def test_points_and_what_cannot_be_repeated_are_in_the_plan():
     ]  # fmt: skip
 
 
-def test_a_step_that_is_tried_again_must_be_repeatable():
+def test_step_with_retries_must_be_repeatable():
     text = edited(PROCEDURE, ("cycles: 30}", "cycles: 30, repeatable: no, retries: 1}"))
     problem = only_problem(parse_procedure, text, "p.yaml")
     assert problem.field == "main[1].sweep.steps[1].record.retries"
     assert problem.message == "the step has retries, but is not repeatable"
 
 
-def test_a_hysteresis_of_a_power_level_is_a_level():
+def test_hysteresis_of_a_power_level_is_in_db():
     meter = Streamer((ChannelInfo("power", "dBm", "power"),), ())
     rule = "interlocks: [{name: x, channel: meter.power, above: 3 dBm, hysteresis: 1 dB}]"
     loaded = parse_station(with_safety(rule), "s.yaml")
@@ -223,7 +223,7 @@ def test_a_hysteresis_of_a_power_level_is_a_level():
     assert (interlock.maximum, interlock.hysteresis) == (3.0, 1.0)
 
 
-def test_an_interlock_outside_of_two_values_may_have_a_hysteresis():
+def test_outside_interlock_may_have_a_hysteresis():
     rule = "interlocks: [{name: room, channel: tester.load, outside: [5 N, 9 N], hysteresis: 1 N}]"
     (interlock,) = planned(with_safety(rule)).interlocks
     assert (interlock.minimum, interlock.maximum, interlock.hysteresis) == (5.0, 9.0, 1.0)
@@ -241,6 +241,6 @@ def test_an_interlock_outside_of_two_values_may_have_a_hysteresis():
         ("above: 60 N, hysteresis: 1 N", "above 60 N"),
     ],
 )
-def test_an_interlock_says_what_trips_it(rule, words):
+def test_interlock_states_its_condition(rule, words):
     station = with_safety(f"interlocks: [{{name: hot, channel: tester.load, {rule}}}]")
     assert [interlock.condition for interlock in planned(station).interlocks] == [words]

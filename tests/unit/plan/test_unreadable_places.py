@@ -1,4 +1,4 @@
-"""A set-point at which a device cannot be read is found by `check`, with its line."""
+"""A set-point at which a device cannot be read is reported by `check`, with its line."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SCAN = "scan: {set: bench.temperature, over: [0 °C, 50 °C, 100 °C], channels:
 
 
 @pytest.mark.parametrize("steps", [SWEEP, SCAN])
-def test_a_set_point_without_a_row_is_a_problem(checked, steps):
+def test_set_point_without_a_row_is_refused(checked, steps):
     done = checked(PROCEDURE.replace("STEPS", steps))
     assert done.code == 3
     assert "bench cannot be read here: the table has no row for temperature" in done.err
@@ -37,11 +37,11 @@ def test_a_set_point_without_a_row_is_a_problem(checked, steps):
         "set: {bench.temperature: 50 °C}",
     ],
 )
-def test_where_it_is_read_at_its_rows_there_is_none(checked, steps):
+def test_set_points_with_rows_are_accepted(checked, steps):
     done = checked(PROCEDURE.replace("STEPS", steps))
     assert done.code == 0, done.err
 
 
-def test_where_no_temperature_was_set_it_stands_at_the_least_of_the_table(checked):
+def test_table_starts_at_its_lowest_temperature(checked):
     done = checked(PROCEDURE.replace("STEPS", "measure: {channels: [bench.resistance]}"))
     assert done.code == 0, done.err

@@ -1,4 +1,4 @@
-"""A repetition that ends by a result: what is not a number ends nothing."""
+"""A repetition that ends by a result: a value that is not finite is refused."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from rigrunner.plan.conditions import ResultReached
 
 
 @dataclass
-class Doing:
+class FakeDoing:
     value: float
     notes: tuple[str, ...] = ()
 
@@ -28,11 +28,11 @@ REACHED = ResultReached("warmest", -inf, 333.15, "above 60 °C", "°C", number=2
 
 
 @pytest.mark.parametrize("value", [nan, inf, -inf])
-def test_a_result_that_is_no_number_does_not_end_a_repetition(value):
+def test_nonfinite_result_does_not_end_a_repetition(value):
     with pytest.raises(DataError, match="'warmest' is not a finite number"):
-        REACHED.do("main[0]", Doing(value))
+        REACHED.do("main[0]", FakeDoing(value))
 
 
 @pytest.mark.parametrize(("celsius", "ends"), [(59.99, False), (60.0, False), (60.01, True)])
 def test_a_result_is_compared_in_its_own_unit(celsius, ends):
-    assert REACHED.do("main[0]", Doing(celsius)).leaves is ends
+    assert REACHED.do("main[0]", FakeDoing(celsius)).leaves is ends

@@ -19,7 +19,7 @@ def limit(**changes):
     return {"of": "torque", "mean": True, "max": "1 N·m", "source": "a test"} | changes
 
 
-def each(*, where=(), **changes):
+def limit_per_frequency(*, where=(), **changes):
     places = {"where": {"frequency": list(where)}} if where else {}
     return limit(mean=False, each="frequency", **places, **changes)
 
@@ -43,7 +43,12 @@ def accept(*limits, **changes):
         ),
         ({"limits": [limit(), limit(max="2 N·m")]}, "there are two limits of torque .mean."),
         (
-            {"limits": [each(where=["5 Hz", "9 Hz"]), each(where=["9 Hz", "5 Hz"])]},
+            {
+                "limits": [
+                    limit_per_frequency(where=["5 Hz", "9 Hz"]),
+                    limit_per_frequency(where=["9 Hz", "5 Hz"]),
+                ]
+            },
             "there are two limits of torque at frequency = 5 Hz or 9 Hz",
         ),
         ({"limits": [limit(min="1 rad")]}, "min is an angle, max a torque"),
@@ -54,7 +59,7 @@ def accept(*limits, **changes):
         ({"limits": [limit()], "marginal": "1.8 °F"}, "write it in K: '1 K'"),
     ],
 )
-def test_what_does_not_fit_together_is_refused(content, words):
+def test_contradictory_acceptance_is_refused(content, words):
     with pytest.raises(ValidationError, match=words):
         Acceptance.model_validate(content)
 
@@ -71,19 +76,25 @@ torques = st.floats(1e-6, 1e3).map(lambda value: f"{value!r} N·m")
         ["simple", "guard_band_u", "guard_band_fraction", {"lab_s_own": {"share": 0.5}}]
     ),
 )
-def test_it_reads_back_as_it_was_written(most, marginal, frequencies, measurand, rule):
-    named = [each(where=[f"{hz} Hz"], max=most) for hz in frequencies]
-    others = {"except": {"frequency": [f"{hz} Hz" for hz in frequencies]}} if frequencies else {}
-    chosen = Acceptance.model_validate(
+def test_acceptance_round_trips_as_written(most, marginal, frequencies, measurand, rule):
+    point_limits = [limit_per_frequency(where=[f"{hz} Hz"], max=most) for hz in frequencies]
+    exclusions = (
+        {"except": {"frequency": [f"{hz} Hz" for hz in frequencies]}} if frequencies else {}
+    )
+    acceptance = Acceptance.model_validate(
         {
-            "limits": [limit(max=most, measurand=measurand), each(**others), *named],
+            "limits": [
+                limit(max=most, measurand=measurand),
+                limit_per_frequency(**exclusions),
+                *point_limits,
+            ],
             "rule": rule,
             "fraction": 0.3 if rule == "guard_band_fraction" else None,
             "marginal": marginal,
         },
         context=HARDNESS,
     )
-    assert Acceptance.model_validate(chosen.as_written(), context=HARDNESS) == chosen
+    assert Acceptance.model_validate(acceptance.as_written(), context=HARDNESS) == acceptance
 
 
 def measurand(written, context):
@@ -91,22 +102,22 @@ def measurand(written, context):
     return Acceptance.model_validate(content, context=context).limits[0].measurand
 
 
-def test_the_analysis_whose_key_it_is_reads_it():
+def test_measurand_is_read_by_the_analysis_with_its_key():
     for context in (HARDNESS, BOTH):
         assert measurand({"scale": "HRC"}, context) == LimitOfHardness(scale="HRC")
     assert measurand({"illuminant": "A"}, BOTH) == LimitOfColour(illuminant="A")
-    with pytest.raises(ValidationError, match="illuminant"):  # as the first one says
+    with pytest.raises(ValidationError, match="illuminant"):  # the message of the first analysis
         measurand({"scale": "HRA"}, BOTH)
 
 
 @pytest.mark.parametrize("content", [{"text": float("nan")}, {"text": object()}])
-def test_a_measurand_that_no_file_can_have_is_refused_before_the_run(monkeypatch, content):
+def test_measurand_without_a_json_document_is_refused(monkeypatch, content):
     monkeypatch.setattr(LimitOfHardness, "document", lambda _: content)
     with pytest.raises(PluginError, match="LimitOfHardness, gave a document that is no JSON"):
         measurand({"scale": "HRC"}, HARDNESS)
 
 
-def test_without_such_an_analysis_it_is_kept_as_it_is_written():
+def test_measurand_without_an_analysis_is_kept_as_written():
     written = {"scale": "HRC", "load": "1471 N", "drift": {"of": 3}}
     for context in (NEITHER, HARDNESS | {STORED: True}):
         unread = measurand(written, context)

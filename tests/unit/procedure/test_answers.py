@@ -1,4 +1,4 @@
-"""What counts as an answer."""
+"""Which answers are accepted."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ ANY_LOAD = Expected(unit="N")
 
 
 @pytest.mark.parametrize(
-    ("expected", "answer", "taken"),
+    ("expected", "answer", "accepted"),
     [
         (Expected(), "  SN-17 ", "SN-17"),
         (Expected(), "$5, 1e3: yes", "$5, 1e3: yes"),
@@ -35,9 +35,9 @@ ANY_LOAD = Expected(unit="N")
         (ANY_LOAD, "\N{MINUS SIGN}5 kN", "-5 kN"),
     ],
 )
-def test_an_answer_that_is_taken(expected, answer, taken):
-    assert expected.accept(answer) == taken
-    assert expected.accept(taken) == taken
+def test_valid_answer_is_accepted(expected, answer, accepted):
+    assert expected.accept(answer) == accepted
+    assert expected.accept(accepted) == accepted
 
 
 @pytest.mark.parametrize(
@@ -63,7 +63,7 @@ def test_an_answer_that_is_taken(expected, answer, taken):
         (Expected(unit="N", maximum=parse_quantity("0 N")), "1", "out of range (0 N or less)", ""),
     ],
 )  # fmt: skip
-def test_an_answer_that_is_refused_says_what_is_allowed(expected, answer, message, hint):
+def test_invalid_answer_is_refused_with_what_is_allowed(expected, answer, message, hint):
     with pytest.raises(AnswerError) as caught:
         expected.accept(answer)
     assert message in caught.value.message
@@ -79,15 +79,15 @@ def test_an_answer_that_is_refused_says_what_is_allowed(expected, answer, messag
         (ANY_LOAD, "in N"),
     ],
 )
-def test_what_is_allowed_is_told_with_the_question(expected, words):
+def test_question_states_what_is_allowed(expected, words):
     assert expected.words == words
 
 
 @settings(max_examples=examples(200), deadline=None)
 @given(st.sampled_from([SIDE, ROOM, LOAD, ANY_LOAD]), st.text(max_size=30))
-def test_any_answer_is_taken_or_refused(expected, answer):
+def test_any_answer_is_accepted_or_refused(expected, answer):
     try:
-        taken = expected.accept(answer)
+        accepted = expected.accept(answer)
     except AnswerError:
         return
-    assert expected.accept(taken) == taken
+    assert expected.accept(accepted) == accepted

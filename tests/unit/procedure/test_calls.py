@@ -1,4 +1,4 @@
-"""Procedures that call others, and pictures: found beside the caller, and nowhere else."""
+"""Procedures that call others, and pictures: looked up only beside the caller."""
 
 from __future__ import annotations
 
@@ -59,11 +59,11 @@ def files(tmp_path):
     return write
 
 
-def calling(what):
+def outer_with_call(what):
     return OUTER.replace(CALL, f"  - call: {what}\n")
 
 
-def test_a_called_procedure_has_the_given_values(files):
+def test_called_procedure_gets_the_given_values(files):
     called = load_procedure(files()).called[("main", 1)]
 
     assert called.model.id == "INNER"
@@ -71,15 +71,15 @@ def test_a_called_procedure_has_the_given_values(files):
     assert str(called.model.main[1].settings.over[0]) == "1 Hz"
 
 
-def test_lists_and_references_are_handed_on(files):
-    outer = calling("{procedure: inner.yaml, with: {load: $pull, values: [2 Hz, 3 Hz]}}")
+def test_lists_and_references_are_passed_to_a_call(files):
+    outer = outer_with_call("{procedure: inner.yaml, with: {load: $pull, values: [2 Hz, 3 Hz]}}")
     called = load_procedure(files(outer)).called[("main", 1)]
 
     assert str(called.model.main[0].settings.drives["tester.load"]) == "30 N"
-    assert [str(each) for each in called.model.main[1].settings.over] == ["2 Hz", "3 Hz"]
+    assert [str(value) for value in called.model.main[1].settings.over] == ["2 Hz", "3 Hz"]
 
 
-def test_inputs_of_both_are_asked_and_the_callers_question_goes_first(files):
+def test_inputs_are_merged_and_the_callers_question_wins(files):
     inputs = load_procedure(files()).inputs
 
     assert set(inputs) == {"specimen", "room"}
@@ -90,14 +90,19 @@ def test_calls_within_sweeps_repetitions_and_folders_below(files, tmp_path):
     (tmp_path / "below").mkdir()
     (tmp_path / "below" / "deep.yaml").write_text(INNER, encoding="utf-8")
     middle = HEAD.format(id="MIDDLE") + "main: [call: {procedure: below/deep.yaml}]\n"
-    outer = calling(
+    outer = outer_with_call(
         "{procedure: middle.yaml}\n"
         "  - repeat: {times: 2, steps: [call: {procedure: inner.yaml}]}\n"
         "  - sweep: {set: tester.load, over: [1 N], steps: [call: {procedure: inner.yaml}]}"
     )
     loaded = load_procedure(files(outer, middle=middle))
 
-    assert [each.model.id for each in loaded.all_called()] == ["MIDDLE", "INNER", "INNER", "INNER"]
+    assert [called.model.id for called in loaded.all_called()] == [
+        "MIDDLE",
+        "INNER",
+        "INNER",
+        "INNER",
+    ]
 
 
 @pytest.mark.parametrize(
@@ -129,8 +134,8 @@ def test_calls_within_sweeps_repetitions_and_folders_below(files, tmp_path):
          "add it here: 'uses: {tester: press}'"),
     ],
 )  # fmt: skip
-def test_a_call_that_leads_nowhere(files, tmp_path, call, finger, field, message, hint):  # noqa: PLR0917  (a table)
-    outer = calling(call)
+def test_invalid_call_is_refused(files, tmp_path, call, finger, field, message, hint):  # noqa: PLR0917  (a table)
+    outer = outer_with_call(call)
     press = INNER.replace("uses: {tester: swing_tester}", "uses: {press: press}")
     press = press.replace("tester.", "press.")
     secret = tmp_path.parent / f"{tmp_path.name}-outside.yaml"
@@ -147,17 +152,17 @@ def test_a_call_that_leads_nowhere(files, tmp_path, call, finger, field, message
     assert str(problem.location) == f"{path}:{place_of(outer, within[within.index(finger) :])}"
 
 
-def test_a_name_that_no_file_can_have(files):
+def test_impossible_file_name_is_refused(files):
     name = "x" * 5000
-    problem = only_problem(load_procedure, files(calling(f"{{procedure: {name}}}")))
+    problem = only_problem(load_procedure, files(outer_with_call(f"{{procedure: {name}}}")))
 
     assert "cannot be looked up" in problem.message
     assert len(str(problem)) < 400
 
 
-def test_a_circle_of_calls_is_told_with_its_way(files):
+def test_circular_calls_are_refused_with_their_path(files):
     third = HEAD.format(id="THIRD") + "main: [call: {procedure: outer.yaml}]\n"
-    path = files(calling("{procedure: third.yaml}"), third=third)
+    path = files(outer_with_call("{procedure: third.yaml}"), third=third)
     problem = only_problem(load_procedure, path)
 
     assert problem.message == (
@@ -166,13 +171,13 @@ def test_a_circle_of_calls_is_told_with_its_way(files):
     assert problem.location.file.endswith("third.yaml")
 
 
-def test_calls_that_multiply_end_in_a_message_in_time(files):
+def test_multiplying_calls_are_refused_quickly(files):
     many = "main:\n" + "  - call: {procedure: NEXT}\n" * 15
     levels = {
         f"l{n}": HEAD.format(id=f"L{n}") + many.replace("NEXT", f"l{n + 1}.yaml") for n in range(6)
     }
     levels["l6"] = INNER
-    path = files(calling("{procedure: l0.yaml}"), **levels)
+    path = files(outer_with_call("{procedure: l0.yaml}"), **levels)
     start_s = time.process_time()
     problems = problems_of(load_procedure, path)
 
@@ -180,10 +185,10 @@ def test_calls_that_multiply_end_in_a_message_in_time(files):
     assert problems[0].message.startswith(f"more than {MAX_CALLS} calls")
 
 
-def test_long_files_that_are_called_often_end_in_a_message_in_time(files):
+def test_frequent_calls_of_a_long_file_are_refused_quickly(files):
     long = INNER + "description: " + "x" * 300_000 + "\n"
     calls = "\n  - call: {procedure: inner.yaml}" * 100
-    path = files(calling("{procedure: inner.yaml}") + calls, long)
+    path = files(outer_with_call("{procedure: inner.yaml}") + calls, long)
     start_s = time.process_time()
     problems = problems_of(load_procedure, path)
 
@@ -191,8 +196,8 @@ def test_long_files_that_are_called_often_end_in_a_message_in_time(files):
     assert "1,000,000 characters" in problems[0].message
 
 
-def test_a_wrong_value_is_told_where_it_is_used_and_where_it_was_given(files):
-    outer = calling("{procedure: inner.yaml, with: {load: 20}}")
+def test_wrong_value_is_reported_where_used_and_where_given(files):
+    outer = outer_with_call("{procedure: inner.yaml, with: {load: 20}}")
     path = files(outer)
     problem = only_problem(load_procedure, path)
 
@@ -202,9 +207,9 @@ def test_a_wrong_value_is_told_where_it_is_used_and_where_it_was_given(files):
     assert f"it is written at {path}:{place_of(outer, '20}')}" in problem.hint
 
 
-def test_problems_of_all_files_come_at_once_and_each_once(files):
+def test_problems_of_all_files_are_reported_together_and_once(files):
     inner = INNER.replace("cycles: 1", "cycles: x")
-    outer = calling(
+    outer = outer_with_call(
         "{procedure: inner.yaml}\n  - call: {procedure: inner.yaml}\n  - call: {procedure: no.yaml}"
     )
     problems = problems_of(load_procedure, files(outer, inner))
@@ -216,7 +221,7 @@ def test_problems_of_all_files_come_at_once_and_each_once(files):
 
 
 @pytest.mark.parametrize("step", ["confirm: {text: Ready", "ask: {text: Side, into: side"])
-def test_a_picture_stands_beside_the_procedure(files, tmp_path, step):
+def test_picture_is_found_beside_the_procedure(files, tmp_path, step):
     outer = OUTER + f"  - {step}, picture: side.png}}\n"
     (tmp_path / "side.png").write_bytes(b"\x89PNG")
 
@@ -231,7 +236,7 @@ def test_a_picture_stands_beside_the_procedure(files, tmp_path, step):
         ("outer.yaml", "'outer.yaml' is not a picture", "allowed: .png, .jpg"),
     ],
 )
-def test_a_picture_that_cannot_be_shown(files, tmp_path, picture, message, hint):
+def test_invalid_picture_is_refused(files, tmp_path, picture, message, hint):
     (tmp_path / "side.png").write_bytes(b"\x89PNG")
     outer = OUTER + f"  - confirm: {{text: Ready, picture: {picture}}}\n"
     path = files(outer)

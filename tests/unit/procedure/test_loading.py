@@ -1,4 +1,4 @@
-"""Procedures: what ships loads, and what is in a model is what stands in the file."""
+"""Procedures: the shipped ones load, and a model has the content of its file."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ SHIPPED = Path(__file__).parents[3] / "procedures"
 
 
 @pytest.mark.parametrize("path", sorted(SHIPPED.glob("*.yaml")), ids=lambda path: path.stem)
-def test_what_ships_loads(path):
+def test_shipped_procedures_load(path):
     loaded = load_procedure(path)
 
     assert loaded.text == path.read_text(encoding="utf-8")
     assert loaded.digest == hashlib.sha256(path.read_bytes()).hexdigest()
 
 
-def test_both_shipped_sweeps_go_through_the_same_frequencies():
+def test_shipped_sweeps_have_the_same_frequencies():
     sweeps = [
         load_procedure(SHIPPED / f"{name}.yaml").model.parameters["frequencies"]
         for name in ("no_load_inertia_sweep", "starting_torque_1000n")
@@ -37,13 +37,13 @@ def test_both_shipped_sweeps_go_through_the_same_frequencies():
     assert len(sweeps[0]) == 12
 
 
-def test_a_measurand_may_be_of_any_quantity_where_no_torque_is_analysed():
+def test_measurand_of_any_quantity_is_accepted_without_a_torque_analysis():
     text = PROCEDURE.replace("name: torque, unit: N·m", "name: resistance, unit: Ω")
-    without = parse_procedure(text.partition("\nanalysis:")[0] + "\n", "p.yaml").model
-    assert without.measurand.unit == "Ω"
+    model = parse_procedure(text.partition("\nanalysis:")[0] + "\n", "p.yaml").model
+    assert model.measurand.unit == "Ω"
 
 
-def test_a_procedure_is_what_its_file_says():
+def test_model_has_the_content_of_the_file():
     model = parse_procedure(PROCEDURE, "p.yaml").model
 
     assert (model.id, model.revision, model.measurand.unit) == ("TEST-1", "A", "N·m")
@@ -66,7 +66,7 @@ def test_a_procedure_is_what_its_file_says():
     assert record.settings.channels == ("tester.angle", "tester.torque")
 
 
-def test_an_analysis_is_named_with_its_settings_as_they_are_written():
+def test_analysis_keeps_its_settings_as_written():
     model = parse_procedure(PROCEDURE, "p.yaml").model
     ((at, analysis),) = model.analyses_at
 
@@ -91,7 +91,7 @@ analysis:
 """
 
 
-def test_settings_of_an_analysis_are_told_beside_all_other_mistakes():
+def test_analysis_settings_are_checked_with_the_rest():
     with pytest.raises(InvalidFileError) as refused:
         parse_procedure(WRONG_TWICE, "p.yaml")
     problems = {problem.field: problem for problem in refused.value.problems}
@@ -101,7 +101,7 @@ def test_settings_of_an_analysis_are_told_beside_all_other_mistakes():
     assert "did you mean 'result" in unknown_key.hint
 
 
-def test_settings_of_an_analysis_that_is_not_known_or_of_a_stored_run_are_left_alone():
+def test_settings_of_unknown_or_stored_analyses_are_not_checked():
     text = WRONG_TWICE.replace("setle: 5 s", "settle: {time: 5 s}")
     unknown = text.replace("readings:", "readings_of_my_lab:")
     assert parse_procedure(unknown, "p.yaml").model.analysis[0].name == "readings_of_my_lab"
@@ -119,7 +119,7 @@ def test_a_stored_text_gives_the_same_procedure(tmp_path):
     assert stored.model == loaded.model == parse_procedure(PROCEDURE, "p.yaml").model
 
 
-def test_sections_may_be_left_out():
+def test_sections_are_optional():
     lines = PROCEDURE.splitlines(keepends=True)
     text = "".join(lines[: lines.index("setup:\n")]) + "main: [settle: {time: 1 s}]\n"
     model = parse_procedure(text, "p.yaml").model
@@ -128,7 +128,7 @@ def test_sections_may_be_left_out():
     assert model.analysis == ()
 
 
-def test_sweeps_nest():
+def test_sweep_within_a_sweep():
     inner = "{sweep: {set: tester.load, over: [1 N], steps: [settle: {time: 1 s}]}}"
     text = edited(PROCEDURE, ("settle: {cycles: 5}", inner[1:-1]))
     (settle,) = parse_procedure(text, "p.yaml").model.main[1].settings.steps[0].settings.steps

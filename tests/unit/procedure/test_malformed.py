@@ -1,4 +1,4 @@
-"""Spoiled procedures: each is refused with line, column, field, what was got, what is allowed."""
+"""Malformed procedures are refused with line, column, field, what was got, what is allowed."""
 
 from __future__ import annotations
 
@@ -156,7 +156,7 @@ CASES = [
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: (case[1] or case[0])[:30])
-def test_a_spoiled_procedure(case):
+def test_malformed_procedure_is_refused(case):
     old, new, finger, field, message, hint = case
     text = edited(PROCEDURE, (old, new))
     problem = only_problem(parse_procedure, text, "p.yaml")
@@ -176,7 +176,7 @@ def test_a_wrong_section_is_both_unknown_and_missing():
     assert "did you mean 'main'?" in unknown.hint
 
 
-def test_every_problem_is_told_at_once():
+def test_all_problems_are_reported_together():
     text = edited(
         PROCEDURE,
         ("id: TEST-1\n", ""),
@@ -214,7 +214,7 @@ def parsed(text):
         ("HRC", "HRC", "", "got 'HRC', expected a mapping of names to values"),
     ],
 )
-def test_a_spoiled_measurand(written, finger, field, message):
+def test_malformed_measurand_is_refused(written, finger, field, message):
     text = edited(PROCEDURE, (WRITTEN, written))
     problem = only_problem(parsed, text)
 
@@ -226,61 +226,61 @@ def test_a_spoiled_measurand(written, finger, field, message):
 HRC = Hardness("HRC")
 
 
-class Named:
+class NamedResult:
     """The analysis of the procedure names a result, and which quantity it is."""
 
     def __init__(self, measurand=HRC):
         self.measurand = measurand
 
     def definitions(self, _name, _settings):
-        found = {"name": "torque", "unit": "N·m", "per": ("frequency",)}
-        return (ResultDefinition(**found, measurand=self.measurand),)
+        definition = {"name": "torque", "unit": "N·m", "per": ("frequency",)}
+        return (ResultDefinition(**definition, measurand=self.measurand),)
 
 
-class Nothing:
+class NoResult:
     """No analysis names a result."""
 
     def definitions(self, _name, _settings):
         return ()
 
 
-def test_a_limit_of_an_analysis_without_results_decides_on_nothing():
-    problem = only_problem(check_result_limits, parse_procedure(PROCEDURE, "p.yaml"), Nothing())
+def test_limit_without_any_result_is_refused():
+    problem = only_problem(check_result_limits, parse_procedure(PROCEDURE, "p.yaml"), NoResult())
 
     assert problem.field == "acceptance.limits[0].of"
     assert problem.message == "there is no result 'torque'"
     assert problem.hint == "results: none, as no analysis names one"
 
 
-def test_a_limit_of_one_of_several_quantities_says_of_which_one():
+def test_limit_must_state_the_measurand_of_its_result():
     text = edited(OF_HARDNESS, ("      measurand: {scale: HRC}\n", ""))
-    problem = only_problem(check_result_limits, parsed(text), Named())
+    problem = only_problem(check_result_limits, parsed(text), NamedResult())
 
     assert problem.field == "acceptance.limits[0]"
     assert problem.message == "'torque' is the hardness HRC, and the key 'measurand' is missing"
 
 
 def test_a_limit_of_another_quantity_is_refused():
-    check_result_limits(parsed(OF_HARDNESS), Named())
-    problem = only_problem(check_result_limits, parsed(OF_HARDNESS), Named(Hardness("HRB")))
+    check_result_limits(parsed(OF_HARDNESS), NamedResult())
+    problem = only_problem(check_result_limits, parsed(OF_HARDNESS), NamedResult(Hardness("HRB")))
 
     assert problem.field == "acceptance.limits[0].measurand"
     assert problem.message == "it is hardness HRB, not hardness HRC"
     assert problem.hint == "a limit applies only to results of the same measurand"
 
 
-def test_a_measurand_is_refused_where_the_result_states_none():
-    problem = only_problem(check_result_limits, parsed(OF_HARDNESS), Named(None))
+def test_limit_measurand_is_refused_if_the_result_has_none():
+    problem = only_problem(check_result_limits, parsed(OF_HARDNESS), NamedResult(None))
 
     assert problem.field == "acceptance.limits[0].measurand"
     assert problem.message == "'torque' does not say whether it is the hardness HRC"
     assert problem.hint == "leave 'measurand' out"
 
 
-def test_a_measurand_that_nobody_here_can_read_is_refused():
+def test_measurand_that_no_analysis_reads_is_refused():
     text = edited(OF_HARDNESS, ("{scale: HRC}", "{grade: 7}"))
     loaded = parse_procedure(text, "p.yaml", kinds=kinds())
-    problem = only_problem(check_result_limits, loaded, Named())
+    problem = only_problem(check_result_limits, loaded, NamedResult())
 
     assert problem.field == "acceptance.limits[0].measurand"
     assert problem.message == (
@@ -289,7 +289,7 @@ def test_a_measurand_that_nobody_here_can_read_is_refused():
     )
 
 
-def test_the_model_is_that_of_the_analysis_that_is_asked_for():
+def test_measurand_is_read_by_the_requested_analysis():
     others = kinds(analysis("another", LimitOfColour), KINDS.analyses["swing_torque"])
     text = edited(PROCEDURE, (WRITTEN, "{scale: HRA}"))
     problem = only_problem(lambda: parse_procedure(text, "p.yaml", kinds=others))
@@ -309,14 +309,14 @@ def test_the_model_is_that_of_the_analysis_that_is_asked_for():
          "there is a result 'torque' for each frequency"),
     ],
 )  # fmt: skip
-def test_a_limit_of_no_such_result(old, new, field, message):
+def test_limit_of_an_unknown_result_is_refused(old, new, field, message):
     text = edited(OF_HARDNESS, (old, new))
-    problem = problems_of(check_result_limits, parsed(text), Named())[0]
+    problem = problems_of(check_result_limits, parsed(text), NamedResult())[0]
 
     assert (problem.field, problem.message) == (f"acceptance.limits[0].{field}", message)
 
 
-def test_an_inner_problem_of_a_nested_sweep():
+def test_problem_within_a_nested_sweep_has_its_place():
     sweep = "sweep: {set: tester.load, over: [1 N], steps: [settle: {sweep: 1}]}"
     text = edited(PROCEDURE, ("settle: {cycles: 5}", sweep))
     problems = problems_of(parse_procedure, text, "p.yaml")

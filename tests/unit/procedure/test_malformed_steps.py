@@ -1,4 +1,4 @@
-"""Spoiled steps of every kind: line, column, field, what was got, what is allowed."""
+"""Malformed steps of every kind: line, column, field, what was got, what is allowed."""
 
 from __future__ import annotations
 
@@ -127,7 +127,7 @@ CASES = [
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case[0][:50])
-def test_a_spoiled_step(case):
+def test_malformed_step_is_refused(case):
     step, finger, field, message, hint = case
     text = edited(PROCEDURE, (MARK, step))
     before = text.index(step)
@@ -149,7 +149,7 @@ INPUTS = [
 
 
 @pytest.mark.parametrize(("more", "message"), INPUTS)
-def test_a_spoiled_input(more, message):
+def test_malformed_input_is_refused(more, message):
     text = edited(PROCEDURE, ("unattended: S-1", f"unattended: S-1, {more}"))
     problem = only_problem(parse_procedure, text, "p.yaml")
 

@@ -38,7 +38,7 @@ def problem(*changes):
         (("  load: 1000 N", "  load: $frequencies"), "$frequencies", "cannot refer to another", ""),
     ],
 )
-def test_a_reference_that_leads_nowhere(change, part, message, hint):
+def test_invalid_reference_is_refused(change, part, message, hint):
     text, error = problem(change)
 
     assert str(error.location) == f"p.yaml:{place_of(text, part)}"
@@ -46,7 +46,7 @@ def test_a_reference_that_leads_nowhere(change, part, message, hint):
     assert hint in error.hint
 
 
-def test_what_is_wrong_with_a_parameter_is_told_where_it_is_used_and_where_it_stands():
+def test_wrong_parameter_is_reported_where_used_and_where_written():
     text, error = problem(("  load: 1000 N", "  load: 1000"))
 
     assert str(error.location) == f"p.yaml:{place_of(text, '$load')}"
@@ -54,7 +54,7 @@ def test_what_is_wrong_with_a_parameter_is_told_where_it_is_used_and_where_it_st
     assert f"it is written at p.yaml:{place_of(text, '1000')}" in error.hint
 
 
-def test_an_item_of_a_list_is_found_in_the_list():
+def test_wrong_list_item_is_located_in_the_list():
     text, error = problem(("[2 Hz, 10 Hz]", "[2 Hz, 10]"))
 
     assert error.field == "main[1].sweep.over[1]"
@@ -77,13 +77,13 @@ def test_a_reference_may_stand_for_any_value():
     assert record.settings.channels == ("tester.angle",)
 
 
-def test_a_dollar_within_a_text_is_a_dollar():
+def test_dollar_within_a_text_is_literal():
     text = edited(PROCEDURE, ("Guards closed", "Pay 5 $load"))
 
     assert parse_procedure(text, "p.yaml").model.setup[0].settings.text == "Pay 5 $load"
 
 
-def test_a_doubled_dollar_begins_a_text_that_is_no_reference():
+def test_doubled_dollar_starts_a_literal_text():
     text = edited(
         PROCEDURE,
         ("Guards closed", "$$load is the load"),

@@ -29,12 +29,12 @@ def differences(recorded, derived):
         ({"value": "0.7273"}, False),
     ],
 )
-def test_estimates_are_compared_to_the_place_to_which_they_are_printed(change, same):
+def test_estimates_are_compared_at_their_printed_digits(change, same):
     assert (differences(ESTIMATE, ESTIMATE | change) == []) is same
 
 
 @pytest.mark.parametrize("member", ["value", "expanded_uncertainty_95"])
-def test_a_small_number_with_a_known_resolution_is_not_taken_for_zero(member):
+def test_small_number_with_known_resolution_is_not_zero(member):
     picoamperes = {"value": 5e-13, "expanded_uncertainty_95": 2e-14, "unit": "A"}
     assert differences(picoamperes, picoamperes | {member: 2 * picoamperes[member]})
     assert differences(picoamperes, picoamperes | {member: picoamperes[member] * (1 + 1e-9)}) == []
@@ -64,11 +64,11 @@ def test_a_small_number_with_a_known_resolution_is_not_taken_for_zero(member):
         ("0.99", "0.990", False),
     ],
 )
-def test_values_are_compared_as_they_are_printed(recorded, derived, same):
+def test_values_are_compared_as_printed(recorded, derived, same):
     assert (differences(recorded, derived) == []) is same
 
 
-def test_places_are_named_as_a_person_would():
+def test_difference_is_located_by_readable_path():
     recorded = {"points": [{"recording": "001_5Hz", "load": {"value": 1000.0, "unit": "N"}}]}
     derived = json.loads(json.dumps(recorded).replace("1000.0", "1010.0"))
     assert differences(recorded, derived) == [
@@ -76,7 +76,7 @@ def test_places_are_named_as_a_person_would():
     ]
 
 
-def test_what_is_missing_is_told_and_what_is_newer_is_not():
+def test_missing_members_are_reported_and_newer_ones_are_not():
     assert differences({"a": 1}, {}) == ["a: 1 is recorded, and was not derived"]
     assert differences({}, {"a": 1}) == []
 
@@ -88,7 +88,7 @@ JSON = st.recursive(
 
 
 @given(JSON)
-def test_a_document_is_the_same_as_itself(document):
+def test_document_equals_itself(document):
     assert differences(document, document) == []
 
 
@@ -114,22 +114,22 @@ ZERO = {"name": "zero", "ok": True, "text": "was zeroed", "value": 0.0}
         ),
     ],
 )
-def test_checks_of_a_newer_program_are_no_difference_unless_they_fail(recorded, derived, expected):
+def test_checks_of_a_newer_program_differ_only_if_they_fail(recorded, derived, expected):
     assert differences({"checks": recorded}, {"checks": derived}) == expected
 
 
-def named(name, value):
+def named_result(name, value):
     return {"name": name, "coordinates": {}, "estimate": {"value": value, "unit": "V"}}
 
 
-def test_results_of_a_name_that_was_not_recorded_are_those_of_a_newer_program():
-    recorded = [named("range", 1.0)]
-    assert differences(recorded, [named("torque", 2.0), named("range", 1.0)]) == []
-    assert differences(recorded, [named("torque", 2.0)]) != []
-    assert differences(recorded, [named("range", 1.0), named("range", 2.0)]) != []
+def test_results_with_an_unrecorded_name_are_ignored():
+    recorded = [named_result("range", 1.0)]
+    assert differences(recorded, [named_result("torque", 2.0), named_result("range", 1.0)]) == []
+    assert differences(recorded, [named_result("torque", 2.0)]) != []
+    assert differences(recorded, [named_result("range", 1.0), named_result("range", 2.0)]) != []
 
 
-def test_a_limit_of_an_older_run_is_the_same_with_more_digits():
+def test_older_limit_matches_with_more_digits():
     """A limit of 1 lbf·in, 0.112984829 N·m, was written with six digits."""
     older = {"limit": "≤ 0.112985 N·m"}
     assert not list(mismatches(older, {"limit": "≤ 0.11298482902 N·m"}))

@@ -15,7 +15,7 @@ PDF = b"%PDF-1.7\n7 0 obj\n<</Type /EmbeddedFile /Length 38"
 
 @pytest.fixture(autouse=True)
 def parsed(monkeypatch):
-    """Take the text for the certificate: what it must hold is another module's matter."""
+    """Accept any text as a certificate: its content is tested elsewhere."""
 
     class Text(bytes):
         def model_copy(self, update):
@@ -45,6 +45,6 @@ def test_content_is_found_in_each_form(suffix, content):
 @pytest.mark.parametrize(
     ("suffix", "content"), [(".html", b"<p>"), (".pdf", b"%PDF"), (".pdf", PDF), (".html", HTML)]
 )
-def test_a_page_without_content_is_told(suffix, content):
+def test_page_without_content_is_refused(suffix, content):
     with pytest.raises(DataError, match="C-1 carries no content of a certificate"):
         contents.content_in(content, suffix, "C-1")

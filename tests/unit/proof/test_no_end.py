@@ -1,4 +1,4 @@
-"""A stranger's certificate that leaves out the ends of what is looked for is read in no time."""
+"""A stranger's certificate with many unclosed beginnings is read quickly."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from rigrunner.proof.seal import issued_part
 
 MANY = 20_000
 MOST_S = 4.0
-"""Of the processor; looked for from each beginning to the end of the file, it took 5 to 60 s."""
+"""Of the processor; searching from each beginning to the end of the file took 5 to 60 s."""
 
 
 def places(text):
@@ -73,7 +73,7 @@ def appended(text):
         (appended, b"% seal: sha256 " + b"0" * 64 + b" blocks 512 \n"),
     ],
 )
-def test_what_has_no_end_is_not_looked_for_again_and_again(look, text):
+def test_unclosed_beginnings_are_not_searched_repeatedly(look, text):
     look(b"")  # imports what it needs
     before_s = time.process_time()
     look(text)

@@ -1,4 +1,4 @@
-"""The reason of a verdict as version 0.1.0 wrote it, read as it is written now."""
+"""The reason of a verdict as version 0.1.0 wrote it, converted to today's wording."""
 
 import pytest
 
@@ -49,7 +49,7 @@ LIMIT = "the limit ≤ 0.95 N·m"
         ("the customer's name was misspelt", "the customer's name was misspelt"),
     ],
 )
-def test_an_older_reason_is_read_as_todays(then, now):
+def test_older_reason_is_converted_to_todays(then, now):
     assert today(then) == now
     assert today(now) == now
     assert list(mismatches({"reason": then}, {"reason": now})) == []

@@ -32,14 +32,14 @@ def test_an_issued_file_has_nothing_appended():
     assert issued_part(ISSUED, ".pdf") == ISSUED
 
 
-def test_a_seal_leaves_the_issued_bytes_and_draws_nothing():
+def test_seal_keeps_the_issued_bytes_and_draws_nothing():
     sealed = sealed_pdf(ISSUED)
     assert issued_part(sealed, ".pdf") == ISSUED
     additions = additions_to(ISSUED, sealed)
     assert (additions.changed, additions.drawn, additions.seals) == ([], [], ["Seal"])
 
 
-def test_a_field_that_was_made_before_its_seal():
+def test_field_created_before_its_seal_is_accepted():
     from pyhanko.sign import fields  # noqa: PLC0415  (loads much)
 
     first = appended(
@@ -49,12 +49,12 @@ def test_a_field_that_was_made_before_its_seal():
     assert (additions.changed, additions.drawn, additions.seals) == ([], [], ["Seal"])
 
 
-def test_two_seals_one_after_the_other():
+def test_two_successive_seals_are_accepted():
     additions = additions_to(ISSUED, sealed_pdf(sealed_pdf(ISSUED), name="Second"))
     assert (additions.changed, additions.drawn, additions.seals) == ([], [], ["Seal", "Second"])
 
 
-def test_a_seal_that_is_drawn_on_a_page_is_told():
+def test_visible_seal_is_reported():
     additions = additions_to(ISSUED, sealed_pdf(ISSUED, box=(50, 50, 300, 500)))
     assert (additions.changed, additions.drawn) == ([], ["the signature 'Seal' on page 1"])
 
@@ -134,7 +134,7 @@ def retitle(writer):
     ],
 )
 @pytest.mark.parametrize("sealed", [False, True])
-def test_whatever_else_is_appended_is_named(change, message, sealed):
+def test_other_appended_changes_are_reported(change, message, sealed):
     """Also under a seal that is valid: it says who appended it, not that it is harmless."""
     forged = appended(ISSUED, change)
     additions = additions_to(ISSUED, sealed_pdf(forged) if sealed else forged)
@@ -144,7 +144,7 @@ def test_whatever_else_is_appended_is_named(change, message, sealed):
 
 
 @pytest.mark.parametrize("old", [b"/Filter /Adobe.PPKLite", b"/Type /Sig\n", b"/Size "])
-def test_a_seal_whose_bytes_were_changed_is_none(old):
+def test_changed_seal_is_not_a_signature(old):
     """Also where the change draws nothing."""
     sealed = sealed_pdf(ISSUED)
     end = sealed.rindex(old) + len(old) - 1
@@ -156,7 +156,7 @@ def test_a_seal_whose_bytes_were_changed_is_none(old):
     assert additions.changed == ["what was appended is not a signature of the rest"]
 
 
-def test_without_a_reader_of_pdf_the_appended_bytes_are_not_proven(monkeypatch, tmp_path):
+def test_appended_bytes_are_unproven_without_pypdf(monkeypatch, tmp_path):
     for name in ("rigrunner.proof.pdf", "rigrunner.proof.pdf_seals"):
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "pypdf", None)
@@ -166,8 +166,8 @@ def test_without_a_reader_of_pdf_the_appended_bytes_are_not_proven(monkeypatch, 
     assert "the package 'pypdf' is not installed" in verification.unproven[0]
 
 
-def test_objects_beside_the_tables_are_refused():
-    """A program that looks for objects itself finds another page than one that takes the tables."""
+def test_objects_missing_from_the_tables_are_refused():
+    """A program that scans for objects shows another page than one that uses the tables."""
     sealed = sealed_pdf(ISSUED)
     hidden = sealed.replace(b"startxref", b"5 0 obj\n<<>>\nendobj\nstartxref").replace(
         ISSUED.replace(b"startxref", b"5 0 obj\n<<>>\nendobj\nstartxref"), ISSUED
@@ -177,8 +177,8 @@ def test_objects_beside_the_tables_are_refused():
         additions_to(ISSUED, hidden)
 
 
-def test_a_second_head_is_refused():
-    """A program may take the file to begin there."""
+def test_second_pdf_header_is_refused():
+    """A program may read the file from there."""
     with pytest.raises(DataError, match="the PDF's tables do not list the objects in it"):
         reader(ISSUED.replace(b"startxref", b"%PDF-1.7\nstartxref"))
 
@@ -195,21 +195,21 @@ def add_a_field(writer):
     writer.update_root()
 
 
-def test_a_field_that_is_no_signature_is_a_change():
+def test_field_other_than_a_signature_is_a_change():
     additions = additions_to(ISSUED, appended(ISSUED, add_a_field))
     assert "a field that is not a signature was added" in additions.changed
     assert additions.seals == []
 
 
 @pytest.mark.parametrize("content", [b"", b"%PDF-1.7\n", ISSUED[: len(ISSUED) // 2], ISSUED[9:]])
-def test_what_cannot_be_read_is_told(content):
+def test_unreadable_pdf_is_refused(content):
     with pytest.raises(DataError, match="PDF"):
         additions_to(ISSUED, content)
     with pytest.raises(DataError, match="PDF"):
         first_difference(content, ISSUED)
 
 
-def test_the_same_page_stored_otherwise_is_the_same():
+def test_rewritten_pdf_with_the_same_pages_is_equal():
     writer, out = PdfWriter(clone_from=io.BytesIO(ISSUED)), io.BytesIO()
     writer.write(out)
     assert out.getvalue() != ISSUED
@@ -217,5 +217,5 @@ def test_the_same_page_stored_otherwise_is_the_same():
 
 
 @pytest.mark.parametrize("change", [replace_content, edit_content, edit_font, draw_over, crop])
-def test_another_drawing_is_a_difference(change):
+def test_changed_drawing_is_a_difference(change):
     assert first_difference(appended(ISSUED, change), ISSUED) != ""

@@ -30,21 +30,21 @@ def place(content, text, suffix):
     return place_in(content, suffix, start, start + len(text))
 
 
-def test_a_place_in_html_is_named_by_its_heading():
+def test_place_in_html_is_given_by_its_heading():
     assert place(HTML, b"0.7273", ".html").endswith(", line 7 (section 'Results of the test')")
     assert place(HTML, b"C-0001", ".html").endswith(", line 4 (section 'Test certificate')")
     assert place(HTML, b"doctype", ".html").endswith(", line 1 (beginning)")
-    both = place(HTML, b"C-0001</p>\n<h2", ".html")
-    assert both.endswith(
+    lines = place(HTML, b"C-0001</p>\n<h2", ".html")
+    assert lines.endswith(
         ", lines 4 to 5 (section 'Test certificate', section 'Results of the test')"
     )
 
 
-def test_a_place_in_json_is_named_by_its_member():
+def test_place_in_json_is_given_by_its_member():
     content = b'{\n "number": "C-1",\n "customer": {\n  "name": "Acme"\n }\n}\n'
     assert place(content, b"Acme", ".json") == "bytes 46 to 49, line 4 (customer)"
 
 
-def test_a_place_in_a_pdf_is_named_by_its_object_and_page():
+def test_place_in_a_pdf_is_given_by_object_and_page():
     assert place(PDF, b"abc", ".pdf").endswith("(object 3, page 1)")
     assert place(PDF, b"/Kids", ".pdf").endswith("(object 2)")

@@ -19,14 +19,14 @@ DOCUMENTS = {".json": JSON, ".html": HTML, ".pdf": PDF}
 
 
 @pytest.mark.parametrize("suffix", DOCUMENTS)
-def test_a_sealed_document_is_whole_and_can_be_unsealed(suffix):
+def test_sealed_document_is_intact_and_can_be_unsealed(suffix):
     sealed = seal(DOCUMENTS[suffix], suffix)
     assert check_seal(sealed, suffix) == []
     assert unsealed(sealed, suffix) == DOCUMENTS[suffix]
     assert unsealed(DOCUMENTS[suffix], suffix) == DOCUMENTS[suffix]
 
 
-def test_a_seal_is_the_digest_of_what_stands_before_its_line():
+def test_seal_is_the_digest_of_the_preceding_content():
     *before, last = seal(HTML, ".html").splitlines(keepends=True)
     digest = hashlib.sha256(b"".join(before)).hexdigest()
     assert last.startswith(f"<!-- seal: sha256 {digest} blocks 512 ".encode())
@@ -36,14 +36,14 @@ def test_a_seal_is_the_digest_of_what_stands_before_its_line():
     assert document["a"] == "x" * 4000
 
 
-def test_end_mark_of_a_pdf_stays_near_the_end_however_long_it_is():
+def test_end_mark_of_a_long_pdf_stays_near_the_end():
     """Readers look for %%EOF in the last 1024 bytes (ISO 32000-1, annex H, note 18)."""
     sealed = seal(b"%PDF" + bytes(3_000_000) + b"%%EOF\n", ".pdf")
     assert b"%%EOF" in sealed[-1024:]
 
 
 @pytest.mark.parametrize("suffix", DOCUMENTS)
-def test_every_changed_byte_is_found_and_where(suffix):
+def test_every_changed_byte_is_located(suffix):
     sealed = seal(DOCUMENTS[suffix], suffix)
     body = len(unsealed(sealed, suffix)) - len(FORMS[suffix].opened)
     rng = random.Random(1)  # noqa: S311  (seeded, to be repeated)
@@ -61,7 +61,7 @@ def test_every_changed_byte_is_found_and_where(suffix):
 
 
 @given(st.binary(max_size=3000), st.sampled_from(list(FORMS)), st.data())
-def test_nothing_can_be_added_or_taken_away_unseen(content, suffix, data):
+def test_insertions_and_deletions_are_detected(content, suffix, data):
     sealed = seal(content + FORMS[suffix].opened, suffix)
     at = data.draw(st.integers(0, len(sealed)))
     more = data.draw(st.binary(min_size=1, max_size=5))
@@ -69,11 +69,11 @@ def test_nothing_can_be_added_or_taken_away_unseen(content, suffix, data):
     for changed in (sealed[:at] + more + sealed[at:], sealed[:at] + sealed[at + less :]):
         if changed == sealed:
             continue
-        with suppress(DataError):  # the seal itself is broken: told as well
+        with suppress(DataError):  # the seal itself is damaged: refused too
             assert check_seal(changed, suffix)
 
 
-def test_what_has_no_seal_is_told():
+def test_document_without_a_seal_is_refused():
     for suffix, content in DOCUMENTS.items():
         with pytest.raises(DataError, match="there is no seal at its end"):
             check_seal(content, suffix)

@@ -39,7 +39,7 @@ def signed(key):
     return sign_files(FILES, read_private_key(key), "Zoë", "2026-03-01T12:00:00.000Z")
 
 
-def test_a_signature_is_that_of_the_key(key):
+def test_signature_is_verified_by_its_key(key):
     parsed = parse_signature(signature_json(signed(key)).encode(), "C-1.sig.json")
     assert parsed == signed(key)
     (public,) = read_public_keys(key.with_name("lab.key.pub"))
@@ -58,7 +58,7 @@ def test_a_signature_is_that_of_the_key(key):
         {"public_key": ""},
     ],
 )
-def test_whatever_is_changed_is_found(key, tmp_path, change):
+def test_any_change_invalidates_a_signature(key, tmp_path, change):
     new_key(tmp_path / "other.key")
     if change.get("public_key") == "another":
         change = {"public_key": (tmp_path / "other.key.pub").read_text()}
@@ -70,12 +70,12 @@ def test_whatever_is_changed_is_found(key, tmp_path, change):
 @pytest.mark.parametrize(
     "content", [b"", b"{", b"[]", b"null", b'{"a": 1}', b"\xff", b"[" * 100_000, b'"x"']
 )
-def test_what_is_no_signature_is_told(content):
+def test_invalid_signature_file_is_refused(content):
     with pytest.raises(DataError, match="is not a signature file"):
         parse_signature(content, "C-1.sig.json")
 
 
-def test_a_private_key_is_for_its_owner_and_never_overwritten(key):
+def test_private_key_is_owner_only_and_never_overwritten(key):
     assert stat.S_IMODE(key.stat().st_mode) == 0o600
     with pytest.raises(UsageError, match="never overwritten"):
         new_key(key)
@@ -84,7 +84,7 @@ def test_a_private_key_is_for_its_owner_and_never_overwritten(key):
         new_key(key)
 
 
-def test_a_key_with_a_passphrase_needs_it(tmp_path):
+def test_protected_key_needs_its_passphrase(tmp_path):
     path = tmp_path / "lab.key"
     new_key(path, "open sesame")
     assert read_private_key(path, "open sesame")
@@ -94,14 +94,14 @@ def test_a_key_with_a_passphrase_needs_it(tmp_path):
         read_private_key(path, "wrong")
 
 
-def test_a_key_without_a_passphrase_says_so(key):
+def test_unprotected_key_refuses_a_passphrase(key):
     with pytest.raises(UsageError, match="has no passphrase"):
         read_private_key(key, "one")
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no modes of files")
 @pytest.mark.parametrize("mode", [0o666, 0o644, 0o640, 0o604, 0o620, 0o602, 0o610])
-def test_a_key_that_others_may_read_or_change_is_refused(key, mode):
+def test_key_accessible_to_others_is_refused(key, mode):
     key.chmod(mode)
     with pytest.raises(UsageError) as caught:
         read_private_key(key)
@@ -111,13 +111,13 @@ def test_a_key_that_others_may_read_or_change_is_refused(key, mode):
     assert read_private_key(key)
 
 
-def test_modes_tell_nothing_on_windows(key, monkeypatch):
+def test_file_modes_are_ignored_on_windows(key, monkeypatch):
     key.chmod(0o666)
     monkeypatch.setattr("rigrunner.proof.keys.os.name", "nt")
     assert read_private_key(key)
 
 
-def test_what_is_no_key_is_told(tmp_path):
+def test_invalid_key_file_is_refused(tmp_path):
     (tmp_path / "text").write_text("hello")
     for read in (read_private_key, read_public_keys):
         with pytest.raises(UsageError, match=r"is not a private key|holds no public key"):
@@ -158,7 +158,7 @@ def test_openssl_agrees_on_fingerprint_and_signature(key, tmp_path):
         (["x.json", "--new-key", "k"], "signs nothing"),
     ],
 )
-def test_wrong_words_are_told(words, message, tmp_path, monkeypatch):
+def test_wrong_arguments_are_refused(words, message, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     done = call("sign", *words)
     assert done.code == 2
@@ -173,7 +173,7 @@ def test_wrong_words_are_told(words, message, tmp_path, monkeypatch):
         ("files", ["C-1.json"], "C-1.sig.json: 'files' must hold a digest by file name"),
     ],
 )
-def test_a_signature_of_another_form_is_refused(key, member, value, message):
+def test_signature_of_another_format_is_refused(key, member, value, message):
     document = json.loads(signature_json(signed(key))) | {member: value}
     with pytest.raises(DataError, match=message):
         parse_signature(json.dumps(document).encode(), "C-1.sig.json")

@@ -45,7 +45,7 @@ def specimens(queue, *statuses):
     return [shown.entry.specimen for shown in queue.shown() if shown.status in statuses]
 
 
-def test_entries_are_run_in_the_order_that_a_person_gave_them(queue):
+def test_entries_run_in_the_chosen_order(queue):
     queue.move(3, before=1)
     assert specimens(queue, "waiting") == ["SN-3", "SN-1", "SN-2"]
     queue.move(3, before=None)
@@ -54,7 +54,7 @@ def test_entries_are_run_in_the_order_that_a_person_gave_them(queue):
     assert queue.next().specimen == "SN-1"
 
 
-def test_an_entry_whose_run_was_interrupted_is_not_started_again(queue):
+def test_interrupted_entry_is_not_restarted(queue):
     with queue.started(1, "Ann"):
         pass  # it ends without a run, as after a kill
     with pytest.raises(UsageError, match="was interrupted"), queue.started(1, "Bob"):
@@ -62,7 +62,7 @@ def test_an_entry_whose_run_was_interrupted_is_not_started_again(queue):
     assert specimens(queue, "interrupted") == ["SN-1"]
 
 
-def test_what_is_held_skipped_or_proposed_does_not_start(queue):
+def test_held_skipped_and_proposed_entries_do_not_start(queue):
     queue.hold(1, "Ann", "wrong ring")
     queue.skip(2, "Ann", "lost")
     queue.add([draft("SN-4")], "LIMS", NOW, proposed=True)
@@ -76,7 +76,7 @@ def test_what_is_held_skipped_or_proposed_does_not_start(queue):
     assert queue.get(4).by == "Ann"
 
 
-def test_an_entry_is_on_the_disk_as_started_before_its_run(queue):
+def test_entry_is_stored_as_started_before_its_run(queue):
     with queue.started(1, "Ann"):
         stored = json.loads(queue.path(STATION).read_text(encoding="utf-8"))["entries"][0]
         assert (stored["state"], stored["run"]) == ("started", "")
@@ -90,7 +90,7 @@ def test_an_entry_is_on_the_disk_as_started_before_its_run(queue):
     assert queue.get(1).run == "20261123_X"
 
 
-def test_after_a_crash_the_queue_asks_and_runs_nothing(queue):
+def test_crashed_entry_blocks_the_queue_until_repeated(queue):
     program = f"""
 import os
 from pathlib import Path
@@ -112,27 +112,27 @@ with Queue(Path({str(queue.path(STATION).parent)!r})).started(1, "Ann"):
     with pytest.raises(UsageError) as refused:
         queue.next()
     assert "'rigrunner resume 20261123_X'" in refused.value.hint
-    again = queue.repeat(1, "Ann", "the machine lost its power", NOW)
-    assert queue.next() == again
-    assert (again.specimen, again.repeats) == ("SN-1", 1)
-    (remark,) = again.remarks()
+    repeat = queue.repeat(1, "Ann", "the machine lost its power", NOW)
+    assert queue.next() == repeat
+    assert (repeat.specimen, repeat.repeats) == ("SN-1", 1)
+    (remark,) = repeat.remarks()
     assert (remark.by, remark.reason) == ("Ann", "the machine lost its power")
     assert specimens(queue, "closed") == ["SN-1"]
     with pytest.raises(UsageError, match="already repeated: entry 4"):
         queue.repeat(1, "Ann", "once more", NOW)
 
 
-def test_an_entry_whose_run_is_over_is_refused_as_done(queue, monkeypatch):
+def test_entry_with_an_ended_run_is_done(queue, monkeypatch):
     with queue.started(1, "Ann"):
         queue._replace(1, run="20261123_X")
     info = SimpleNamespace(reason="", outcome="failed", sealed=True)
-    ended = SimpleNamespace(is_in_progress=False, info=info)
-    monkeypatch.setattr("rigrunner.queue.store.listed_run", lambda *_: ended)
+    listed_run = SimpleNamespace(is_in_progress=False, info=info)
+    monkeypatch.setattr("rigrunner.queue.store.listed_run", lambda *_: listed_run)
     with pytest.raises(UsageError, match="entry 1 is done"), queue.started(1, "Ann"):
         raise AssertionError
 
 
-def test_an_interrupted_entry_is_none_that_runs_while_several_look_at_it(queue, tmp_path):
+def test_concurrent_readers_see_the_same_status(queue, tmp_path):
     with queue.started(1, "Ann"):
         pass
     (tmp_path / "runs" / ".queue-1.lock").touch()  # as a kill leaves it
@@ -148,7 +148,7 @@ def test_an_interrupted_entry_is_none_that_runs_while_several_look_at_it(queue, 
         assert set(statuses) == {"running"}
 
 
-def test_a_run_that_is_resumed_has_the_outcome_of_its_last_end(queue):
+def test_resumed_run_has_its_latest_outcome(queue):
     """As after a lost device; the panel keeps one queue for as long as it runs."""
     folder = queue.path(STATION).parent / "20261123_X"
     ids = dict.fromkeys(("procedure_id", "procedure_revision", "procedure_title"), "p")
@@ -167,7 +167,7 @@ def test_a_run_that_is_resumed_has_the_outcome_of_its_last_end(queue):
     assert outcomes == ["error", "completed"]
 
 
-def test_a_run_that_could_not_begin_gives_its_entry_back(queue):
+def test_entry_is_held_if_its_run_could_not_begin(queue):
     with queue.started(1, "Ann"):
         queue.give_back(1, "no device answers")
     assert (queue.get(1).state, queue.get(1).reason) == ("held", "no device answers")
@@ -193,7 +193,7 @@ def leave_run(folder, specimen, procedure="P", outcome=Outcome.COMPLETED, day=1,
     return path.name
 
 
-def test_a_specimen_that_a_run_has_tested_needs_a_reason(queue, tmp_path):
+def test_tested_specimen_needs_a_reason(queue, tmp_path):
     runs = tmp_path / "runs"
     leave_run(runs, "SN 7/é", day=1)
     newest = leave_run(runs, "SN 7/é", day=2)
@@ -207,7 +207,9 @@ def test_a_specimen_that_a_run_has_tested_needs_a_reason(queue, tmp_path):
     drafts = [draft("sn 7/É"), draft("SN-8")]
     with pytest.raises(InvalidFileError) as refused:
         queue.add(drafts, "Ann", NOW, procedure_id="P")
-    assert [(each.message, each.field) for each in refused.value.problems] == [(sentence, "again")]
+    assert [(problem.message, problem.field) for problem in refused.value.problems] == [
+        (sentence, "again")
+    ]
     again = [draft.model_copy(update={"again": "customer asks"}) for draft in drafts]
     first, second = queue.add(again, "Ann", NOW, procedure_id="P")
     queue.hold(first.id, "Bob", "dirty")
@@ -217,13 +219,15 @@ def test_a_specimen_that_a_run_has_tested_needs_a_reason(queue, tmp_path):
     assert second.remarks() == ()
 
 
-def test_every_problem_of_a_list_is_told_at_once(queue, tmp_path):
+def test_all_problems_of_a_list_are_reported_together(queue, tmp_path):
     run = leave_run(tmp_path / "runs", "SN-8")
     items, invalid = read_list("specimen,type\nSN-8,GE20\nSN-2,\nSN-9,GE99\nSN-10,\n", ASKED)
     drafts = [draft(item.inputs["specimen"]) for item in items]
     with pytest.raises(InvalidFileError) as refused:
         queue.add(drafts, "Ann", NOW, procedure_id="P", invalid=invalid)
-    assert [(each.message.partition(":")[0], each.field) for each in refused.value.problems] == [
+    assert [
+        (problem.message.partition(":")[0], problem.field) for problem in refused.value.problems
+    ] == [
         ("got 'GE99', expected one of", ""),
         ("SN-8 has already been tested", "again"),
         ("SN-2 is already in the queue", ""),
@@ -234,7 +238,7 @@ def test_every_problem_of_a_list_is_told_at_once(queue, tmp_path):
         queue.add([], "Ann", NOW, invalid=invalid)
 
 
-def test_a_specimen_whose_run_was_aborted_is_added_again_with_a_reason(queue, tmp_path):
+def test_specimen_of_an_aborted_run_needs_a_reason(queue, tmp_path):
     with queue.started(1, "Ann"):
         queue._replace(1, run=leave_run(tmp_path / "runs", "SN-1", outcome=Outcome.ABORTED))
     with pytest.raises(InvalidFileError, match="entry 1, done") as refused:
@@ -245,7 +249,7 @@ def test_a_specimen_whose_run_was_aborted_is_added_again_with_a_reason(queue, tm
     assert entry.remarks()[0].reason == "the fuse had blown"
 
 
-def test_the_same_specimen_twice_is_refused_and_nothing_of_the_list_is_added(queue):
+def test_duplicate_specimen_refuses_the_whole_list(queue):
     with pytest.raises(InvalidFileError) as refused:
         queue.add([draft("SN-9"), draft(" sn-2".strip()), draft("SN-9")], "Ann", NOW)
     assert [problem.message for problem in refused.value.problems] == [
@@ -258,21 +262,21 @@ def test_the_same_specimen_twice_is_refused_and_nothing_of_the_list_is_added(que
     queue.add([draft("SN-2")], "Ann", NOW)
 
 
-def test_numbers_are_given_once_and_what_is_over_can_be_cleared(queue):
+def test_cleared_numbers_are_not_reused(queue):
     queue.skip(3, "Ann", "lost")
     assert queue.clear(station="other.yaml") == 0
     assert queue.clear() == 1
     assert [entry.id for entry in queue.add([draft("SN-5")], "Ann", NOW)] == [4]
 
 
-def test_a_file_that_is_no_queue_is_left_alone(queue):
+def test_file_of_another_format_is_not_overwritten(queue):
     queue.path(STATION).write_text('{"rigrunner": "queue/2"}', encoding="utf-8")
     with pytest.raises(DataError, match="queue of this version"):
         queue.hold(1, "Ann")
     assert queue.path(STATION).read_text(encoding="utf-8") == '{"rigrunner": "queue/2"}'
 
 
-def test_two_processes_add_at_the_same_time_and_none_is_lost(queue):
+def test_concurrent_additions_are_all_kept(queue):
     program = f"""
 from datetime import UTC, datetime
 from pathlib import Path
@@ -305,16 +309,20 @@ for i in range(10):
         ("specimen\nA;1\nB;2\n", [(2, {"specimen": "A;1"}), (3, {"specimen": "B;2"})]),
     ],
 )
-def test_lists_are_read_as_people_write_them(text, expected):
+def test_common_list_formats_are_read(text, expected):
     items, invalid = read_list(text, ASKED)
     assert [(item.line, item.inputs) for item in items] == expected
     assert invalid == []
 
 
-def test_every_line_that_is_not_accepted_is_named():
+def test_every_invalid_line_is_reported():
     text = "specimen,type\nSN-1,GE99\nSN-2\n,GE20\nSN-4,GE20\n"
     items, invalid = read_list(text, ASKED, "list.csv")
-    assert [str(each.location) for each in invalid] == ["list.csv:2", "list.csv:3", "list.csv:4"]
+    assert [str(problem.location) for problem in invalid] == [
+        "list.csv:2",
+        "list.csv:3",
+        "list.csv:4",
+    ]
     assert "expected one of: GE20, GE30" in invalid[0].message
     assert [item.line for item in items] == [5]
 
@@ -332,7 +340,7 @@ def test_every_line_that_is_not_accepted_is_named():
         ("SN-1;GE20\nSN-2;GE20\n", "the list has 2 columns without names"),
     ],
 )
-def test_a_list_that_is_none_is_refused(text, why):
+def test_invalid_list_is_refused(text, why):
     with pytest.raises(UsageError, match=why):
         read_list(text, ASKED)
 
@@ -343,7 +351,7 @@ def test_hostile_specimens_are_refused(text):
     assert (items, len(invalid)) == ([], 1)
 
 
-def test_inputs_that_are_not_asked_for_are_refused():
+def test_unknown_inputs_are_refused():
     assert accepted_inputs({"type": "ge20"}, ASKED) == {"type": "GE20"}
     with pytest.raises(UsageError, match="no input 'lot'"):
         accepted_inputs({"lot": "L"}, ASKED)
@@ -356,7 +364,7 @@ def files(runs):
     return sorted(path.name for path in runs.glob("queue*.json"))
 
 
-def test_each_station_has_a_file_and_a_number_belongs_to_one_entry(queue, tmp_path):
+def test_stations_have_files_and_numbers_are_unique(queue, tmp_path):
     entries = queue.add([draft("SN-8", station=OTHER), draft("SN-9", station=OTHER)], "Bob", NOW)
     assert [entry.id for entry in entries] == [4, 5]
     assert queue.add([draft("SN-10")], "Ann", NOW)[0].id == 6
@@ -371,7 +379,7 @@ def test_each_station_has_a_file_and_a_number_belongs_to_one_entry(queue, tmp_pa
         queue.move(4, before=1)
 
 
-def test_a_specimen_that_waits_at_another_station_is_refused(queue):
+def test_specimen_queued_at_another_station_is_refused(queue):
     with pytest.raises(InvalidFileError, match=r"SN-2 is already in the queue of s\.yaml: entry 2"):
         queue.add([draft("sn-2", station=OTHER)], "Ann", NOW)
     queue.skip(2, "Ann", "goes to the other rig")
@@ -388,14 +396,14 @@ def test_a_specimen_twice_in_one_list_is_refused(queue):
     ("one", "other"),
     [("SN 7", "SN\N{NO-BREAK SPACE}7"), ("SN 7", "SN  7"), ("\u00c4-7", "A\u0308-7")],
 )
-def test_a_specimen_is_the_same_where_it_looks_the_same(queue, one, other):
+def test_specimens_that_look_alike_are_the_same(queue, one, other):
     queue.add([draft(one)], "Ann", NOW)
     with pytest.raises(InvalidFileError, match="already in the queue: entry 4"):
         queue.add([draft(other)], "Ann", NOW)
 
 
 @pytest.mark.parametrize("coding", ["utf-8", "utf-8-sig", "utf-16", "cp1252"])
-def test_a_list_is_read_in_the_codings_of_spreadsheets(coding):
+def test_list_is_read_in_encodings_of_spreadsheets(coding):
     assert list_text("specimen;type\r\nÄ-1 µ;GE20\r\n".encode(coding)).splitlines() == [
         "specimen;type",
         "Ä-1 µ;GE20",
@@ -403,12 +411,12 @@ def test_a_list_is_read_in_the_codings_of_spreadsheets(coding):
 
 
 @pytest.mark.parametrize("content", [b"PK\x03\x04\x00\x00\xff", b"a\x00b"])
-def test_a_workbook_is_no_list(content):
+def test_workbook_is_refused_as_a_list(content):
     with pytest.raises(DataError, match="is not a text file"):
         list_text(content, "today.xlsx")
 
 
-def test_a_file_that_cannot_be_read_stops_no_other_station(queue):
+def test_unreadable_file_does_not_block_other_stations(queue):
     queue.add([draft("SN-8", station=OTHER)], "Ann", NOW)
     queue.path(STATION).write_text("{", encoding="utf-8")
     queue.hold(4, "Ann", "dirty")
@@ -420,7 +428,7 @@ def test_a_file_that_cannot_be_read_stops_no_other_station(queue):
         queue.get(1)
 
 
-def test_the_common_file_of_versions_before_is_parted_by_station(queue, tmp_path):
+def test_common_file_of_older_versions_is_split_by_station(queue, tmp_path):
     runs = tmp_path / "runs"
     queue.add([draft("SN-8", station=OTHER)], "Ann", NOW)
     queue.hold(2, "Ann", "dirty")
@@ -437,7 +445,7 @@ def test_the_common_file_of_versions_before_is_parted_by_station(queue, tmp_path
     assert reopened.add([draft("SN-9")], "Ann", NOW)[0].id == 12
 
 
-def test_a_parting_that_was_interrupted_is_completed_and_undoes_nothing(queue, tmp_path):
+def test_interrupted_split_is_completed_without_undoing_changes(queue, tmp_path):
     runs = tmp_path / "runs"
     entries = [entry.model_dump() for entry in queue.entries()]
     other = {**entries[0], "id": 4, "station": OTHER}

@@ -19,7 +19,7 @@ from rigrunner.signal.averaging import (
 ALL = np.ones(30, bool)
 
 
-def test_equals_mean_and_standard_error_of_good_cycles():
+def test_robust_mean_equals_the_plain_mean_of_good_cycles():
     cycles = np.random.default_rng(1).standard_normal((30, 256))
     mean, error = robust_mean(cycles, ALL, threshold=50.0)
     np.testing.assert_allclose(mean, cycles.mean(axis=0))
@@ -33,7 +33,7 @@ def test_equals_mean_and_standard_error_of_good_cycles():
         elements=st.one_of(st.floats(-1e300, 1e300), st.sampled_from([0.0, np.nan, np.inf])),
     )
 )
-def test_the_median_has_the_bits_of_numpys(cycles):
+def test_median_equals_numpy_bit_for_bit(cycles):
     median, plain = median_over_cycles(cycles), np.median(cycles, axis=0)
     np.testing.assert_array_equal(median, plain)
 
@@ -54,7 +54,7 @@ def test_good_samples_are_trusted():
         assert trusted(cycles, np.ones(count, bool)).mean() > 0.9995
 
 
-def test_a_cycle_that_is_not_kept_has_no_part():
+def test_excluded_cycle_has_no_effect():
     cycles = np.random.default_rng(4).standard_normal((30, 64))
     kept = ALL.copy()
     kept[3] = False
@@ -64,13 +64,13 @@ def test_a_cycle_that_is_not_kept_has_no_part():
     assert leave_one_out_means(cycles, kept).shape == (29, 64)
 
 
-def test_leaving_out_equals_the_mean_of_the_rest():
+def test_leave_one_out_mean_equals_the_mean_of_the_others():
     cycles = np.random.default_rng(5).standard_normal((30, 16))
     without = leave_one_out_means(cycles, ALL, threshold=50.0)
     np.testing.assert_allclose(without[4], np.delete(cycles, 4, axis=0).mean(axis=0))
 
 
-def test_both_means_at_once_have_the_bits_of_each():
+def test_combined_means_equal_the_separate_ones():
     cycles = np.random.default_rng(5).standard_normal((30, 16))
     cycles[7, 3] = 1e3
     kept = ALL.copy()
@@ -112,21 +112,21 @@ def plain_mean_turn(values, starts, parts):
     periods=st.lists(st.floats(65, 300), min_size=1, max_size=40),
     parts=st.integers(1, 64),
 )
-def test_a_mean_turn_is_that_of_its_parts_one_by_one(first, periods, parts):
+def test_mean_turn_equals_the_mean_of_its_parts(first, periods, parts):
     starts = first + np.concatenate([[0.0], np.cumsum(periods)])
     values = np.random.default_rng(3).standard_normal(int(starts[-1]) + 2)
     mean = mean_turn(values, starts, parts)
     assert mean == pytest.approx(plain_mean_turn(values, starts, parts), abs=1e-12)
 
 
-def test_a_mean_turn_of_very_many_cycles_is_the_same(monkeypatch):
+def test_mean_turn_does_not_depend_on_group_size(monkeypatch):
     values, starts = np.random.default_rng(3).standard_normal(9000), np.arange(0, 9000, 100.5)
     mean = mean_turn(values, starts, 16)
     monkeypatch.setattr(averaging, "AT_ONCE", 64)
     assert mean_turn(values, starts, 16) == pytest.approx(mean, rel=1e-12)
 
 
-def test_a_mean_turn_of_a_harmonic_is_smaller_by_what_is_said():
+def test_mean_turn_attenuates_a_harmonic_by_sinc():
     phase = 2 * np.pi * np.arange(64_000) / 6400
     mean = mean_turn(np.sin(5 * phase), np.arange(0, 64_001, 6400.0), 64)
     amplitude = np.abs(np.fft.rfft(mean)[5]) / 32

@@ -15,7 +15,7 @@ X = np.array([1.0, 5.0, 10.0, 15.0, 20.0, 30.0, 35.0])
 LINE = PolynomialFit(PolynomialSettings(degree=1))
 
 
-def test_a_straight_line_has_the_bands_of_the_textbook():
+def test_bands_of_a_straight_line_equal_the_textbook():
     """Draper and Smith: t s sqrt(1/n + (x - mean)^2 / Sxx), and with 1 + under the root."""
     y = 0.9 + 0.1 * X + np.array([0.02, -0.03, 0.01, 0.0, 0.02, -0.01, -0.01])
     curve = bands(LINE(Points(X, y)), np.array([1.0, 12.0, 35.0]))
@@ -28,7 +28,7 @@ def test_a_straight_line_has_the_bands_of_the_textbook():
     assert curve.prediction == pytest.approx(t * s * np.sqrt(1 + leverage))
 
 
-def test_one_more_point_falls_into_the_prediction_band_as_often_as_it_says():
+def test_prediction_band_covers_at_the_stated_rate():
     """Of 2000 further points 80 %: binomial 1600 +/- 3 * 17.9."""
     rng = np.random.default_rng(4)
     inside = 0
@@ -39,12 +39,12 @@ def test_one_more_point_falls_into_the_prediction_band_as_often_as_it_says():
     assert 1546 <= inside <= 1654
 
 
-def test_nobody_knows_where_one_more_point_falls_beside_an_interpolation():
+def test_interpolation_has_no_prediction_band():
     curve = bands(interpolate(Points(X, X, np.full(7, 0.1))), X)
     assert curve.confidence == pytest.approx(np.full(7, 0.1959964))
     assert np.isnan(curve.prediction).all()
 
 
-def test_outside_the_range_there_is_no_band():
+def test_band_outside_the_range_is_refused():
     with pytest.raises(DataError, match="not at 40"):
         bands(LINE(Points(X, X)), np.array([40.0]))

@@ -1,4 +1,4 @@
-"""What is computed of samples block by block is what is computed of all of them at once."""
+"""Results computed block by block equal those computed from all samples at once."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ RATE_HZ = 10e3
 
 
 class Stored:
-    """Samples that are there only by slices, none longer than a few blocks."""
+    """Samples available only in slices, none longer than a few blocks."""
 
     def __init__(self, values):
         self._values = values
@@ -48,7 +48,7 @@ def swing(samples=40_000, frequency_hz=10.3, noise=0.01):
 
 @given(period=st.floats(30, 9000), noise=st.sampled_from([0.01, 0.3]), block=st.integers(500, 7000))
 @settings(max_examples=examples(30), suppress_health_check=[HealthCheck.function_scoped_fixture])
-def test_rises_go_on_over_the_ends_of_blocks(monkeypatch, period, noise, block):
+def test_rises_do_not_depend_on_block_length(monkeypatch, period, noise, block):
     values = swing(20_000, RATE_HZ / period, noise)
     expected = rises(values, -0.01, 0.01)
     short_blocks(monkeypatch, block)
@@ -57,7 +57,7 @@ def test_rises_go_on_over_the_ends_of_blocks(monkeypatch, period, noise, block):
 
 @given(block=st.integers(1, 60), edges=st.sets(st.integers(0, 200), min_size=2))
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
-def test_extremes_are_those_of_parts_over_several_blocks(monkeypatch, block, edges):
+def test_extremes_do_not_depend_on_block_length(monkeypatch, block, edges):
     values, places = np.random.default_rng(1).standard_normal(200), np.array(sorted(edges))
     short_blocks(monkeypatch, block)
     parts = [values[a:b] for a, b in itertools.pairwise(places)]
@@ -71,7 +71,7 @@ def test_extremes_are_those_of_parts_over_several_blocks(monkeypatch, block, edg
     deadline=None,
     suppress_health_check=[HealthCheck.function_scoped_fixture],
 )
-def test_spikes_are_those_of_the_whole_recording(monkeypatch, seed, block):
+def test_spikes_do_not_depend_on_block_length(monkeypatch, seed, block):
     rng = np.random.default_rng(seed)
     values = np.sin(np.arange(1000) / 50) + 0.01 * rng.standard_normal(1000)
     values[rng.integers(0, 1000, 12)] += rng.choice([-1, 1], 12)
@@ -91,7 +91,7 @@ LOUD, QUIET = np.repeat([1.0, 0.01], 5 * BLOCK), np.repeat([0.01, 1.0], 5 * BLOC
     [(1.0, 1), (LOUD, 4), (QUIET, 4)],
     ids=["steady", "loud at first", "quiet at first"],
 )
-def test_spikes_of_a_steady_recording_are_found_in_one_walk(monkeypatch, loudness, walks):
+def test_spikes_of_a_steady_recording_need_one_pass(monkeypatch, loudness, walks):
     rng = np.random.default_rng(1)
     values = loudness * rng.standard_normal(10 * BLOCK)
     values[rng.integers(0, len(values), 30)] += 20
@@ -104,7 +104,7 @@ def test_spikes_of_a_steady_recording_are_found_in_one_walk(monkeypatch, loudnes
     assert np.concatenate([part for _, part in blocks(in_blocks)]).tolist() == cleaned.tolist()
 
 
-def test_percentiles_are_found_in_one_walk_and_a_block(monkeypatch):
+def test_percentiles_need_little_more_than_one_pass(monkeypatch):
     angle = swing(10 * BLOCK)
     expected = np.percentile(angle, [2, 98]).tolist()
     short_blocks(monkeypatch)
@@ -113,7 +113,7 @@ def test_percentiles_are_found_in_one_walk_and_a_block(monkeypatch):
     assert stored.samples_read < 12 * BLOCK
 
 
-def test_what_is_taken_off_is_taken_off_each_slice(monkeypatch):
+def test_offset_is_subtracted_from_each_slice(monkeypatch):
     short_blocks(monkeypatch, 10)
     values = np.arange(25.0)
     shown = Less(Stored(values), 2.0)
@@ -123,7 +123,7 @@ def test_what_is_taken_off_is_taken_off_each_slice(monkeypatch):
 
 @given(st.lists(st.floats(1, 30), min_size=1, max_size=50))
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
-def test_groups_hold_each_cycle_once_and_no_more_than_a_block(monkeypatch, periods):
+def test_groups_hold_each_cycle_once_within_a_block(monkeypatch, periods):
     short_blocks(monkeypatch, 20)
     starts = np.cumsum([0.0, *periods])
     slices = cycle_groups(starts)

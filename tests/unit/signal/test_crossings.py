@@ -12,8 +12,8 @@ RATIO = 2 / 45
 LIMIT = 0.3 * RATIO
 
 
-def plain(values, low, high):
-    """Return the rises as one would tell them: sample by sample."""
+def plain_rises(values, low, high):
+    """Return the rises by a plain_rises loop over the samples."""
     before, after, last = [], [], None
     for index, value in enumerate(values):
         if value <= low:
@@ -26,9 +26,9 @@ def plain(values, low, high):
     return before, after
 
 
-def equal(values, low, high):
+def equals_plain(values, low, high):
     pairs = rises(values, low, high)
-    return [list(pair) for pair in pairs] == [*plain(values, low, high)]
+    return [list(pair) for pair in pairs] == [*plain_rises(values, low, high)]
 
 
 def swing(samples, period, noise=0.0, phase=0.0, seed=1):
@@ -38,8 +38,8 @@ def swing(samples, period, noise=0.0, phase=0.0, seed=1):
 
 
 @given(st.lists(st.floats(-2, 2), max_size=200))
-def test_any_few_samples_are_told_as_one_by_one(values):
-    assert equal(np.array(values, float), -1.0, 1.0)
+def test_rises_of_short_series_equal_the_plain_loop(values):
+    assert equals_plain(np.array(values, float), -1.0, 1.0)
 
 
 @given(
@@ -48,8 +48,8 @@ def test_any_few_samples_are_told_as_one_by_one(values):
     phase=st.floats(0, 7),
     seed=st.integers(0, 99),
 )
-def test_a_noisy_swing_is_told_as_one_by_one(period, noise, phase, seed):
-    assert equal(swing(30_000, period, noise, phase, seed), -LIMIT, LIMIT)
+def test_rises_of_a_noisy_swing_equal_the_plain_loop(period, noise, phase, seed):
+    assert equals_plain(swing(30_000, period, noise, phase, seed), -LIMIT, LIMIT)
 
 
 @given(
@@ -57,17 +57,17 @@ def test_a_noisy_swing_is_told_as_one_by_one(period, noise, phase, seed):
     spikes=st.lists(st.tuples(st.integers(0, 59_999), st.sampled_from([-1.0, 0.0, 1.0]))),
     quiet=st.integers(0, 20_000),
 )
-def test_spikes_and_rest_are_told_as_one_by_one(period, spikes, quiet):
+def test_rises_with_spikes_and_rest_equal_the_plain_loop(period, spikes, quiet):
     values = swing(60_000, period, 0.01)
     values[:quiet] = 0.0
     for index, value in spikes:
         values[index] = value
-    assert equal(values, -LIMIT, LIMIT)
+    assert equals_plain(values, -LIMIT, LIMIT)
 
 
 @pytest.mark.parametrize("noise", [0.002, 0.02, 0.06])
 def test_noise_makes_no_cycles_at_1_hz(noise):
-    """60 s at 100 kS/s: as many swings as there were, where changes of sign show hundreds."""
+    """Sign changes would count many more cycles than there are."""
     values = swing(1_000_000, 100_000, noise, phase=-1.5)
     before, after = rises(values, -LIMIT, LIMIT)
     assert len(before) == len(after) == 10
@@ -75,19 +75,19 @@ def test_noise_makes_no_cycles_at_1_hz(noise):
 
 
 @pytest.mark.parametrize(("period", "noise"), [(100_000, 0.02), (10_000, 0.01), (2857.1, 0.002)])
-def test_few_samples_of_a_usual_recording_are_looked_at_one_by_one(monkeypatch, period, noise):
+def test_few_samples_take_the_slow_path(monkeypatch, period, noise):
     """Counted in samples of the slow way, not in time."""
     seen, slow = [], crossings._turns
     monkeypatch.setattr(
         crossings, "_turns", lambda low, high: seen.append(len(low)) or slow(low, high)
     )
     values = swing(600_000, period, noise)
-    assert equal(values, -LIMIT, LIMIT)
+    assert equals_plain(values, -LIMIT, LIMIT)
     assert sum(seen) < 0.1 * len(values)
 
 
 @given(st.floats(-1e3, 1e3), st.floats(1e-6, 1e3))
-def test_the_levels_are_the_last_that_floating_point_tells_apart(middle, limit):
+def test_levels_are_exact_in_floating_point(middle, limit):
     low, high = beyond(middle, limit)
     assert low - middle < -limit
     assert not np.nextafter(low, np.inf) - middle < -limit

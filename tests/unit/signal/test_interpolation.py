@@ -17,13 +17,13 @@ def test_polynomials_of_degree_five_are_exact():
     assert between(np.polyval(coefficients, x), PLACES) == pytest.approx(expected, abs=1e-9)
 
 
-def test_at_the_samples_it_gives_the_samples():
+def test_interpolation_at_the_samples_returns_them():
     samples = np.random.default_rng(1).standard_normal(50)
     places = np.arange(BEFORE, 50 - BEHIND, dtype=float)
     assert between(samples, places) == pytest.approx(samples[BEFORE : 50 - BEHIND], abs=1e-12)
 
 
-def test_up_to_a_tenth_of_the_rate_it_errs_by_less_than_a_thousandth():
+def test_error_up_to_a_tenth_of_the_rate_is_below_a_thousandth():
     for cycles_per_sample in (0.01, 0.05, 0.1):
         sine = np.sin(2 * np.pi * cycles_per_sample * np.arange(100))
         expected = np.sin(2 * np.pi * cycles_per_sample * PLACES)
@@ -31,6 +31,6 @@ def test_up_to_a_tenth_of_the_rate_it_errs_by_less_than_a_thousandth():
 
 
 @pytest.mark.parametrize("place", [BEFORE - 0.1, 50.0 - BEHIND])
-def test_too_near_to_the_ends_is_refused(place):
+def test_place_too_near_to_the_ends_is_refused(place):
     with pytest.raises(ValueError, match="too near to the ends"):
         between(np.zeros(50), np.array([place]))

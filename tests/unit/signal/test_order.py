@@ -24,7 +24,7 @@ VALUES = st.one_of(
     deadline=None,
     suppress_health_check=[HealthCheck.function_scoped_fixture],
 )
-def test_order_statistics_in_parts_are_those_of_the_whole(monkeypatch, kept, values, percent):
+def test_order_statistics_do_not_depend_on_block_length(monkeypatch, kept, values, percent):
     array = np.array(values)
     expected = np.percentile(array, percent).tolist(), float(np.median(array))
     short_blocks(monkeypatch, 10)

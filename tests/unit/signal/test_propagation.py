@@ -13,8 +13,8 @@ from rigrunner.signal.propagation import propagate, sensitivities
 
 def linear(*terms, correlation=None):
     """Return y = sum of c x for terms (c, Input)."""
-    equation = lambda x: sum(c * x[each.name] for c, each in terms)  # noqa: E731  (an equation)
-    return MeasurementModel(tuple(each for _, each in terms), equation, correlation)
+    equation = lambda x: sum(c * x[term.name] for c, term in terms)  # noqa: E731  (an equation)
+    return MeasurementModel(tuple(term for _, term in terms), equation, correlation)
 
 
 def by_name(components):
@@ -29,13 +29,13 @@ def test_independent_inputs_add_in_squares():
 
 
 def test_a_model_is_propagated_once():
-    """A method does it, and what it gives is held against its model."""
+    """A method propagates it, and its result is checked against the model."""
     model = linear((2.0, Input("a", 1.0, 0.3, 9)))
     assert propagate(model) is propagate(model)
     assert propagate(linear((2.0, Input("a", 1.0, 0.6, 9)))).estimate.u == pytest.approx(1.2)
 
 
-def test_a_line_tells_estimate_sensitivity_and_contribution():
+def test_budget_line_has_estimate_sensitivity_and_contribution():
     gain = Input("gain", 0.5, 0.01, inf, Distribution.RECTANGULAR, "V", common=True)
     part = by_name(propagate(linear((-3.0, gain))).components)["gain"]
     assert (part.value, part.unit, part.input_u) == (0.5, "V", 0.01)
@@ -65,14 +65,14 @@ def test_gum_h2_resistance():
     assert resistance.dof == pytest.approx(4)
 
 
-def test_one_estimation_shares_its_degrees_of_freedom():
+def test_inputs_of_one_ensemble_share_degrees_of_freedom():
     a, b = (Input(name, 0.0, 1.0, 5, ensemble="fit") for name in "ab")
     apart = (Input("a", 0.0, 1.0, 5), Input("b", 0.0, 1.0, 5))
     assert propagate(linear((1, a), (1, b))).estimate.dof == pytest.approx(5)
     assert propagate(linear(*((1, x) for x in apart))).estimate.dof == pytest.approx(10)
 
 
-def test_inputs_of_one_line_are_one_line_with_their_covariance():
+def test_inputs_of_one_line_are_combined_with_covariance():
     a, b = (Input(name, 3.0, 1.0, 5, line="fit", ensemble="fit") for name in "ab")
     r = np.array([[1.0, -0.9], [-0.9, 1.0]])
     model = linear((1, a), (1, b), correlation=r)
@@ -98,7 +98,7 @@ def test_known_limits_may_be_correlated():
     assert isinf(propagate(opposite).estimate.dof)
 
 
-def test_of_what_is_certain_nothing_is_uncertain():
+def test_certain_inputs_give_no_uncertainty():
     estimate = propagate(linear((2.0, Input("a", 1.0, 0.0, 3)))).estimate
     assert (estimate.value, estimate.u, estimate.dof) == (2.0, 0.0, inf)
     assert propagate(MeasurementModel((), Corrected(0.7, ()))).estimate.value == 0.7
@@ -131,11 +131,11 @@ def test_welch_satterthwaite(parts):
         assert estimate.dof == pytest.approx(1 / spread, rel=1e-6)
 
 
-def test_an_input_that_comes_twice_is_refused():
+def test_duplicate_input_is_refused():
     with pytest.raises(ValueError, match="is repeated in a, a"):
         linear((1, Input("a", 0, 1)), (1, Input("a", 0, 1)))
 
 
-def test_a_correlation_of_another_shape_is_refused():
+def test_correlation_of_wrong_shape_is_refused():
     with pytest.raises(ValueError, match="1 inputs"):
         linear((1, Input("a", 0, 1)), correlation=np.eye(2))

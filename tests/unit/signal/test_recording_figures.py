@@ -1,4 +1,4 @@
-"""What was recorded, as figures."""
+"""Recordings and tables as figures."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ def recording(channels, units=(), setpoints=()):
     return Recording("r", 10.0, started, dict(setpoints), channels, dict(units))
 
 
-def test_of_many_samples_no_peak_is_lost():
+def test_decimation_keeps_every_peak():
     values = np.zeros(1_000_003)
     values[[123_457, 999_999]] = 5.0, -7.0
-    shown = of_recording(recording({"a.b": values}, units={"a.b": "N"}))
-    points = shown.panels[0].series[0].points
+    figure = of_recording(recording({"a.b": values}, units={"a.b": "N"}))
+    points = figure.panels[0].series[0].points
     assert len(points) <= 1500
     assert (min(p.y for p in points), max(p.y for p in points)) == (-7.0, 5.0)
     assert next(p.x for p in points if p.y == 5.0) == 12345.7
-    assert shown.alt == "a.b: \N{MINUS SIGN}7 to 5 N"
-    assert "equal stretches" in shown.caption
+    assert figure.alt == "a.b: \N{MINUS SIGN}7 to 5 N"
+    assert "equal stretches" in figure.caption
 
 
-def test_each_channel_has_its_panel_and_the_caption_counts_the_others():
+def test_caption_counts_channels_that_are_not_drawn():
     channels = {f"a.c{n}": np.arange(3.0) for n in range(MOST_CHANNELS + 2)}
-    shown = of_recording(recording(channels, setpoints={"load.f": 2.0}))
-    assert [panel.y.name for panel in shown.panels] == [f"a.c{n}" for n in range(MOST_CHANNELS)]
-    assert shown.caption == "Recording r at load.f 2. 2 more channels are not drawn."
+    figure = of_recording(recording(channels, setpoints={"load.f": 2.0}))
+    assert [panel.y.name for panel in figure.panels] == [f"a.c{n}" for n in range(MOST_CHANNELS)]
+    assert figure.caption == "Recording r at load.f 2. 2 more channels are not drawn."
 
 
 def row(at, value):
@@ -40,13 +40,13 @@ def row(at, value):
     )  # fmt: skip
 
 
-def test_a_table_is_over_what_was_set_to_several_values():
-    shown = of_table([row(0.0, 5.0), row(1.0, 4.9)])
-    assert [(p.x, p.y) for p in shown.panels[0].series[0].points] == [(0.0, 5.0), (1.0, 4.9)]
-    assert str(shown.panels[0].x) == "set load.i / A"
+def test_table_is_drawn_over_its_varied_set_point():
+    figure = of_table([row(0.0, 5.0), row(1.0, 4.9)])
+    assert [(p.x, p.y) for p in figure.panels[0].series[0].points] == [(0.0, 5.0), (1.0, 4.9)]
+    assert str(figure.panels[0].x) == "set load.i / A"
 
 
-def test_a_table_of_one_set_point_is_over_its_rows():
-    shown = of_table([row(1.0, 5.0), row(1.0, 4.9)])
-    assert [p.x for p in shown.panels[0].series[0].points] == [1.0, 2.0]
+def test_table_of_one_set_point_is_drawn_over_its_rows():
+    figure = of_table([row(1.0, 5.0), row(1.0, 4.9)])
+    assert [p.x for p in figure.panels[0].series[0].points] == [1.0, 2.0]
     assert of_table([row(1.0, 5.0)]) is None

@@ -37,12 +37,12 @@ def naive(values):
     return float(values.std(ddof=1)) / sqrt(len(values)), len(values) - 1.0
 
 
-def test_of_correlated_cycles_the_plain_standard_error_is_far_too_small():
+def test_plain_standard_error_of_correlated_cycles_is_too_small():
     assert coverage(naive, 0.6) < 0.75
     assert coverage(standard_error, 0.6) > 0.9
 
 
-def test_of_independent_cycles_nothing_is_padded():
+def test_standard_error_of_independent_cycles_is_not_inflated():
     assert 0.93 < coverage(standard_error, 0.0) < 0.97
     u = np.array(
         [[standard_error(x)[0], naive(x)[0]] for x in (series(0, 30, s) for s in range(300))]
@@ -51,14 +51,14 @@ def test_of_independent_cycles_nothing_is_padded():
 
 
 @pytest.mark.parametrize(("phi", "at_least"), [(0.99, 0.8), (0.999, 0.8)])
-def test_cycles_that_hardly_change_are_told_to_be_few(phi, at_least):
+def test_strongly_correlated_cycles_count_as_few(phi, at_least):
     """Then u is too small by a half and more, as a known process shows; chance 0.001."""
     few = np.mean([effective_number(series(phi, 30, seed), 0.001) < 5 for seed in range(300)])
     assert few > at_least
 
 
 @pytest.mark.parametrize("n", [8, 10, 20, 30])
-def test_independent_cycles_are_hardly_ever_told_to_be_few(n):
+def test_independent_cycles_rarely_count_as_few(n):
     few = sum(effective_number(series(0.0, n, seed), 0.001) < 5 for seed in range(4000))
     assert few <= 8  # 0.2 %: twice what is expected, and none of 30
 
@@ -79,7 +79,7 @@ def test_few_values_show_no_correlation():
     assert standard_error(np.arange(7.0)) == naive(np.arange(7.0))
 
 
-def test_a_drift_through_the_run_is_seen():
+def test_drift_increases_the_standard_error():
     drifting = np.linspace(0, 1, 20) + 0.01 * np.random.default_rng(2).standard_normal(20)
     u, dof = standard_error(drifting)
     assert u > 2.5 * naive(drifting)[0]

@@ -22,7 +22,7 @@ def at(celsius, ohm, u=0.01, **labels):
     return MeasurementResult(of=OHM, estimate=estimate, coordinates={**places, **labelled})
 
 
-def test_values_are_in_the_order_of_the_coordinate():
+def test_values_are_ordered_by_coordinate():
     limits = Limits(99.9, inf, "Ω")
     (figure,) = over_coordinate([(at(50.0, 119.4), None, False), (at(0.0, 100.0), limits, True)])
     assert (str(figure.x), str(figure.y)) == ("chamber.temperature / °C", "R / Ω")
@@ -34,7 +34,7 @@ def test_values_are_in_the_order_of_the_coordinate():
     assert figure.has_limits
 
 
-def test_limits_that_differ_have_a_figure_of_their_own():
+def test_differing_limits_get_a_second_figure():
     low, high = Limits(99.883, 100.117, "Ω"), Limits(138.203, 138.808, "Ω")
     rows = [(at(0.0, 100.03), low, False), (at(100.0, 138.9), high, True)]
     values, within = over_coordinate(rows)
@@ -45,18 +45,18 @@ def test_limits_that_differ_have_a_figure_of_their_own():
     assert within.series[0].points[0].U == values.series[0].points[0].U
 
 
-def test_the_same_limits_everywhere_need_no_second_figure():
+def test_equal_limits_get_no_second_figure():
     limits = Limits(90.0, 140.0, "Ω")
     assert len(over_coordinate([(at(t, 100.0), limits, False) for t in (0.0, 50.0)])) == 1
 
 
-def test_limits_around_one_middle_need_no_second_figure():
+def test_limits_with_one_centre_get_no_second_figure():
     """Such as a tolerance that grows with the temperature: the values show it."""
     limited = [(at(t, 0.1), Limits(-w, w, "Ω"), False) for t, w in ((0.0, 0.3), (100.0, 0.8))]
     assert len(over_coordinate(limited)) == 1
 
 
-def test_labels_tell_series_apart_and_alone_make_no_figure():
+def test_labels_separate_series_but_make_no_figure_alone():
     rows = [(at(t, 100.0, phase=p), None, False) for p in ("new", "worn") for t in (0.0, 50.0)]
     assert [series.name for series in over_coordinate(rows)[0].series] == ["new", "worn"]
     assert over_coordinate(rows[::2]) == (), "one temperature"

@@ -21,7 +21,7 @@ from rigrunner.signal.rounding import places_of_margin, with_uncertainty
         (0.72, 0.0, "0.72 ± 0"),
     ],
 )
-def test_value_and_uncertainty_end_at_the_same_place(value, expanded, text):
+def test_value_and_uncertainty_have_the_same_decimals(value, expanded, text):
     assert with_uncertainty(value, expanded) == text
 
 
@@ -29,8 +29,6 @@ def test_value_and_uncertainty_end_at_the_same_place(value, expanded, text):
     ("decimals", "unit", "expected"),
     [(3, "N·m", 4), (5, "N·m", 4), (6, "N·m", 5), (-1, "N·m", 4), (3, "mN·m", 3), (1, "V", 1)],
 )
-def test_a_margin_in_newton_metres_is_told_to_a_tenth_of_a_millinewton_metre(
-    decimals, unit, expected
-):
-    """So did 0.1.0, or to one digit of a smaller U."""
+def test_decimals_of_a_margin(decimals, unit, expected):
+    """In N·m to 0.1 mN·m, as in 0.1.0, or to one digit of a smaller U."""
     assert places_of_margin(decimals, unit) == expected

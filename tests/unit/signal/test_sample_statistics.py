@@ -1,4 +1,4 @@
-"""Statistics that are taken block by block are those of all samples together."""
+"""Statistics computed block by block equal those of all samples."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def statistics_of(values, cuts):
 
 
 @given(samples, st.lists(st.integers(0, 200), max_size=5))
-def test_they_are_those_of_all_samples_however_they_are_cut(values, cuts):
+def test_statistics_do_not_depend_on_block_cuts(values, cuts):
     statistics = statistics_of(values, [cut for cut in cuts if cut <= len(values)])
     assert tuple(statistics) == STATISTICS
     assert (statistics["minimum"], statistics["maximum"]) == (min(values), max(values))
@@ -35,7 +35,7 @@ def test_they_are_those_of_all_samples_however_they_are_cut(values, cuts):
     assert statistics["rms"] == pytest.approx(squares, rel=1e-12, abs=1e-150)
 
 
-def test_a_small_part_of_a_large_mean_is_not_lost_over_many_blocks():
+def test_mean_over_many_blocks_keeps_small_parts():
     """A plain sum of 20 000 blocks loses it: 1e9 + 1e-7 has no digit left for more."""
     statistics = SampleStatistics()
     statistics.take(np.array([1e9]))
@@ -45,7 +45,7 @@ def test_a_small_part_of_a_large_mean_is_not_lost_over_many_blocks():
     assert statistics.found()["mean"] * 20_002 == pytest.approx(20_000 * 1e-8, rel=1e-9)
 
 
-def test_of_no_sample_there_is_none():
+def test_statistics_of_no_samples_are_refused():
     statistics = SampleStatistics()
     statistics.take(np.array([]))
     with pytest.raises(ValueError, match="no sample"):

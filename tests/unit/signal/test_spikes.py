@@ -22,7 +22,7 @@ def by_the_book(values, window, threshold):
 
 @given(st.integers(0, 2**32 - 1), st.sampled_from([3, 5, 11]), st.sampled_from([2.0, 3.5, 6.0]))
 @settings(max_examples=examples(30), deadline=None)
-def test_equals_the_definition(seed, window, threshold):
+def test_hampel_equals_the_definition(seed, window, threshold):
     rng = np.random.default_rng(seed)
     values = rng.standard_normal(200) + 5 * (rng.random(200) < 0.03)
     cleaned, count = hampel(values, window, threshold)
@@ -42,14 +42,14 @@ def ringing_torque(rng, noise=0.02, rate=10e3):
     return torque + noise * rng.standard_normal(len(time))
 
 
-def test_leaves_steps_and_ringing_of_clean_torque_alone():
+def test_hampel_keeps_steps_and_ringing():
     clean = ringing_torque(np.random.default_rng(1))
     cleaned, count = hampel(clean, 11)
     assert count < 1e-4 * len(clean)
     assert np.sqrt(np.mean((cleaned - clean) ** 2)) < 0.001
 
 
-def test_finds_spikes_and_counts_them():
+def test_hampel_removes_and_counts_spikes():
     rng = np.random.default_rng(2)
     clean = np.sin(np.linspace(0, 60, 20_000)) + 0.02 * rng.standard_normal(20_000)
     where = rng.choice(20_000, 20, replace=False)
@@ -62,7 +62,7 @@ def test_finds_spikes_and_counts_them():
     np.testing.assert_array_equal(cleaned[untouched], spiked[untouched])
 
 
-def test_does_not_change_what_it_is_given():
+def test_hampel_does_not_change_its_input():
     values = np.zeros(50)
     values[25] = 9.0
     _, count = hampel(values, 5)
@@ -75,6 +75,6 @@ def test_constant_record_has_no_spikes():
 
 
 @pytest.mark.parametrize("window", [0, 1, 2])
-def test_refuses_a_window_without_neighbours(window):
+def test_hampel_refuses_a_window_without_neighbours(window):
     with pytest.raises(ValueError, match="3 is the least"):
         hampel(np.zeros(10), window)

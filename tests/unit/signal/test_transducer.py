@@ -1,4 +1,4 @@
-"""What stated errors of a transducer come to, by hand from their definitions."""
+"""Uncertainty from stated errors of a transducer, by hand from their definitions."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ SOURCE = "certificate 12345 DK-17"
 
 
 def instrument(**errors):
-    stated = {name: {"source": SOURCE} | each for name, each in errors.items()}
+    stated = {name: {"source": SOURCE} | error for name, error in errors.items()}
     return Instrument.model_validate(TORQUE | {"accuracy": {"overall": "0.1 % FS"} | stated})
 
 
@@ -32,7 +32,7 @@ def contributions(result, readings, slow, **errors):
     return {line.name: line.u for line in propagate(model_of(result, effects)).components}
 
 
-def test_what_does_not_grow_with_the_reading_is_in_the_unit_of_the_instrument():
+def test_absolute_error_is_in_the_unit_of_the_instrument():
     accuracy = {"overall": "0.1 % FS", "hysteresis": {"limit": "3 N", "source": SOURCE}}
     force = TORQUE | {"measures": "force", "full_scale": "10 kN", "accuracy": accuracy}
     (effect,) = transducer_effects(Instrument.model_validate(force), 1.0, (1.0,), slow=1.0)
@@ -40,9 +40,9 @@ def test_what_does_not_grow_with_the_reading_is_in_the_unit_of_the_instrument():
     assert (effect.input.unit, effect.input.u) == ("N", pytest.approx(3 / sqrt(3)))
 
 
-def test_nothing_is_added_where_nothing_is_stated():
-    plain = Instrument.model_validate(TORQUE)
-    assert transducer_effects(plain, 1.0, (7.0, 6.0), slow=1.0) == ()
+def test_unstated_errors_add_nothing():
+    no_accuracy = Instrument.model_validate(TORQUE)
+    assert transducer_effects(no_accuracy, 1.0, (7.0, 6.0), slow=1.0) == ()
     assert transducer_effects(instrument(), 1.0, (7.0, 6.0), slow=1.0) == ()
 
 
@@ -71,7 +71,7 @@ def test_nothing_is_added_where_nothing_is_stated():
         ),
     ],
 )
-def test_each_error_is_a_line_with_its_source(name, errors, expected):
+def test_each_error_is_a_budget_line_with_its_source(name, errors, expected):
     lines = contributions(1.0, (4.0, 3.0), 0.1, **errors)
     assert lines == {f"transducer {name} ({SOURCE})": pytest.approx(expected, rel=1e-12)}
 
@@ -80,7 +80,7 @@ def test_each_error_is_a_line_with_its_source(name, errors, expected):
     ("distribution", "divisor"),
     [("rectangular", sqrt(3)), ("triangular", sqrt(6)), ("arcsine", sqrt(2)), ("normal", 2.0)],
 )
-def test_the_distribution_is_the_stated_one(distribution, divisor):
+def test_stated_distribution_is_used(distribution, divisor):
     stated = {"limit": "0.01 N·m", "distribution": distribution}
     (effect,) = transducer_effects(instrument(hysteresis=stated), 1.0, (1.0,), slow=1.0)
     assert effect.input.u == pytest.approx(0.01 / divisor, rel=1e-12)
@@ -89,8 +89,8 @@ def test_the_distribution_is_the_stated_one(distribution, divisor):
 
 
 def test_errors_are_independent_of_each_other():
-    both = {"hysteresis": {"limit": "3 mN·m"}, "repeatability": {"limit": "4 mN·m"}}
-    effects = transducer_effects(instrument(**both), 1.0, (1.0,), slow=1.0)
+    errors = {"hysteresis": {"limit": "3 mN·m"}, "repeatability": {"limit": "4 mN·m"}}
+    effects = transducer_effects(instrument(**errors), 1.0, (1.0,), slow=1.0)
     assert propagate(model_of(1.0, effects)).estimate.u == pytest.approx(5e-3 / sqrt(3), rel=1e-12)
 
 
@@ -109,6 +109,6 @@ def test_errors_are_independent_of_each_other():
         ({"linearity": {"limit": "1 % FS"}}, "linearity"),
     ],
 )
-def test_entries_that_say_nothing_are_refused(errors, message):
+def test_invalid_errors_are_refused(errors, message):
     with pytest.raises(ValidationError, match=message):
         instrument(**errors)

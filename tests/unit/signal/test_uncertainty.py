@@ -35,13 +35,13 @@ def test_student_t(dof, p, expected):
     assert coverage_factor(dof, p) == pytest.approx(expected, abs=digits)
 
 
-def test_known_parts_leave_the_freedom_infinite():
+def test_parts_with_infinite_dof_give_infinite_dof():
     assert combine([component(3), component(4)]) == (5.0, inf)
 
 
-def test_a_part_of_zero_takes_no_freedom():
+def test_zero_part_does_not_reduce_the_dof():
     assert combine([component(0.0, 1), component(2.0, 7)]) == (2.0, pytest.approx(7))
 
 
-def test_nothing_is_certain():
+def test_no_parts_give_no_uncertainty():
     assert combine([]) == (0.0, inf)

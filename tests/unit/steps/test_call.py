@@ -1,4 +1,4 @@
-"""Teardowns of called procedures: where they stand, and when the run fails within the call."""
+"""Teardowns of called procedures: their order, and a run that fails within the call."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def steps_done(refused=None, stop_at=None):
     return summary, [int(event.step) for event in listener.of(StepEnded)]
 
 
-def test_without_a_failure_every_step_is_done_once_in_order():
+def test_without_failure_every_step_runs_once_in_order():
     summary, done = steps_done()
 
     assert summary.outcome is Outcome.COMPLETED
@@ -78,9 +78,7 @@ def test_without_a_failure_every_step_is_done_once_in_order():
         (41, []),
     ],
 )
-def test_after_a_failure_the_teardowns_of_all_calls_that_were_entered_are_done(
-    refused, followed_by
-):
+def test_failure_runs_the_teardowns_of_all_entered_calls(refused, followed_by):
     summary, done = steps_done(refused=refused)
 
     assert summary.outcome is Outcome.ERROR
@@ -97,15 +95,15 @@ def test_after_a_failure_the_teardowns_of_all_calls_that_were_entered_are_done(
         (20, [40, 41]),
     ],
 )
-def test_a_stop_request_is_obeyed_after_the_teardown_that_is_under_way(stop_at, followed_by):
+def test_stop_request_waits_for_the_current_teardown(stop_at, followed_by):
     summary, done = steps_done(stop_at=stop_at)
 
     assert summary.outcome is Outcome.ABORTED
     assert done[done.index(stop_at) + 1 :] == followed_by
 
 
-def test_a_value_out_of_limits_in_the_teardown_of_a_call_stops_the_run():
-    """In the teardown of the run itself there is nothing left to stop."""
+def test_limit_missed_in_the_teardown_of_a_call_stops_the_run():
+    """In the teardown of the run itself nothing is left to stop."""
     load = Measure("table", (Member("tester", "load"),), 0.0, {}, {"tester.load": "N"})
     strict = Terms(limits=(ValueLimit("tester.load", maximum=5.0, unit="N"),))  # it reads 1000 N
     plan = Plan((
@@ -121,7 +119,7 @@ def test_a_value_out_of_limits_in_the_teardown_of_a_call_stops_the_run():
     assert "set load 2" not in device.calls
 
 
-def test_a_failure_while_a_run_is_taken_up_inside_a_call_is_followed_by_its_teardown():
+def test_failure_on_resume_within_a_call_runs_its_teardown():
     plan = Plan((
         PlannedStep("in", Phase.MAIN, SetDrive("tester", "load", 1.0, "N"), "", 0.0, calls=("a",)),
         PlannedStep("record", Phase.MAIN, record("001"), "", 0.0, calls=("a",)),

@@ -1,4 +1,4 @@
-"""The plan of each kind of step: its action, its time, its terms; and what cannot be done."""
+"""The plan of each kind of step: its action, its time, its terms; and refused steps."""
 
 from __future__ import annotations
 
@@ -62,13 +62,13 @@ def planned(step, devices=DEVICES):
     return [step for step in plan.steps if step.path.startswith("main[1].sweep[0].steps[0]")]
 
 
-def only(step, devices=DEVICES):
+def only_step(step, devices=DEVICES):
     (planned_step,) = planned(step, devices)
     return planned_step
 
 
-def test_a_ramp_at_a_rate_takes_the_time_of_its_way():
-    step = only("ramp: {drive: tester.load, from: 100 N, to: 0.6 kN, rate: 100 N/s}")
+def test_ramp_at_a_rate_takes_the_time_of_its_distance():
+    step = only_step("ramp: {drive: tester.load, from: 100 N, to: 0.6 kN, rate: 100 N/s}")
 
     assert step.action == Ramp("tester", "load", 100.0, 600.0, "N", pytest.approx(5.0))
     way_to_start_s = (1000 - 100) / 500
@@ -76,14 +76,14 @@ def test_a_ramp_at_a_rate_takes_the_time_of_its_way():
     assert step.text == "Ramp tester.load to 0.6 kN in 5 s"
 
 
-def test_a_ramp_over_a_time_starts_where_the_drive_stands():
-    step = only("ramp: {drive: tester.load, to: 0 N, time: 1 min}")
+def test_ramp_over_a_time_starts_at_the_current_set_point():
+    step = only_step("ramp: {drive: tester.load, to: 0 N, time: 1 min}")
 
     assert step.action == Ramp("tester", "load", 1000.0, 0.0, "N", 60.0)
     assert step.estimated_s == 60.0
 
 
-def test_a_ramp_moves_the_setpoint_of_what_follows():
+def test_ramp_changes_the_set_point_of_later_steps():
     steps = make_plan(
         parse_procedure(
             edited(PROCEDURE, (MARK, "ramp: {drive: tester.load, to: 7 N, time: 9 s}")), "p.yaml"
@@ -97,20 +97,22 @@ def test_a_ramp_moves_the_setpoint_of_what_follows():
 
 
 def test_wait_and_note():
-    assert only("wait: {time: 2 min, text: warm up}").action == Wait(120.0)
-    assert only("wait: {time: 2 min, text: warm up}").text == "Wait for 120 s: warm up"
-    assert only("note: {text: Grease seen}").action == Note("Grease seen")
+    assert only_step("wait: {time: 2 min, text: warm up}").action == Wait(120.0)
+    assert only_step("wait: {time: 2 min, text: warm up}").text == "Wait for 120 s: warm up"
+    assert only_step("note: {text: Grease seen}").action == Note("Grease seen")
 
 
 def test_a_question_with_choices_and_one_with_a_unit():
-    side = only("ask: {text: Side, into: side, choices: [left, right], unattended: LEFT}").action
+    side = only_step(
+        "ask: {text: Side, into: side, choices: [left, right], unattended: LEFT}"
+    ).action
     assert side == Ask("Side", "side", "LEFT", expected=Expected(("left", "right")))
-    room = only("ask: {text: Room, into: room, unit: degC, min: 15 °C}").action
+    room = only_step("ask: {text: Room, into: room, unit: degC, min: 15 °C}").action
     assert room.expected == Expected(unit="°C", minimum=parse_quantity("15 °C"))
 
 
 def test_single_values_of_several_devices():
-    step = only("measure: {channels: [room.room, tester2.x]}".replace(", tester2.x", ""))
+    step = only_step("measure: {channels: [room.room, tester2.x]}".replace(", tester2.x", ""))
     assert step.action == Measure(
         name="measured",
         channels=("room.room",),
@@ -122,10 +124,10 @@ def test_single_values_of_several_devices():
 
 
 def test_an_average_is_streamed_where_the_device_streams():
-    streamed = only("measure: {channels: [tester.torque], name: mean, duration: 2 s}")
+    streamed = only_step("measure: {channels: [tester.torque], name: mean, duration: 2 s}")
     assert (streamed.action.name, streamed.action.sample_rate_hz) == ("mean", 1000.0)
     assert streamed.estimated_s == 2.0
-    read = only("measure: {channels: [room.room], duration: 2 s}")
+    read = only_step("measure: {channels: [room.room], duration: 2 s}")
     assert read.action.sample_rate_hz is None
     assert read.text == "Measure room.room, mean over 2 s"
 
@@ -137,8 +139,8 @@ def scan_with(more):
     return SCAN.replace("name: warm", more)
 
 
-def test_a_scan_goes_through_its_set_points_and_leaves_the_drive_at_the_last():
-    step = only(SCAN)
+def test_plan_of_a_scan():
+    step = only_step(SCAN)
     assert step.action == Scan(
         name="warm",
         role="tester",
@@ -154,21 +156,21 @@ def test_a_scan_goes_through_its_set_points_and_leaves_the_drive_at_the_last():
     assert step.path == "main[1].sweep[0].steps[0].scan"
     assert step.text == "Scan tester.load between 50 N and 300 N, 3 points, reading room.room"
     assert step.terms == Terms()
-    assert only(scan_with("name: a").replace("0.1 kN, 50 N, ", "")).text == (
+    assert only_step(scan_with("name: a").replace("0.1 kN, 50 N, ", "")).text == (
         "Scan tester.load at 300 N, 1 point, reading room.room"
     )
 
 
-def test_a_scan_settles_at_each_point_and_is_judged_there():
+def test_scan_settles_and_has_limits_at_each_point():
     limits = "{room.room: {min: 20 °C, max: 26 °C, marginal: 0.5 K}}"
-    step = only(scan_with(f"settle: 2 s, retries: 1, timeout: 9 s, limits: {limits}"))
+    step = only_step(scan_with(f"settle: 2 s, retries: 1, timeout: 9 s, limits: {limits}"))
     low, high = parse_quantity("20 °C"), parse_quantity("26 °C")
     assert (step.action.settle_s, step.estimated_s) == (2.0, pytest.approx(2.4 + 3 * 2.0))
     assert step.action.limits == (ValueLimit.between("room.room", low, high, 0.5),)
     assert step.terms == Terms(9.0, 2)  # the limits are those of each point
 
 
-def test_what_follows_a_scan_knows_where_it_left_the_drive():
+def test_steps_after_a_scan_have_its_last_set_point():
     text = edited(PROCEDURE, (MARK, SCAN), ROLES)
     plan = make_plan(parse_procedure(text, "p.yaml"), parse_station(BENCH, "s.yaml"), DEVICES)
     scan, record = [s.action for s in plan.steps if s.path.startswith("main[1].sweep[1].steps")]
@@ -178,7 +180,7 @@ def test_what_follows_a_scan_knows_where_it_left_the_drive():
     assert second.estimated_s == pytest.approx((300 - 100 + 100 - 50 + 300 - 50) / 500)
 
 
-def test_a_scan_over_a_frequency_is_a_motion_that_zero_and_cycles_know():
+def test_scan_of_a_frequency_counts_as_motion():
     scan = "scan: {set: tester.frequency, over: [3 Hz, 4 Hz], channels: [room.room]}"
     text = edited(PROCEDURE, (MARK, scan), ROLES)
     plan = make_plan(parse_procedure(text, "p.yaml"), parse_station(BENCH, "s.yaml"), DEVICES)
@@ -196,7 +198,7 @@ def test_a_scan_over_a_frequency_is_a_motion_that_zero_and_cycles_know():
     assert problem.message == "zero is read at rest, but tester.frequency is at 4 Hz here"
 
 
-def test_repetitions_come_as_often_as_they_are_asked_for():
+def test_repeat_expands_to_its_number_of_times():
     steps = planned("repeat: {times: 3, steps: [wait: {time: 1 s}, settle: {time: 2 s}]}")
 
     assert [step.action for step in steps] == [Wait(1.0), Settle(2.0)] * 3
@@ -207,7 +209,7 @@ def test_repetitions_come_as_often_as_they_are_asked_for():
 
 def test_the_terms_of_a_step():
     limits = "{room.room: {min: 20 °C, max: 26 °C, marginal: 0.5 K}}"
-    step = only(
+    step = only_step(
         f"measure: {{channels: [room.room], limits: {limits}, timeout: 3 s, retries: 2,"
         " on_fail: continue}"
     )
@@ -216,26 +218,26 @@ def test_the_terms_of_a_step():
     limit = ValueLimit("room.room", low.si, high.si, "°C", 0.5)
     expected = Terms(3.0, 3, continues=True, limits=(limit,), stops_at_limit=False)
     assert step.terms == expected
-    assert only("set: {tester.load: 1 N, retries: 1}").terms == Terms(None, 2)
-    assert only("set: {tester.load: 1 N}").terms == Terms()
+    assert only_step("set: {tester.load: 1 N, retries: 1}").terms == Terms(None, 2)
+    assert only_step("set: {tester.load: 1 N}").terms == Terms()
 
 
-def test_conditions_of_a_recording_may_have_limits():
+def test_recording_may_limit_other_channels():
     record = "record: {channels: [tester.angle, tester.torque], cycles: 5, limits: LIMITS}"
-    step = only(record.replace("LIMITS", "{room.room: {max: 26 °C}}"))
+    step = only_step(record.replace("LIMITS", "{room.room: {max: 26 °C}}"))
     assert step.terms.limits == (ValueLimit.between("room.room", None, parse_quantity("26 °C")),)
 
 
-def test_what_is_streamed_is_no_condition_of_its_recording():
-    class Both(type(TESTER), Reader):
+def test_limit_of_a_streamed_channel_applies_to_its_maximum():
+    class StreamingReader(type(TESTER), Reader):
         """Streams and is read."""
 
-    devices = DEVICES | {"tester": Both(TESTER.channels, TESTER.drives)}
+    devices = DEVICES | {"tester": StreamingReader(TESTER.channels, TESTER.drives)}
     record = "record: {channels: [tester.angle, tester.torque], cycles: 5, limits: LIMITS}"
-    step = only(record.replace("LIMITS", "{tester.load: {max: 5 N}}"), devices)
+    step = only_step(record.replace("LIMITS", "{tester.load: {max: 5 N}}"), devices)
     assert step.terms.limits == (ValueLimit("tester.load", None, 5.0, "N"),)
 
-    streamed = only(record.replace("LIMITS", "{tester.torque: {max: 5 N·m}}"), devices)
+    streamed = only_step(record.replace("LIMITS", "{tester.torque: {max: 5 N·m}}"), devices)
     assert streamed.terms.limits == (ValueLimit("tester.torque.maximum", None, 5.0, "N·m"),)
     assert streamed.action.statistics == ("tester.torque.maximum",)
 
@@ -303,7 +305,7 @@ CASES = [
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case[0][:50])
-def test_what_cannot_be_done(case):
+def test_invalid_step_is_refused(case):
     step, finger, field, message, hint = case
     text = edited(PROCEDURE, (MARK, step), ROLES)
     problem = only_problem(planned, step)
@@ -315,7 +317,7 @@ def test_what_cannot_be_done(case):
     assert str(problem.location) == f"p.yaml:{place_of(text, within[within.index(finger) :])}"
 
 
-def test_all_that_is_wrong_with_a_scan_is_told_at_once():
+def test_all_problems_of_a_scan_are_reported_together():
     scan = scan_with("limits: {room.room: {max: 5 N}}").replace("50 N, 300 N", "5 kN, 2 K, 3 Hz")
     problems = problems_of(planned, scan)
     assert [problem.field for problem in problems] == [
@@ -323,7 +325,7 @@ def test_all_that_is_wrong_with_a_scan_is_told_at_once():
     ]
 
 
-def test_a_set_point_of_a_scan_that_the_station_does_not_allow_with_where_another_drive_stands():
+def test_scan_point_outside_allowed_combinations_is_refused():
     rule = """\
 safety:
   combinations:
@@ -344,14 +346,14 @@ devices:
     assert {problem.field for problem in problems} == {f"{AT}.scan.over[1]"}
 
 
-def test_endless_scans_are_refused_before_they_are_written_out():
+def test_too_many_scans_are_refused_before_expansion():
     times = f"repeat: {{times: 20000, steps: [{SCAN}]}}"
     problem = only_problem(planned, times)
     actions = 5 + 1 + 2 * (20_000 * 3 + 1 + 1) + 1
     assert problem.message == f"the procedure has {actions:,} actions, more than 100,000"
 
 
-def test_the_rate_of_any_drive_is_held_to_its_kind():
+def test_rate_of_another_quantity_is_refused():
     valve = Reader((ChannelInfo("u", "V", ""),), (DriveInfo("u", "V", "", 0.0, 10.0),))
     step = "ramp: {drive: room.u, to: 5 V, rate: 5 N/s}"
     problem = only_problem(planned, step, DEVICES | {"room": valve})
@@ -362,7 +364,7 @@ def test_the_rate_of_any_drive_is_held_to_its_kind():
     )
 
 
-def test_a_drive_whose_rate_has_no_unit():
+def test_rate_of_a_power_level_is_refused():
     generator = Reader((ChannelInfo("p", "dBm", ""),), (DriveInfo("p", "dBm", "", -60.0, 10.0),))
     step = "ramp: {drive: room.p, to: 5 dBm, rate: 5 N/s}"
     problem = only_problem(planned, step, DEVICES | {"room": generator})
@@ -397,7 +399,7 @@ def called(tmp_path, changes=(), inner=INNER):
     return make_plan(procedure, parse_station(STATION, "s.yaml"), {"tester": TESTER}).steps
 
 
-def test_a_called_procedure_is_done_where_it_stands(tmp_path):
+def test_called_procedure_is_expanded_in_place(tmp_path):
     call = (MARK, "call: {procedure: inner.yaml, with: {load: 20 N}}")
     steps = [step for step in called(tmp_path, [call]) if step.calls]
     first, second = "main[1].sweep[0].steps[0].call", "main[1].sweep[1].steps[0].call"
@@ -416,7 +418,7 @@ def test_a_called_procedure_is_done_where_it_stands(tmp_path):
     assert steps[2].action.setpoints == {"tester.load": 20.0, "tester.frequency": 2.0}
 
 
-def test_what_follows_a_call_knows_what_it_set(tmp_path):
+def test_steps_after_a_call_have_its_set_points(tmp_path):
     steps = called(tmp_path, [(MARK, "call: {procedure: inner.yaml}")])
     (recorded, _) = [s.action for s in steps if isinstance(s.action, Record) and not s.calls]
 
@@ -424,7 +426,7 @@ def test_what_follows_a_call_knows_what_it_set(tmp_path):
     assert recorded.setpoints["tester.load"] == 1.0
 
 
-def test_a_call_in_a_teardown_is_teardown_all_through(tmp_path):
+def test_call_in_a_teardown_is_all_teardown(tmp_path):
     change = ("teardown:\n", "teardown:\n  - call: {procedure: inner.yaml}\n")
     steps = called(tmp_path, [change, ("tester.frequency: 0 Hz}\nan", "tester.load: 0 N}\nan")])
     inside = [step for step in steps if step.path.startswith("teardown[0].call")]
@@ -433,7 +435,7 @@ def test_a_call_in_a_teardown_is_teardown_all_through(tmp_path):
     assert {(step.phase, step.calls) for step in inside} == {(Phase.TEARDOWN, ())}
 
 
-def test_a_problem_within_a_call_is_told_in_its_own_file(tmp_path):
+def test_problem_within_a_call_has_its_own_file(tmp_path):
     inner = edited(INNER, ("tester.angle", "tester.angel"))
     call = (MARK, "call: {procedure: inner.yaml}")
     problem = only_problem(called, tmp_path, [call], inner)
@@ -442,7 +444,7 @@ def test_a_problem_within_a_call_is_told_in_its_own_file(tmp_path):
     assert problem.field == "main[1].record.channels[0]"
 
 
-def test_endless_repetitions_of_calls_are_refused_before_they_are_written_out(tmp_path):
+def test_too_many_calls_are_refused_before_expansion(tmp_path):
     times = "repeat: {times: 20000, steps: [call: {procedure: inner.yaml}]}"
     problem = only_problem(called, tmp_path, [(MARK, times)])
 

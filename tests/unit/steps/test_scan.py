@@ -1,4 +1,4 @@
-"""A scan: point after point in one step, each on record, stopped and judged as steps are."""
+"""A scan: several points in one step, each recorded; stopped and checked like any step."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ SCAN = Scan(
 
 
 class Press(FakeTester):
-    """Reads as torque a thousandth of the load that it is set to."""
+    """A tester whose torque is a thousandth of its load."""
 
     def read(self, channels):
         super().read(channels)
@@ -67,14 +67,14 @@ def plan_of(*actions, interlocks=()):
     return Plan(steps, tuple(interlocks))
 
 
-def done(device, *actions, interlocks=(), **more):
+def scan_run(device, *actions, interlocks=(), **more):
     listener = Listener()
     return run(
         device, plan_of(*actions, interlocks=interlocks), critical=[listener], **more
     ), listener
 
 
-def limited(high, marginal=0.0):
+def scan_with_limit(high, marginal=0.0):
     limit = ValueLimit.between("tester.torque", None, parse_quantity(high), marginal)
     return replace(SCAN, limits=(limit,))
 
@@ -90,9 +90,9 @@ def row(point, load):
 ALL = [row(point, load) for point, load in enumerate(LOADS)]
 
 
-def test_each_point_is_set_read_back_read_and_on_record():
+def test_each_point_is_set_read_back_read_and_recorded():
     device = Press()
-    summary, listener = done(device, SCAN)
+    summary, listener = scan_run(device, SCAN)
     assert summary.outcome is Outcome.COMPLETED
     assert rows(listener.of(Scanned)) == ALL
     assert {event.measurement for event in listener.of(Scanned)} == {"friction"}
@@ -105,8 +105,8 @@ def test_each_point_is_set_read_back_read_and_on_record():
     assert order == [StepStarted, Scanned, Scanned, Scanned, StepEnded]
 
 
-def test_what_was_measured_has_units_and_the_time_of_its_point():
-    _, listener = done(Press(), SCAN)
+def test_rows_have_units_and_the_time_of_their_point():
+    _, listener = scan_run(Press(), SCAN)
     table = measured(listener.events).rows
     assert [(row.name, dict(row.setpoints), dict(row.values)) for row in table] == [
         ("friction", setpoints, values) for _, setpoints, values in ALL
@@ -115,14 +115,14 @@ def test_what_was_measured_has_units_and_the_time_of_its_point():
     assert [row.utc for row in table] == [event.utc for event in listener.of(Scanned)]
 
 
-def test_it_waits_at_each_point():
+def test_scan_settles_at_each_point():
     clock, times = SimulatedClock(), []
 
     def before(call):
         if call.startswith(("set load", "read ")):
             times.append((call, clock.monotonic_s()))
 
-    done(Press(before=before), replace(SCAN, settle_s=0.25), clock=clock)
+    scan_run(Press(before=before), replace(SCAN, settle_s=0.25), clock=clock)
     scanned = [(call, at_s - times[0][1]) for call, at_s in times][:6]
     assert scanned == [
         ("set load 10", 0.0), ("read torque", pytest.approx(0.25)),
@@ -131,9 +131,9 @@ def test_it_waits_at_each_point():
     ]  # fmt: skip
 
 
-def test_a_value_out_of_limits_ends_it_and_is_its_last_row():
+def test_missed_limit_ends_the_scan_after_its_row():
     device = Press()
-    summary, listener = done(device, limited("0.015 N·m"))
+    summary, listener = scan_run(device, scan_with_limit("0.015 N·m"))
     assert (summary.error, summary.outcome) == (None, Outcome.STOPPED_AT_LIMIT)
     where, limit = "at tester.load 20 N (point 2 of 3)", "(limit: 0.015 N·m or less)"
     assert summary.reason == f"{where}: tester.torque is 0.02 N·m {limit}"
@@ -145,9 +145,11 @@ def test_a_value_out_of_limits_ends_it_and_is_its_last_row():
     assert missed.text == summary.reason
 
 
-def test_a_scan_that_goes_on_after_its_limits_keeps_every_point():
+def test_scan_that_continues_past_limits_keeps_every_point():
     device = Press()
-    summary, listener = done(device, replace(limited("0.015 N·m"), stops_at_limit=False))
+    summary, listener = scan_run(
+        device, replace(scan_with_limit("0.015 N·m"), stops_at_limit=False)
+    )
     assert (summary.outcome, summary.reason) == (Outcome.COMPLETED, "")
     assert rows(listener.of(Scanned)) == ALL
     table = measured(listener.events).rows
@@ -155,32 +157,32 @@ def test_a_scan_that_goes_on_after_its_limits_keeps_every_point():
     assert len(listener.of(LimitMissed)) == 2
 
 
-def test_rows_of_a_scan_that_is_begun_anew_are_kept_beside():
+def test_rows_of_a_repeated_scan_are_superseded():
     fault = NthCall(4, DeviceLostError("cable"), never=("connect", "make_safe"))
-    _, listener = done(Press(before=fault), (SCAN, Terms(attempts=2)))
+    _, listener = scan_run(Press(before=fault), (SCAN, Terms(attempts=2)))
     attempts = measured(listener.events)
     assert (len(attempts.rows), len(attempts.superseded)) == (3, 1)
     assert attempts.superseded[0].utc == listener.of(Scanned)[0].utc
 
 
 def test_a_marginal_value_is_noted_with_its_set_point():
-    _, listener = done(Press(), limited("0.035 N·m", marginal=0.01))
+    _, listener = scan_run(Press(), scan_with_limit("0.035 N·m", marginal=0.01))
     (note,) = listener.of(Note)
     assert note.text.startswith(
         "at tester.load 30 N (point 3 of 3): tester.torque is 0.03 N·m, marginal"
     )
 
 
-def test_a_device_that_fails_is_named_with_the_point():
+def test_failure_names_the_device_and_the_point():
     fault = NthCall(4, DeviceLostError("cable"), never=("connect", "make_safe"))
-    summary, listener = done(Press(before=fault), SCAN)
+    summary, listener = scan_run(Press(before=fault), SCAN)
     assert summary.reason == "at tester.load 20 N (point 2 of 3): tester: cable"
     assert rows(listener.of(Scanned)) == ALL[:1]
 
 
-def test_a_scan_that_is_tried_again_begins_anew_and_its_last_try_counts():
+def test_repeated_scan_starts_over_and_its_last_attempt_counts():
     fault = NthCall(4, DeviceLostError("cable"), never=("connect", "make_safe"))
-    summary, listener = done(Press(before=fault), (SCAN, Terms(attempts=2)))
+    summary, listener = scan_run(Press(before=fault), (SCAN, Terms(attempts=2)))
     assert summary.outcome is Outcome.COMPLETED
     assert rows(listener.of(Scanned)) == ALL[:1] + ALL
     assert [row.utc for row in measured(listener.events).rows] == [
@@ -192,13 +194,13 @@ def test_a_scan_that_is_tried_again_begins_anew_and_its_last_try_counts():
 
 
 def test_the_completed_attempt_counts_when_the_next_one_is_interrupted():
-    _, listener = done(Press(), SCAN)
-    again = [event for event in listener.events if isinstance(event, (StepStarted, Scanned))][:2]
-    assert len(measured([*listener.events, *again]).rows) == len(LOADS)
-    assert len(measured(again).rows) == 1
+    _, listener = scan_run(Press(), SCAN)
+    repeated = [event for event in listener.events if isinstance(event, (StepStarted, Scanned))][:2]
+    assert len(measured([*listener.events, *repeated]).rows) == len(LOADS)
+    assert len(measured(repeated).rows) == 1
 
 
-def test_a_stop_request_ends_it_between_two_points():
+def test_stop_request_ends_the_scan_between_points():
     stop = threading.Event()
 
     def before(call):
@@ -206,30 +208,30 @@ def test_a_stop_request_ends_it_between_two_points():
             stop.set()
 
     device = Press(before=before)
-    summary, listener = done(device, SCAN, stop=stop)
+    summary, listener = scan_run(device, SCAN, stop=stop)
     assert summary.outcome is Outcome.ABORTED
     assert len(listener.of(Scanned)) == 2
     assert "set load 30" not in device.calls
 
 
-def test_a_time_limit_holds_for_all_of_it():
+def test_timeout_applies_to_the_whole_scan():
     scan = replace(SCAN, settle_s=0.4), Terms(timeout_s=1.0)
-    summary, listener = done(Press(), scan, clock=SimulatedClock())
+    summary, listener = scan_run(Press(), scan, clock=SimulatedClock())
     assert isinstance(summary.error, DeviceTimeoutError)
     assert len(listener.of(Scanned)) == 2
 
 
-def test_no_point_is_begun_once_the_time_limit_is_over():
-    """Each reading takes 0.6 s; nothing waits in between, which would look at the time as well."""
+def test_no_point_starts_after_the_timeout():
+    """Each reading takes 0.6 s; no wait in between would check the time as well."""
     clock = SimulatedClock()
     device = Press(before=lambda call: clock.sleep(0.6) if call.startswith("read t") else None)
-    summary, listener = done(device, (SCAN, Terms(timeout_s=1.0)), clock=clock)
+    summary, listener = scan_run(device, (SCAN, Terms(timeout_s=1.0)), clock=clock)
     assert isinstance(summary.error, DeviceTimeoutError)
     assert len(listener.of(Scanned)) == 2
     assert "set load 30" not in device.calls
 
 
-def test_a_pause_is_taken_between_two_points():
+def test_scan_pauses_between_points():
     person = Person([decided(Choice.ABORT)])
     device, listener = Press(), Listener()
 
@@ -249,96 +251,100 @@ def test_interlocks_are_read_before_each_point():
         maximum=0.015, shown=unit("N·m"), every_s=1e6,
     )  # fmt: skip
     device = Press()
-    summary, listener = done(device, SCAN, interlocks=[overload])
+    summary, listener = scan_run(device, SCAN, interlocks=[overload])
     assert "overload" in summary.reason or "above 0.015" in summary.reason
     assert len(listener.of(Scanned)) == 2
     assert "set load 30" not in device.calls
 
 
-def test_channels_are_in_the_order_that_was_asked_for():
+def test_channels_keep_the_order_of_the_step():
     scan = replace(SCAN, channels=(Member("tester", "torque"), Member("tester", "angle")))
-    _, listener = done(Press(), scan)
+    _, listener = scan_run(Press(), scan)
     assert {tuple(event.values) for event in listener.of(Scanned)} == {scan.channels}
 
 
-def test_a_run_that_goes_on_after_it_brings_the_drive_back_without_measuring_again():
+def test_resume_after_a_scan_only_restores_the_drive():
     plan = plan_of(SCAN, SetDrive("tester", "frequency", 5.0, "Hz"), Settle(0.1), record("a"))
     listener = Listener()
     run(Press(), plan, critical=[listener])
     at = next(
-        n for n, one in enumerate(listener.events)
-        if isinstance(one, StepStarted) and one.step == "main[3]"
+        n for n, event in enumerate(listener.events)
+        if isinstance(event, StepStarted) and event.step == "main[3]"
     )  # fmt: skip
     resume_at = find_resume_point(plan.steps, listener.events[: at + 1], "Ada")
     assert (resume_at.start, resume_at.before) == (3, (0, 1))
     back = brought_back(plan.steps[0])
     assert back.action == SetDrive("tester", "load", 30.0, "N")
     assert back.text == "Set tester.load to 30 N, where the scan left it"
-    device, more = Press(), Listener()
-    run(device, plan, critical=[more], resume_at=resume_at)
+    device, resumed = Press(), Listener()
+    run(device, plan, critical=[resumed], resume_at=resume_at)
     assert [c for c in device.calls if c.startswith("set load")] == ["set load 30"]
-    assert not more.of(Scanned)
-    assert len(measured([*listener.events[: at + 1], *more.events]).rows) == len(LOADS)
+    assert not resumed.of(Scanned)
+    assert len(measured([*listener.events[: at + 1], *resumed.events]).rows) == len(LOADS)
     assert streams_before(plan.steps, replace(resume_at, start=4)) == {
         "tester": [{"load": 30.0, "frequency": 5.0}]
     }
 
 
 @pytest.mark.parametrize(("repeatable", "loads"), [(True, LOADS), (False, LOADS[-1:])])
-def test_in_a_setup_it_is_done_once_more_as_setup_is(repeatable, loads):
+def test_resume_repeats_a_scan_in_the_setup_if_repeatable(repeatable, loads):
     setup = PlannedStep("setup[0]", Phase.SETUP, SCAN, "", 1.0, Terms(repeatable=repeatable))
     plan = Plan((setup, PlannedStep("main[0]", Phase.MAIN, record("a"), "", 1.0)), ())
     listener = Listener()
     run(Press(), plan, critical=[listener])
-    at = next(n for n, one in enumerate(listener.events) if getattr(one, "step", "") == "main[0]")
+    at = next(
+        n for n, event in enumerate(listener.events) if getattr(event, "step", "") == "main[0]"
+    )
     resume_at = find_resume_point(plan.steps, listener.events[: at + 1], "Ada")
-    device, more = Press(), Listener()
-    run(device, plan, critical=[more], resume_at=resume_at)
+    device, resumed = Press(), Listener()
+    run(device, plan, critical=[resumed], resume_at=resume_at)
     assert [c for c in device.calls if c.startswith("set load")] == [
         f"set load {load:g}" for load in loads
     ]
-    table = measured([*listener.events[: at + 1], *more.events]).rows
+    table = measured([*listener.events[: at + 1], *resumed.events]).rows
     assert [row.setpoints["tester.load"] for row in table] == list(LOADS)
 
 
-def test_one_that_must_not_be_done_twice_leaves_the_drive_where_it_was_and_is_not_begun_anew():
+def test_unrepeatable_scan_is_not_repeated_on_resume():
     once = (SCAN, Terms(repeatable=False))
     plan = plan_of(once, SetDrive("tester", "frequency", 5.0, "Hz"), record("a"))
     listener = Listener()
     run(Press(), plan, critical=[listener])
-    steps = [n for n, one in enumerate(listener.events) if isinstance(one, StepStarted)]
-    device, more = Press(), Listener()
+    steps = [n for n, event in enumerate(listener.events) if isinstance(event, StepStarted)]
+    device, resumed = Press(), Listener()
     resume_at = find_resume_point(plan.steps, listener.events[: steps[2] + 1], "Ada")
-    run(device, plan, critical=[more], resume_at=resume_at)
+    run(device, plan, critical=[resumed], resume_at=resume_at)
     assert [c for c in device.calls if c.startswith("set load")] == ["set load 30"]
-    assert not more.of(Scanned)
+    assert not resumed.of(Scanned)
     within = listener.events.index(listener.of(Scanned)[1])
-    with pytest.raises(DataError, match=r"main\[0\] was interrupted, and must not be done twice"):
+    with pytest.raises(
+        DataError, match=r"main\[0\] was interrupted, and must not be done twice"
+    ):
         find_resume_point(plan.steps, listener.events[: within + 1], "Ada")
 
 
-def test_a_run_that_was_interrupted_within_it_begins_it_anew():
+def test_resume_within_a_scan_starts_it_over():
     plan = plan_of(SetDrive("tester", "frequency", 2.0, "Hz"), SCAN)
     listener = Listener()
     run(Press(), plan, critical=[listener])
     at = listener.events.index(listener.of(Scanned)[1])
     resume_at = find_resume_point(plan.steps, listener.events[: at + 1], "Ada")
     assert (resume_at.start, resume_at.before) == (1, (0,))
-    more = Listener()
-    run(Press(), plan, critical=[more], resume_at=resume_at)
-    table = measured([*listener.events[: at + 1], *more.events]).rows
+    resumed = Listener()
+    run(Press(), plan, critical=[resumed], resume_at=resume_at)
+    table = measured([*listener.events[: at + 1], *resumed.events]).rows
     assert [row.setpoints["tester.load"] for row in table] == list(LOADS)
 
 
-def test_through_a_thread_it_is_the_same():
+def test_scan_of_a_blocking_device_is_the_same():
     device = Press(non_blocking=False)
-    summary, listener = done(device, SCAN)
+    summary, listener = scan_run(device, SCAN)
     assert summary.outcome is Outcome.COMPLETED
     assert rows(listener.of(Scanned)) == ALL
     assert threading.main_thread().name not in device.threads
 
 
-def test_in_a_teardown_it_is_done_though_the_run_was_stopped():
+def test_scan_in_a_teardown_runs_after_a_stop():
     stop = threading.Event()
     stop.set()
     steps = (
@@ -351,7 +357,7 @@ def test_in_a_teardown_it_is_done_though_the_run_was_stopped():
     assert rows(listener.of(Scanned)) == ALL
 
 
-def test_a_sink_that_cannot_keep_a_point_ends_the_run_and_no_further_point_is_begun():
+def test_failing_sink_ends_the_scan_and_the_run():
     device, events = Press(), []
 
     def keep(event):
@@ -364,11 +370,11 @@ def test_a_sink_that_cannot_keep_a_point_ends_the_run_and_no_further_point_is_be
     assert summary.outcome is Outcome.ERROR
     assert "the disk is full" in summary.reason
     assert "set load 30" not in device.calls
-    assert device.calls.count("set load 10") == 1  # it is no failure of the step, to be tried again
+    assert device.calls.count("set load 10") == 1  # not a failure of the step: not repeated
     assert len(events) == 1
 
 
-def test_channels_of_two_devices_are_a_row():
+def test_channels_of_two_devices_share_a_row():
     class Room:
         """A device that only reads."""
 
@@ -403,17 +409,17 @@ def test_channels_of_two_devices_are_a_row():
     ]
 
 
-def test_ctrl_c_within_a_scan_is_told_as_such():
+def test_ctrl_c_within_a_scan_is_reported():
     def interrupt(call):
         if call == "set load 20":
             raise KeyboardInterrupt
 
-    summary, _ = done(FakeTester(before=interrupt), SCAN)
+    summary, _ = scan_run(FakeTester(before=interrupt), SCAN)
     assert summary.outcome is Outcome.ABORTED
     assert isinstance(summary.error, KeyboardInterrupt)
 
 
-def test_a_drive_that_the_station_wants_slower_is_led_to_each_point():
+def test_rate_limited_drive_is_ramped_to_each_point():
     device, clock, listener = Press(), SimulatedClock(), Listener()
     rules = DriveRules({Member("tester", "load"): DriveLimits(rate="20 N/s")})
     rig = Rig({"tester": device}, clock, rules=rules)

@@ -56,15 +56,17 @@ def test_formulas_and_their_derivatives(text):
          {"a": 1 / (4 * 0.8660254037844386), "b": -1 / 3}),
     ],
 )  # fmt: skip
-def test_functions_of_several_numbers_and_those_with_a_corner(text, value, slopes):
+def test_functions_of_several_numbers_and_with_corners(text, value, slopes):
     """Closed forms at a = -2, b = 3."""
     values = {"a": -2.0, "b": 3.0}
-    result, by = evaluated(parse(text, values), values, values)
+    result, derivatives = evaluated(parse(text, values), values, values)
     assert result == pytest.approx(value, rel=1e-14)
-    assert {name: float(by.get(name, 0.0)) for name in slopes} == pytest.approx(slopes, rel=1e-14)
+    assert {name: float(derivatives.get(name, 0.0)) for name in slopes} == pytest.approx(
+        slopes, rel=1e-14
+    )
 
 
-def test_only_what_is_asked_for_is_differentiated():
+def test_only_requested_names_are_differentiated():
     assert set(evaluated(parse("a*x", {"a", "x"}), {"a": 1.0, "x": X}, {"a"})[1]) == {"a"}
     assert evaluated(parse("2*3", ()), {})[0] == 6
 
@@ -76,7 +78,7 @@ def test_a_power_of_zero_has_a_slope():
     assert slopes["b"] == slopes["x"] == 0
 
 
-def test_what_is_not_defined_is_no_number_and_no_warning():
+def test_undefined_value_is_not_finite_without_a_warning():
     values = {"x": np.array([-1.0, 0.0])}
     for text in ("log(x)", "sqrt(x) - 1/x", "x**0.5/x"):
         assert not np.isfinite(evaluated(parse(text, values), values, values)[0]).all()

@@ -1,4 +1,4 @@
-"""A formula is read to a tree or refused with its place; nothing of it is run."""
+"""A formula is parsed to a tree or refused with its column; it is never executed."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from rigrunner.signal.expression.syntax import (
 NAMES = {"x", "b1", "b2", "T0"}
 
 
-def test_a_formula_is_its_tree_with_columns():
+def test_formula_is_parsed_to_a_tree_with_columns():
     assert parse(" b1*(1 - exp(-x))", NAMES).root == Operation(
         "*",
         (
@@ -43,7 +43,7 @@ def test_powers_bind_as_in_mathematics():
     assert power.operands[1] == Operation("**", (Name("b1", 4), Name("b2", 8)), 4)
 
 
-def test_it_knows_its_names():
+def test_names_of_a_formula():
     assert parse("b1 + pi*x - sqrt(x)\n + 2", NAMES).names() == {"b1", "x"}
 
 
@@ -75,7 +75,7 @@ def test_it_knows_its_names():
         ("x - - -", "the end is not understood"),
     ],
 )
-def test_slips_are_refused_with_their_place(text, message):
+def test_mistakes_are_refused_with_their_column(text, message):
     with pytest.raises(ExpressionError, match=message):
         parse(text, NAMES)
 
@@ -123,19 +123,19 @@ def test_slips_are_refused_with_their_place(text, message):
         ("x**" * 600 + "x", "nested too deeply"),
     ],
 )
-def test_hostile_texts_are_refused_in_time(text, message):
+def test_hostile_formulas_are_refused_quickly(text, message):
     began = time.process_time()
     with pytest.raises(ExpressionError, match=message):
         parse(text, NAMES)
     assert time.process_time() - began < 10
 
 
-def test_as_deep_as_is_allowed():
+def test_deepest_allowed_nesting():
     parse("+".join(["x"] * (DEEPEST + 1)), NAMES)
     with pytest.raises(ExpressionError, match="column 1: nested too deeply"):
         parse("+".join(["x"] * (DEEPEST + 2)), NAMES)
 
 
 @pytest.mark.parametrize("name", FUNCTIONS)
-def test_every_function_is_read(name):
+def test_every_function_is_parsed(name):
     assert parse(f"{name}(x)", NAMES).root == Operation(name, (Name("x", len(name) + 2),), 1)

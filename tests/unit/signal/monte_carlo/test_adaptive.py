@@ -1,4 +1,4 @@
-"""The adaptive procedure: when it stops, and that a seed names the values."""
+"""The adaptive procedure: when it stops, and that a seed determines the values."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def normal(rng, n):
     return rng.normal(5.0, 0.11, n)
 
 
-def test_stops_once_the_results_stay():
+def test_stops_once_results_are_stable():
     """2 s of every result must be below the tolerance; the ends of the interval are the last."""
     loose = propagate(normal, Adaptive(digits=1, least_trials=BLOCK, tolerance_share=1.0))
     tight = propagate(normal, Adaptive(digits=2, least_trials=BLOCK, tolerance_share=0.5))
@@ -35,15 +35,15 @@ def test_stops_once_the_results_stay():
     assert abs(tight.symmetric.high - (5 + 1.959964 * 0.11)) < 0.005
 
 
-def test_never_below_the_least_nor_beyond_the_most():
+def test_trials_stay_within_their_bounds():
     few = Adaptive(digits=1, least_trials=5 * BLOCK, tolerance_share=1.0)
     assert propagate(normal, few).trials == 5 * BLOCK
     never = propagate(normal, Adaptive(digits=2, least_trials=BLOCK, most_trials=4 * BLOCK))
     assert (never.trials, never.stable) == (4 * BLOCK, False)
 
 
-def test_a_seed_names_the_values_and_further_blocks_only_add():
-    def keeping(drawn):
+def test_seed_determines_the_values_of_each_block():
+    def recorder(drawn):
         def output(rng, n):
             drawn.append(rng.normal(size=n))
             return drawn[-1]
@@ -51,15 +51,15 @@ def test_a_seed_names_the_values_and_further_blocks_only_add():
         return output
 
     first, second = [], []
-    propagate(keeping(first), Adaptive(least_trials=3 * BLOCK, most_trials=3 * BLOCK))
-    propagate(keeping(second), Adaptive(least_trials=5 * BLOCK, most_trials=5 * BLOCK))
+    propagate(recorder(first), Adaptive(least_trials=3 * BLOCK, most_trials=3 * BLOCK))
+    propagate(recorder(second), Adaptive(least_trials=5 * BLOCK, most_trials=5 * BLOCK))
     assert np.array_equal(first, second[:3])
     assert not np.array_equal(second[0], second[1])
     other = propagate(normal, Adaptive(seed=2, most_trials=10**6))
     assert other.mean != propagate(normal, Adaptive(seed=1, most_trials=10**6)).mean
 
 
-def test_the_deviation_of_all_values_is_that_of_their_blocks_together():
+def test_pooled_deviation_equals_that_of_all_values():
     """The law of total variance."""
     values = np.array([[3.0, 7.0, 3.0, 7.0], [8.0, 16.0, 8.0, 16.0]])
     statistics = [(float(value.mean()), float(value.std())) for value in values]
@@ -71,7 +71,7 @@ def test_a_constant_has_no_uncertainty():
     assert (result.mean, result.u, result.stable, result.trials) == (2.0, 0.0, True, 2 * BLOCK)
 
 
-def test_values_that_are_not_finite():
+def test_nonfinite_values_are_refused():
     with pytest.raises(DataError, match="no finite value in 1 of 10000"):
         propagate(lambda _, n: np.r_[np.inf, np.ones(n - 1)], Adaptive())
 
@@ -91,22 +91,22 @@ def test_intervals_of_an_exponential():
 @pytest.mark.parametrize("p", [0.0, 0.5, 0.9545, 0.99, 1.0])
 @pytest.mark.parametrize("n", [1, 2, 999, 1000])
 @pytest.mark.parametrize("digits", [1, 12])
-def test_intervals_of_blocks_are_those_of_all_their_values(p, n, digits):
+def test_intervals_of_blocks_equal_those_of_all_values(p, n, digits):
     """JCGM 101, 7.7.2 and 7.7.3 by the letter; few digits make many values equal."""
     values = np.random.default_rng(5).gamma(2.0, size=(7, n)).round(digits)
     values[3] += 4.0  # the blocks need not be alike
     ordered, q = np.sort(values, axis=None), min(round(p * values.size), values.size - 1)
     r = (values.size - q) // 2
     even, short = intervals([ranked(value, p) for value in values], p)
-    alone = ranked(values.ravel(), p)
-    assert symmetric(alone, p) == intervals([alone], p).symmetric == even
+    one_block = ranked(values.ravel(), p)
+    assert symmetric(one_block, p) == intervals([one_block], p).symmetric == even
     assert (even.low, even.high) == (ordered[r], ordered[r + q])
     widths = [ordered[k + q] - ordered[k] for k in range(values.size - q)]
     assert short.high - short.low == min(widths)
     assert short.low == ordered[widths.index(min(widths))]
 
 
-def test_mean_and_deviation_of_blocks_are_those_of_all_their_values():
+def test_mean_and_deviation_of_blocks_equal_those_of_all_values():
     drawn = []
 
     def output(rng, n):

@@ -51,8 +51,8 @@ def test_few_degrees_of_freedom_make_a_t(name, rng):
     assert stats.kstest(values, stats.t(4, 1.0, 0.1).cdf).pvalue > 0.001
 
 
-def test_degrees_of_freedom_of_a_rectangle_say_how_well_its_width_is_known():
-    """GUM G.4.2: 50 degrees of freedom are a width known to 10 %, as JCGM 101 9.5.3.8 has it."""
+def test_rectangle_with_finite_dof_becomes_a_curvilinear_trapezoid():
+    """GUM G.4.2: 50 degrees of freedom are a width known to 10 %, as in JCGM 101 9.5.3.8."""
     assert named("rectangular", 0.0, 1 / sqrt(3), 50) == CurvilinearTrapezoid(
         0.0, pytest.approx(1.0), pytest.approx(0.1)
     )

@@ -1,4 +1,4 @@
-"""Inputs of a measurement model, drawn alone or together."""
+"""Inputs of a measurement model, drawn independently or jointly."""
 
 from __future__ import annotations
 
@@ -29,20 +29,20 @@ def test_independent_inputs():
     assert values.std() == pytest.approx(0.5, rel=0.01)
 
 
-def test_correlation_takes_part_of_the_difference_away():
+def test_correlation_reduces_the_scatter_of_a_difference():
     r = np.array([[1.0, 0.8], [0.8, 1.0]])
     values = drawn([Input("a", 2.0, 0.3), Input("b", 1.0, 0.4)], difference, r)
     assert values.std() == pytest.approx(sqrt(0.09 + 0.16 - 2 * 0.8 * 0.12), rel=0.01)
 
 
-def test_inputs_of_one_estimation_share_its_unknown_deviation():
+def test_inputs_of_one_ensemble_are_jointly_t():
     """Jointly t, though uncorrelated: the sum of squares over 2 is F of (2, dof)."""
     inputs = [Input(name, 0.0, 1.0, 5.0, ensemble="fit") for name in "ab"]
     values = drawn(inputs, lambda x: (x["a"] ** 2 + x["b"] ** 2) / 2, np.eye(2))[:20_000]
     assert stats.kstest(values, stats.f(2, 5).cdf).pvalue > 0.001
 
 
-def test_what_hangs_together_by_a_third_is_drawn_together():
+def test_inputs_correlated_through_a_third_are_drawn_jointly():
     r = np.array([[1.0, 0.0, 0.6], [0.0, 1.0, 0.6], [0.6, 0.6, 1.0]])
     inputs = [Input(name, 0.0, 1.0) for name in "abc"]
     values = drawn(inputs, lambda x: x["a"] + x["b"] - x["c"], r)
