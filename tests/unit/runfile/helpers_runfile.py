@@ -1,4 +1,4 @@
-"""Runs on disk, made by hand."""
+"""Runs on disk, written event by event."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ TRUTH = {"starting_torque_nm": 0.7262, "inertia_kg_m2": 0.002324}
 
 
 def header_of(run_id: str = "run", **changed: object) -> RunHeader:
-    known: dict[str, object] = {
+    fields: dict[str, object] = {
         "run_id": run_id,
         "started_utc": "2026-03-01T12:00:00.000Z",
         "procedure_id": "SSPB-STT-1000",
@@ -41,7 +41,7 @@ def header_of(run_id: str = "run", **changed: object) -> RunHeader:
         "inputs": {"specimen": "<script>", "operator": "Zoë"},
         "provenance": {"rigrunner": "0.1.0", "plugin swing_tester_sim": "0.1.0"},
     }
-    return RunHeader(**known | changed)
+    return RunHeader(**fields | changed)
 
 
 def recording(name: str = "001_10Hz", samples: int = 2500, seed: int = 1) -> Recording:

@@ -1,4 +1,4 @@
-"""A point that was repeated: every attempt is kept, the last good one counts."""
+"""Repeated steps: every attempt is kept, the last completed one counts."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ from unit.runfile.helpers_runfile import (
 )
 
 
-def written(folder, attempts, measured=()):
-    """Write a run of one step that was done several times: (name, ok) each."""
+def write_attempts(folder, attempts, measured=()):
+    """Write a run of one step with several attempts: (name, ok) of each."""
     with RunWriter(folder, header_of(folder.name)) as writer:
         emit = emitter_of(writer)
         emit(RunStarted, run_id=folder.name, steps=2, estimated_s=1.0)
@@ -41,8 +41,8 @@ def written(folder, attempts, measured=()):
     return folder
 
 
-def test_the_rows_of_a_sealed_run_can_be_checked_without_being_held(tmp_path):
-    folder = written(tmp_path / "run", [("a", True), ("b", True)], measured=[1.0, 2.0, 3.0])
+def test_sealed_rows_can_be_checked_without_keeping_them(tmp_path):
+    folder = write_attempts(tmp_path / "run", [("a", True), ("b", True)], measured=[1.0, 2.0, 3.0])
     seal(folder)
     stored = read(folder)
     checked, _ = read_with_truth(folder, rows=False)
@@ -50,14 +50,12 @@ def test_the_rows_of_a_sealed_run_can_be_checked_without_being_held(tmp_path):
     assert (checked.info, checked.outline) == (stored.info, stored.outline)
     assert len(checked.events) == len(stored.outline) < len(stored.events)
     # The digest of the file is over the rows: with one more it would be another.
-    seal(written(tmp_path / "other", [("a", True), ("b", True)], measured=[1.0, 2.0, 3.5]))
+    seal(write_attempts(tmp_path / "other", [("a", True), ("b", True)], measured=[1.0, 2.0, 3.5]))
     assert read_with_truth(tmp_path / "other", rows=False)[0].digest != stored.digest
 
 
-def test_a_file_with_other_rows_than_its_digest_says_is_refused_without_holding_them(
-    tmp_path, monkeypatch
-):
-    folder = written(tmp_path / "run", [("a", True)], measured=[1.0, 2.0])
+def test_rows_that_differ_from_their_digest_are_refused(tmp_path, monkeypatch):
+    folder = write_attempts(tmp_path / "run", [("a", True)], measured=[1.0, 2.0])
     seal(folder)
     monkeypatch.setattr(stored_events, "measurement_digest", lambda *_, **__: 64 * "0")
     with pytest.raises(DataError, match="SHA-256 over all differs"):
@@ -74,10 +72,10 @@ def test_a_file_with_other_rows_than_its_digest_says_is_refused_without_holding_
         ([("a", False), ("b", True)], ["b"], [], ["a"]),
     ],
 )
-def test_the_last_good_one_counts_and_the_others_are_kept(  # noqa: PLR0917  (a table)
+def test_last_completed_attempt_counts_and_others_are_kept(  # noqa: PLR0917  (a table)
     tmp_path, attempts, counts, former, broken, sealed
 ):
-    folder = written(tmp_path / "run", attempts)
+    folder = write_attempts(tmp_path / "run", attempts)
     before = read(folder)
     if sealed:
         seal(folder)
@@ -92,12 +90,12 @@ def test_the_last_good_one_counts_and_the_others_are_kept(  # noqa: PLR0917  (a 
         assert_same_recording(stored, recording(stored.name, seed=names.index(stored.name)))
 
 
-def test_a_measurement_that_was_repeated_is_one_row(tmp_path):
-    run = read(written(tmp_path / "run", [("a", True)], [1.0, 2.0]))
+def test_repeated_measurement_is_one_row(tmp_path):
+    run = read(write_attempts(tmp_path / "run", [("a", True)], [1.0, 2.0]))
     assert [dict(measurement.values) for measurement in run.measurements] == [{"tester.load": 2.0}]
 
 
-def test_other_steps_of_the_same_name_do_not_replace_each_other(tmp_path):
+def test_different_steps_do_not_supersede_each_other(tmp_path):
     with RunWriter(tmp_path / "run", header_of("run")) as writer:
         emit = emitter_of(writer)
         for index in range(2):
@@ -113,8 +111,8 @@ LOADS = (10.0, 20.0, 30.0)
 UNITS = {"tester.load": "N", "tester.torque": "N·m", "tester.frequency": "Hz"}
 
 
-def scanned(emit, *, points=3, begun=True, ok=None, by=0.0):
-    """Tell of a scan, or of the beginning of one; `ok`: how it ended, if it did."""
+def emit_scan(emit, *, points=3, begun=True, ok=None, by=0.0):
+    """Emit the events of a scan; `ok`: how it ended, or None if it did not end."""
     if begun:
         emit(StepStarted, **SCAN, action="scan", text="Scan", units=UNITS)
     for point, load in enumerate(LOADS[:points]):
@@ -127,12 +125,12 @@ def scanned(emit, *, points=3, begun=True, ok=None, by=0.0):
         emit(StepEnded, **SCAN, action="scan", ok=ok)
 
 
-def of_scans(folder, *attempts, over=True):
+def write_scans(folder, *attempts, over=True):
     with RunWriter(folder, header_of(folder.name)) as writer:
         emit = emitter_of(writer)
         emit(RunStarted, run_id=folder.name, steps=1, estimated_s=1.0)
         for number, attempt in enumerate(attempts):
-            scanned(emit, by=float(number), **attempt)
+            emit_scan(emit, by=float(number), **attempt)
         if over:
             emit(RunEnded, outcome=Outcome.COMPLETED)
     return folder
@@ -155,10 +153,8 @@ def torques(run):
         ([{"ok": False, "points": 2}, {"points": 0}], []),
     ],
 )
-def test_the_last_completed_attempt_of_a_scan_counts_the_same_sealed_or_not(
-    tmp_path, attempts, counts
-):
-    folder = of_scans(tmp_path / "run", *attempts)
+def test_last_completed_attempt_of_a_scan_counts(tmp_path, attempts, counts):
+    folder = write_scans(tmp_path / "run", *attempts)
     before = read(folder)
     seal(folder)
     after = read(folder)
@@ -178,16 +174,16 @@ def test_the_last_completed_attempt_of_a_scan_counts_the_same_sealed_or_not(
             assert times == [measurement.utc for measurement in after.measurements]
 
 
-def test_a_scan_that_was_killed_keeps_the_points_that_were_told(tmp_path):
-    folder = of_scans(tmp_path / "run", {"points": 2}, over=False)
+def test_killed_scan_keeps_its_points(tmp_path):
+    folder = write_scans(tmp_path / "run", {"points": 2}, over=False)
     run = read(folder)
     assert torques(run) == pytest.approx([0.01, 0.02])
     assert run.measurements[0].units == UNITS
 
 
-def test_each_value_of_a_scan_is_in_the_digest(tmp_path):
+def test_digest_covers_each_value_of_a_scan(tmp_path):
     digests = {
-        read(of_scans(tmp_path / name, *attempts)).digest
+        read(write_scans(tmp_path / name, *attempts)).digest
         for name, attempts in {
             "whole": [{"ok": True}],
             "less": [{"points": 2, "ok": True}],
@@ -197,8 +193,8 @@ def test_each_value_of_a_scan_is_in_the_digest(tmp_path):
     assert len(digests) == 3
 
 
-def test_a_scan_is_as_many_measurements_of_the_same_values(tmp_path):
-    """The digest is that of what was measured, not of the step that did so."""
+def test_scan_has_the_digest_of_equal_single_measurements(tmp_path):
+    """The digest is that of the measured values, not of the kind of step."""
     with RunWriter(tmp_path / "run", header_of("run")) as writer:
         emit = emitter_of(writer)
         for number, load in enumerate(LOADS):
@@ -209,17 +205,17 @@ def test_a_scan_is_as_many_measurements_of_the_same_values(tmp_path):
                 values={"tester.torque": load / 1000},
             )  # fmt: skip
     one_by_one = read(tmp_path / "run")
-    scan = read(of_scans(tmp_path / "scan", {"ok": True}))
+    scan = read(write_scans(tmp_path / "scan", {"ok": True}))
     assert one_by_one.digest == scan.digest
 
 
-def test_a_step_without_a_recording_that_is_repeated_supersedes_nothing():
+def test_repeated_step_without_a_recording_supersedes_nothing():
     fields = {"monotonic_s": 0.0, "utc": "", "step": "main[0]", "index": 0, "ok": True}
     events = [StepEnded(seq=n, action="settle", **fields) for n in range(2)]
     assert superseded(events) == frozenset()
 
 
-def test_a_statistic_that_has_limits_is_in_the_unit_of_its_channel(tmp_path):
+def test_limited_statistic_has_the_unit_of_its_channel(tmp_path):
     limit = ValueLimit("tester.torque.maximum", None, 5.0, "N·m")
     fields = {"step": "main[0]", "index": 0, "action": "record", "recording": "a"}
     units = {"tester.torque": "N·m", "tester.load": "N"}
@@ -242,7 +238,7 @@ def test_a_statistic_that_has_limits_is_in_the_unit_of_its_channel(tmp_path):
     assert row.units == {"tester.load": "N", "tester.torque.maximum": "N·m"}
 
 
-def test_a_step_that_was_repeated_counts_in_the_order_of_its_last_attempt():
+def test_repeated_step_is_ordered_by_its_last_attempt():
     events = [
         StepEnded(
             seq=seq, monotonic_s=float(seq), utc="", step=f"main[{index}]", index=index,
@@ -256,8 +252,8 @@ def test_a_step_that_was_repeated_counts_in_the_order_of_its_last_attempt():
     assert [row.values["tester.load"] for row in measured.superseded] == [0.0]
 
 
-def test_rows_hold_what_is_the_same_in_them_once_and_nothing_else():
-    """A limit is judged by what it keeps; 1, 1.0 and true are other texts in the digest."""
+def test_rows_share_only_identical_values():
+    """0.0 and -0.0, and 1, 1.0 and true, are different texts in the digest."""
     events = []
     for number, count in enumerate([1, 1, 1.0, True]):
         fields = {"monotonic_s": 0.0, "utc": "", "step": f"main[{number}]", "index": number}
@@ -279,8 +275,8 @@ def test_rows_hold_what_is_the_same_in_them_once_and_nothing_else():
     ]
 
 
-def test_each_row_has_the_zero_that_was_in_force():
-    """Zeroed before each specimen: rows had the last zero of the run. The first has the first."""
+def test_each_row_has_the_zero_in_force():
+    """Zeroed before each specimen, rows once had the last zero of the run; row 1 has the first."""
 
     def ended(action, **values):
         nonlocal seq

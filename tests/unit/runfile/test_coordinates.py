@@ -55,7 +55,7 @@ def run(tmp_path, request):
     return read(tmp_path / "run")
 
 
-def test_they_come_back_as_they_were(run):
+def test_coordinates_round_trip(run):
     for item in (*run.recordings, *run.measurements):
         assert item.coordinates == COORDINATES
         assert {name: type(value) for name, value in item.coordinates.items()} == {
@@ -64,12 +64,12 @@ def test_they_come_back_as_they_were(run):
         assert item.units["dwell"] == "s"
 
 
-def test_time_counts_from_the_beginning_of_main(run):
+def test_elapsed_time_counts_from_the_start_of_main(run):
     assert run.recordings[0].elapsed_s == 0.0
     assert run.measurements[0].elapsed_s == 2.0
 
 
-def test_before_main_no_time_has_elapsed(tmp_path):
+def test_row_before_main_has_no_elapsed_time(tmp_path):
     clock = SimulatedClock(START)
     with RunWriter(tmp_path / "run", header_of("run")) as writer:
         emit = Emitter(Bus([writer]), clock)
@@ -82,8 +82,8 @@ def test_before_main_no_time_has_elapsed(tmp_path):
     assert row.elapsed_s is None
 
 
-def test_a_row_of_the_very_moment_at_which_main_began_has_a_time(tmp_path):
-    """It is read before it is known when that was."""
+def test_row_at_the_start_of_main_has_elapsed_time_zero(tmp_path):
+    """The row is read before the start of main is known."""
     with RunWriter(tmp_path / "run", header_of("run")) as writer:
         emit = Emitter(Bus([writer]), SimulatedClock(START))
         fields = {"step": "setup[0]", "index": 0, "action": "measure"}
@@ -94,8 +94,8 @@ def test_a_row_of_the_very_moment_at_which_main_began_has_a_time(tmp_path):
     assert row.elapsed_s == 0.0
 
 
-def test_time_goes_on_while_a_run_is_interrupted(tmp_path):
-    """The clock of another process begins again; the date and time do not."""
+def test_elapsed_time_includes_interruptions(tmp_path):
+    """The clock of another process starts at zero; date and time continue."""
     write(tmp_path / "run")
     with RunWriter(tmp_path / "run") as writer:
         emit = Emitter(Bus([writer]), SimulatedClock(START + timedelta(hours=1)), 20)
@@ -105,7 +105,7 @@ def test_time_goes_on_while_a_run_is_interrupted(tmp_path):
     assert read(tmp_path / "run").measurements[-1].elapsed_s == 3595.0
 
 
-def test_the_digest_of_a_recording_covers_them():
+def test_recording_digest_covers_coordinates():
     digest = RecordingDigest("001", 1.0, {}, {"t.x": "N"}, {"block": 3})
     digest.update({"t.x": np.zeros(2)})
     document = {
@@ -120,7 +120,7 @@ def test_the_digest_of_a_recording_covers_them():
     assert digest.hexdigest() == hashlib.sha256(text.encode()).hexdigest()
 
 
-def test_runs_with_other_coordinates_have_other_digests(tmp_path):
+def test_different_coordinates_give_different_digests(tmp_path):
     digests = set()
     for number, coordinates in enumerate(({}, COORDINATES, {**COORDINATES, "block": 4})):
         write(tmp_path / f"run{number}", coordinates)
@@ -128,7 +128,7 @@ def test_runs_with_other_coordinates_have_other_digests(tmp_path):
     assert len(digests) == 3
 
 
-def test_a_row_of_before_has_the_digest_of_before():
+def test_row_without_coordinates_keeps_its_older_digest():
     row = Measurement("m", "", {}, {"t.x": 1.0}, {"t.x": "N"})
     text = (
         '{"limits":[],"name":"m","recording":"","setpoints":{},"units":{"t.x":"N"},'
@@ -137,14 +137,14 @@ def test_a_row_of_before_has_the_digest_of_before():
     assert measurement_digest(row, 4) == hashlib.sha256(text.encode()).hexdigest()
 
 
-def test_an_old_file_has_none():
+def test_older_file_has_no_coordinates():
     run = read(OLD)
     assert run.measurements
     assert all(not item.coordinates for item in (*run.recordings, *run.measurements))
     assert all(measurement.elapsed_s is not None for measurement in run.measurements)
 
 
-def test_viewers_find_attributes_and_columns(tmp_path):
+def test_coordinates_are_attributes_and_columns_in_hdf5(tmp_path):
     write(tmp_path / "run")
     seal(tmp_path / "run")
     with h5py.File(tmp_path / "run" / "run.h5") as file:
@@ -161,7 +161,7 @@ def test_viewers_find_attributes_and_columns(tmp_path):
         assert table["coordinates/dwell"].attrs["units"] == "s"
 
 
-def test_a_coordinate_that_was_changed_is_found(tmp_path):
+def test_changed_coordinate_is_detected(tmp_path):
     write(tmp_path / "run")
     seal(tmp_path / "run")
     path = tmp_path / "run" / "run.h5"

@@ -1,4 +1,4 @@
-"""Renaming under Windows, where another program may hold a file for a moment; played here."""
+"""Renaming on Windows, where another program may hold a file briefly; simulated here."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ HELD = PermissionError(13, "held by another program")
 
 @pytest.fixture
 def rename_errors(monkeypatch):
-    """Return what is raised, one after the other, by attempts to rename a file."""
+    """Return the list of errors that attempts to rename a file raise in turn."""
     errors = []
     plain = Path.replace
 
@@ -31,7 +31,7 @@ def rename_errors(monkeypatch):
 
 @pytest.fixture
 def waits_s(monkeypatch):
-    """Return how long was waited each time, while no time passes."""
+    """Return the list of waiting times, without waiting."""
     waits = []
     monkeypatch.setattr(durable, "time", SimpleNamespace(sleep=waits.append))
     return waits
@@ -43,9 +43,7 @@ def publish(monkeypatch, path, system):
     durable.publish(path, read_only=False)
 
 
-def test_on_windows_a_file_that_is_held_for_a_moment_gets_its_name(
-    tmp_path, monkeypatch, rename_errors, waits_s
-):
+def test_rename_on_windows_waits_for_a_held_file(tmp_path, monkeypatch, rename_errors, waits_s):
     rename_errors.extend([HELD, HELD])
     publish(monkeypatch, tmp_path / "a", "nt")
     assert (tmp_path / "a").read_bytes() == b"whole"
@@ -53,7 +51,7 @@ def test_on_windows_a_file_that_is_held_for_a_moment_gets_its_name(
 
 
 @pytest.mark.parametrize(("system", "waits"), [("nt", 5), ("posix", 0)])
-def test_what_stays_held_is_an_error_before_long(  # noqa: PLR0917  (fixtures and a table)
+def test_file_that_stays_held_is_an_error_soon(  # noqa: PLR0917  (fixtures and a table)
     tmp_path, monkeypatch, rename_errors, waits_s, system, waits
 ):
     rename_errors.extend([HELD] * 10)
@@ -64,14 +62,14 @@ def test_what_stays_held_is_an_error_before_long(  # noqa: PLR0917  (fixtures an
     assert sum(waits_s) < 2.0
 
 
-def test_on_windows_ctrl_c_is_not_waited_out(tmp_path, monkeypatch, rename_errors, waits_s):
+def test_ctrl_c_on_windows_is_raised_at_once(tmp_path, monkeypatch, rename_errors, waits_s):
     rename_errors.append(KeyboardInterrupt())
     with pytest.raises(KeyboardInterrupt):
         publish(monkeypatch, tmp_path / "a", "nt")
     assert waits_s == []
 
 
-def test_a_file_that_cannot_be_written_whole_is_left_as_it_was(tmp_path, monkeypatch):
+def test_failed_write_leaves_the_old_file(tmp_path, monkeypatch):
     report = tmp_path / "report.html"
     durable.write_whole(report, b"first")
 
@@ -87,21 +85,19 @@ def test_a_file_that_cannot_be_written_whole_is_left_as_it_was(tmp_path, monkeyp
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows syncs folders by itself")
-def test_a_file_is_on_the_disk_before_it_gets_its_name_and_its_name_before_it_counts(
-    tmp_path, monkeypatch
-):
-    path, done = tmp_path / "a", []
+def test_file_and_folder_are_synced_around_the_rename(tmp_path, monkeypatch):
+    path, calls = tmp_path / "a", []
     durable.temporary(path).write_bytes(b"whole")
     file, folder = durable.temporary(path).stat().st_ino, tmp_path.stat().st_ino
     plain = Path.replace
-    monkeypatch.setattr(os, "fsync", lambda number: done.append(os.fstat(number).st_ino))
-    monkeypatch.setattr(Path, "replace", lambda self, to: [done.append("rename"), plain(self, to)])
+    monkeypatch.setattr(os, "fsync", lambda number: calls.append(os.fstat(number).st_ino))
+    monkeypatch.setattr(Path, "replace", lambda self, to: [calls.append("rename"), plain(self, to)])
     durable.publish(path, read_only=True)
-    assert done == [file, "rename", folder]
+    assert calls == [file, "rename", folder]
     assert path.stat().st_mode & 0o777 == 0o444
 
 
-def test_an_interrupt_leaves_no_half_written_file_behind(tmp_path, monkeypatch):
+def test_interrupted_write_leaves_no_partial_file(tmp_path, monkeypatch):
     def interrupted(path, _content):
         path.touch()
         raise KeyboardInterrupt
@@ -112,7 +108,7 @@ def test_an_interrupt_leaves_no_half_written_file_behind(tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_where_nothing_may_be_written_that_is_told_and_not_that_nothing_was(tmp_path, monkeypatch):
+def test_missing_permission_is_reported_on_writing(tmp_path, monkeypatch):
     def refused(_path, _content):
         raise PermissionError(13, "Permission denied")
 
@@ -124,8 +120,8 @@ def test_where_nothing_may_be_written_that_is_told_and_not_that_nothing_was(tmp_
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes here")
-def test_what_is_no_file_is_written_to_as_it_is(tmp_path):
-    """A pipe of its own: with the code broken, a root would replace a device of the machine."""
+def test_pipe_is_written_to_directly(tmp_path):
+    """A pipe made here: with broken code, root would replace a device of the machine."""
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)
     reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
@@ -135,7 +131,7 @@ def test_what_is_no_file_is_written_to_as_it_is(tmp_path):
     os.close(reader)
 
 
-def test_a_link_that_was_put_in_the_place_of_the_temporary_file_is_not_followed(tmp_path):
+def test_link_in_place_of_the_temporary_file_is_not_followed(tmp_path):
     outside, path = tmp_path / "outside", tmp_path / "queue.json"
     outside.write_bytes(b"mine")
     durable.temporary(path).symlink_to(outside)

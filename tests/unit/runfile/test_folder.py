@@ -30,7 +30,7 @@ def test_taken_names_get_a_number(tmp_path):
     assert names == [f"20260301T120000Z_P_S{end}" for end in ("", "-2", "-3")]
 
 
-def test_the_name_of_a_run_is_on_the_disk_before_anything_is_recorded(tmp_path, monkeypatch):
+def test_new_run_folder_is_synced(tmp_path, monkeypatch):
     synced = []
     monkeypatch.setattr(folder, "sync_folder", synced.append)
     create_run_folder(tmp_path / "runs", START, "P", "S")
@@ -54,11 +54,11 @@ def test_names_are_made_safe(text, safe):
 
 
 @given(st.text())
-def test_any_name_is_safe_on_every_file_system(text):
+def test_any_text_gives_a_safe_file_name(text):
     assert re.fullmatch(r"|[A-Za-z0-9]([A-Za-z0-9.-]{0,46}[A-Za-z0-9])?", safe_name(text))
 
 
-def test_folder_that_cannot_be_made_is_told(tmp_path):
+def test_folder_that_cannot_be_created_is_reported(tmp_path):
     (tmp_path / "runs").write_text("a file is in the way")
     with pytest.raises(DataError, match=r"cannot write .*runs.*the disk full"):
         create_run_folder(tmp_path / "runs", START, "P")
@@ -72,9 +72,7 @@ def test_folder_that_cannot_be_made_is_told(tmp_path):
         ("run.log", "nothing was recorded: remove the folder"),
     ],
 )
-def test_a_run_that_lost_its_header_is_thrown_away_only_where_it_holds_no_samples(
-    tmp_path, kept, hint
-):
+def test_hint_for_a_lost_header_depends_on_samples(tmp_path, kept, hint):
     for name in ("journal", "recordings"):
         (tmp_path / name).mkdir()
     RunFolder(tmp_path).events.write_bytes(b"")
@@ -84,9 +82,7 @@ def test_a_run_that_lost_its_header_is_thrown_away_only_where_it_holds_no_sample
     assert hint in caught.value.hint
 
 
-def test_ctrl_c_while_the_folder_of_a_run_is_made_is_not_taken_for_one_that_is_there(
-    tmp_path, monkeypatch
-):
+def test_ctrl_c_while_creating_a_run_folder_is_raised(tmp_path, monkeypatch):
     (tmp_path / "runs").mkdir()
     presses = iter([KeyboardInterrupt])
 

@@ -1,4 +1,4 @@
-"""Recordings are folded beside the run: nothing waits for it, and nothing is lost by it."""
+"""Recordings are folded in the background: no step waits for it and nothing is lost."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from unit.runfile.helpers_runfile import (
 FOLD = "rigrunner.runfile.writer.fold"
 
 
-def keep(emit, original, index=0):
+def emit_recording(emit, original, index=0):
     start_recording(emit, original, index)
     send_samples(emit, original, 1000)
     end_recording(emit, original, index)
@@ -38,7 +38,7 @@ def keep(emit, original, index=0):
 
 @pytest.fixture
 def folding(monkeypatch):
-    """Return the event that lets folds go on; until then each one waits."""
+    """Return the event that releases folds; until it is set, each one waits."""
     go_on = threading.Event()
 
     def fold(*what):
@@ -50,17 +50,17 @@ def folding(monkeypatch):
     go_on.set()
 
 
-def test_no_step_waits_for_a_fold_and_what_is_finished_can_be_read(tmp_path, folding):
+def test_steps_do_not_wait_for_folds(tmp_path, folding):
     with RunWriter(tmp_path / "run", header_of()) as writer:
         emit = emitter_of(writer)
         for index, original in enumerate(TWO):
-            keep(emit, original, index)
+            emit_recording(emit, original, index)
         before = read(tmp_path / "run")
         folding.set()
     assert not before.incomplete
     after = read(tmp_path / "run")
-    for run_of in (before, after):
-        for stored, original in zip(run_of.recordings, TWO, strict=True):
+    for stored_run in (before, after):
+        for stored, original in zip(stored_run.recordings, TWO, strict=True):
             assert_same_recording(stored, original)
     assert before.digest == after.digest
     assert [path.name for path in RunFolder(tmp_path / "run").finished_parts()] == [
@@ -70,7 +70,7 @@ def test_no_step_waits_for_a_fold_and_what_is_finished_can_be_read(tmp_path, fol
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="paths of descriptors are those of Linux")
-def test_a_recording_is_on_the_disk_before_its_step_counts_as_done(tmp_path, monkeypatch):
+def test_recording_is_synced_before_its_step_ends(tmp_path, monkeypatch):
     synced, when_ended = [], []
     plain_sync, plain_append = os.fsync, JournalWriter.append
 
@@ -88,17 +88,15 @@ def test_a_recording_is_on_the_disk_before_its_step_counts_as_done(tmp_path, mon
     monkeypatch.setattr(JournalWriter, "append", append)
     monkeypatch.setattr(FOLD, lambda *_: None)
     with RunWriter(tmp_path / "run", header_of()) as writer:
-        keep(emitter_of(writer), TWO[1])
+        emit_recording(emitter_of(writer), TWO[1])
     samples = RunFolder(tmp_path / "run").samples(1)
     (files,) = when_ended
     assert files[-2] == (samples, samples.stat().st_size)
-    assert files[-1][0] == samples.parent  # only then does the new file have its name for good
+    assert files[-1][0] == samples.parent  # only then is the name of the new file durable
     assert samples.stat().st_size > 16 * TWO[1].samples
 
 
-def test_a_fold_that_fails_is_told_by_the_next_event_and_done_again_at_sealing(
-    tmp_path, monkeypatch
-):
+def test_failed_fold_is_reported_and_repeated_at_sealing(tmp_path, monkeypatch):
     done = threading.Event()
 
     def full(*_):
@@ -120,7 +118,7 @@ def test_a_fold_that_fails_is_told_by_the_next_event_and_done_again_at_sealing(
     assert any(isinstance(event, MadeSafe) for event in stored.events)
 
 
-def test_an_interrupt_while_sealing_waits_for_a_fold_leaves_a_sealed_run(tmp_path, monkeypatch):
+def test_interrupt_during_sealing_leaves_a_sealed_run(tmp_path, monkeypatch):
     waits = threading.Event()
 
     def fold(*what):
@@ -135,7 +133,7 @@ def test_an_interrupt_while_sealing_waits_for_a_fold_leaves_a_sealed_run(tmp_pat
     plain = RunWriter.close
     monkeypatch.setattr(FOLD, fold)
     with RunWriter(tmp_path / "run", header_of()) as writer:
-        keep(emitter_of(writer), TWO[1])
+        emit_recording(emitter_of(writer), TWO[1])
         monkeypatch.setattr(RunWriter, "close", close)
         with pytest.raises(KeyboardInterrupt):
             writer.seal()
@@ -143,12 +141,12 @@ def test_an_interrupt_while_sealing_waits_for_a_fold_leaves_a_sealed_run(tmp_pat
     assert_same_recording(read(tmp_path / "run").recordings[0], TWO[1])
 
 
-def test_a_recording_that_is_folded_while_it_is_read_is_read_all_the_same(tmp_path, monkeypatch):
+def test_recording_folded_while_read_is_still_read(tmp_path, monkeypatch):
     folder = tmp_path / "run"
     with RunWriter(folder, header_of()) as writer, monkeypatch.context() as patched:
         patched.setattr(FOLD, lambda *_: None)
         for index, original in enumerate(TWO):
-            keep(emitter_of(writer), original, index)
+            emit_recording(emitter_of(writer), original, index)
     plain, events = loose.open_samples, loose.read_journal(RunFolder(folder)).events
 
     def opened(path):
@@ -160,13 +158,11 @@ def test_a_recording_that_is_folded_while_it_is_read_is_read_all_the_same(tmp_pa
         assert_same_recording(stored, original)
 
 
-def test_a_finished_recording_whose_journal_was_damaged_is_not_taken_for_whole(
-    tmp_path, monkeypatch
-):
+def test_finished_recording_with_damaged_journal_is_incomplete(tmp_path, monkeypatch):
     folder = tmp_path / "run"
     with RunWriter(folder, header_of()) as writer, monkeypatch.context() as patched:
         patched.setattr(FOLD, lambda *_: None)
-        keep(emitter_of(writer), TWO[1])
+        emit_recording(emitter_of(writer), TWO[1])
     samples = RunFolder(folder).samples(1)
     content = bytearray(samples.read_bytes())
     content[len(content) // 2] ^= 1
@@ -178,11 +174,11 @@ def test_a_finished_recording_whose_journal_was_damaged_is_not_taken_for_whole(
     assert 0 < part.samples < TWO[1].samples
 
 
-def test_a_journal_that_is_damaged_before_it_is_folded_is_told_and_kept(tmp_path, folding):
+def test_damaged_journal_is_reported_and_kept(tmp_path, folding):
     folder = tmp_path / "run"
     with RunWriter(folder, header_of()) as writer:
         emit = emitter_of(writer)
-        keep(emit, TWO[1])
+        emit_recording(emit, TWO[1])
         samples = RunFolder(folder).samples(1)
         content = bytearray(samples.read_bytes())
         content[len(content) // 2] ^= 1
@@ -195,8 +191,8 @@ def test_a_journal_that_is_damaged_before_it_is_folded_is_told_and_kept(tmp_path
     assert not RunFolder(folder).finished_parts()
 
 
-def test_folds_are_done_one_after_the_other():
-    """Two at once would take twice the memory, and a processor from the thread that records."""
+def test_folds_do_not_overlap():
+    """Two at once would take twice the memory, and a processor from the recording thread."""
     second = threading.Event()
     overlapped = []
     folding = Folding()

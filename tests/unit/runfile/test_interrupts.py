@@ -1,4 +1,4 @@
-"""A Ctrl-C while a file is written waits for its end: HDF5 would go on with the wrong bytes."""
+"""Ctrl-C is deferred while a file is written: HDF5 would continue with the wrong bytes."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def ctrl_c():
     signal.raise_signal(signal.SIGINT)
 
 
-def test_a_file_is_whole_before_the_interrupt_is_taken(tmp_path, monkeypatch):
+def test_file_is_complete_before_the_interrupt_is_raised(tmp_path, monkeypatch):
     plain, presses = PatientFile.seek, []
 
     def seek(self, *where):
@@ -38,7 +38,7 @@ def test_a_file_is_whole_before_the_interrupt_is_taken(tmp_path, monkeypatch):
         assert np.array_equal(file["x"][...], values)
 
 
-def test_a_run_is_sealed_before_the_interrupt_is_taken(tmp_path, monkeypatch):
+def test_run_is_sealed_before_the_interrupt_is_raised(tmp_path, monkeypatch):
     writer = write_run(tmp_path / "run", [recording(samples=200)])
     plain = sealing.write_manifest
 
@@ -53,7 +53,7 @@ def test_a_run_is_sealed_before_the_interrupt_is_taken(tmp_path, monkeypatch):
     assert read(tmp_path / "run").info.sealed
 
 
-def test_who_listened_before_is_told_of_each_and_listens_again():
+def test_deferred_signals_reach_the_previous_handler():
     signals = []
     previous = signal.signal(signal.SIGINT, lambda number, _: signals.append(number))
     try:
@@ -69,7 +69,7 @@ def test_who_listened_before_is_told_of_each_and_listens_again():
         signal.signal(signal.SIGINT, previous)
 
 
-def test_another_thread_takes_no_signals_and_needs_none_kept_away():
+def test_uninterrupted_works_in_another_thread():
     done = []
 
     def work():

@@ -35,7 +35,7 @@ RECORDS = ((Kind.HEADER, b"{}"), (Kind.EVENT, b"x" * 70), (Kind.BLOCK, b""), (Ki
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows keeps a file that is open")
 @pytest.mark.parametrize("moved", [False, True])
-def test_a_journal_that_lost_its_name_is_not_written_further(tmp_path, moved):
+def test_moved_or_deleted_journal_is_not_written_to(tmp_path, moved):
     folder = tmp_path / "run"
     folder.mkdir()
     writer = JournalWriter(folder / "a.journal")
@@ -63,12 +63,12 @@ def records_in(path):
     return tuple((record.kind, record.payload) for record in read_records(path))
 
 
-def test_records_come_back(journal):
+def test_records_round_trip(journal):
     assert records_in(journal) == RECORDS
     assert unread_bytes(journal, [record.end for record in read_records(journal)][-1]) == 0
 
 
-def test_what_comes_is_synced_at_least_once_a_second(tmp_path, monkeypatch):
+def test_journal_is_synced_at_least_once_a_second(tmp_path, monkeypatch):
     """As docs/reference/durability.md promises."""
     now_s, synced_s = [0.0], []
     monkeypatch.setattr("rigrunner.runfile.journal.monotonic", lambda: now_s[0])
@@ -96,7 +96,7 @@ def test_a_journal_of_an_earlier_version_is_read(tmp_path):
     assert records_in(old) == tuple(zip(kinds, [record[1] for record in RECORDS], strict=True))
 
 
-def test_every_prefix_gives_all_records_that_are_whole(journal):
+def test_every_prefix_gives_its_complete_records(journal):
     content = journal.read_bytes()
     ends = [record.end for record in read_records(journal)]
     for length in range(len(content)):
@@ -104,7 +104,7 @@ def test_every_prefix_gives_all_records_that_are_whole(journal):
         assert records_in(journal) == RECORDS[: sum(end <= length for end in ends)]
 
 
-def test_every_flipped_bit_ends_the_reading_where_it_is(journal):
+def test_flipped_bit_ends_reading_at_its_record(journal):
     content = journal.read_bytes()
     ends = [len(MAGIC), *(record.end for record in read_records(journal))]
     for place in range(len(MAGIC), len(content)):
@@ -133,7 +133,7 @@ def test_damaged_length_does_not_ask_for_memory(journal):
     assert peak < 1_000_000
 
 
-def test_record_that_did_not_fit_is_taken_back(tmp_path):
+def test_record_that_does_not_fit_is_removed(tmp_path):
     writer = JournalWriter(tmp_path / "a.journal")
     writer.append(Kind.EVENT, b"first")
     with disk_full_beyond(1000), pytest.raises(OSError, match="File too large"):
@@ -143,7 +143,7 @@ def test_record_that_did_not_fit_is_taken_back(tmp_path):
     assert [payload for _, payload in records_in(tmp_path / "a.journal")] == [b"first", b"last"]
 
 
-def test_record_that_an_interrupt_cut_is_taken_back(tmp_path, monkeypatch):
+def test_interrupted_record_is_removed(tmp_path, monkeypatch):
     writer = JournalWriter(tmp_path / "a.journal")
     writer.append(Kind.EVENT, b"first")
     write = writer._write
@@ -155,10 +155,10 @@ def test_record_that_an_interrupt_cut_is_taken_back(tmp_path, monkeypatch):
     assert [payload for _, payload in records_in(tmp_path / "a.journal")] == [b"first", b"last"]
 
 
-def test_what_the_system_takes_in_pieces_is_written_whole(tmp_path):
+def test_partial_writes_are_completed(tmp_path):
     writer = JournalWriter(tmp_path / "a.journal")
     file = writer._file
-    writer._file = ByLittle(file)
+    writer._file = PartialFile(file)
     writer.append(Kind.EVENT, b"an event of many bytes")
     writer.append(Kind.BLOCK, b"a head", bytes(5000))
     file.close()
@@ -166,8 +166,8 @@ def test_what_the_system_takes_in_pieces_is_written_whole(tmp_path):
     assert payloads == [b"an event of many bytes", b"a head" + bytes(5000)]
 
 
-class ByLittle:
-    """A file that takes at most 7 bytes at a time, and sometimes none."""
+class PartialFile:
+    """A file that writes at most 7 bytes at a time, and sometimes none."""
 
     def __init__(self, file):
         self.file = file
@@ -178,21 +178,21 @@ class ByLittle:
         return self.file.write(bytes(data[:7])) if self.calls % 3 else None
 
 
-def test_other_files_are_no_journal(tmp_path):
+def test_other_file_is_refused_as_a_journal(tmp_path):
     path = tmp_path / "a.journal"
     path.write_bytes(b"\x89HDF\r\n\x1a\n and more")
     with pytest.raises(DataError, match="is not a journal"):
         records_in(path)
 
 
-def test_journal_is_never_written_over(journal):
+def test_journal_is_never_overwritten(journal):
     with pytest.raises(FileExistsError):
         JournalWriter(journal)
 
 
 @settings(deadline=None, max_examples=examples(40))
 @given(st.lists(st.binary(max_size=200), max_size=6))
-def test_any_payload_comes_back(tmp_path_factory, payloads):
+def test_any_payload_round_trips(tmp_path_factory, payloads):
     path = tmp_path_factory.mktemp("journal") / "a.journal"
     writer = JournalWriter(path)
     for payload in payloads:
@@ -205,11 +205,11 @@ def cut(path, length):
     path.write_bytes(path.read_bytes()[:length])
 
 
-def test_run_with_a_torn_journal_of_events_is_read_as_far_as_it_got(tmp_path):
+def test_torn_event_journal_is_read_up_to_the_tear(tmp_path):
     original = recording(samples=300)
     write_run(tmp_path / "run", [original])
     events = tmp_path / "run" / "journal" / "events.journal"
-    content, seen = events.read_bytes(), set()
+    content, event_counts = events.read_bytes(), set()
     ends = [record.end for record in read_records(events)]
     header_end = ends[1]  # after the plan
     lengths = {*range(0, len(content), 11), *ends, *(end - 1 for end in ends)} - {len(content)}
@@ -221,13 +221,13 @@ def test_run_with_a_torn_journal_of_events_is_read_as_far_as_it_got(tmp_path):
         else:
             run = read(tmp_path / "run")
             assert_same_recording(run.recordings[0], original)
-            seen.add(len(run.events))
+            event_counts.add(len(run.events))
             assert bool(run.notes) == (length not in ends)
         events.write_bytes(content)
-    assert seen == set(range(5))
+    assert event_counts == set(range(5))
 
 
-def test_samples_up_to_the_last_whole_block_are_saved(tmp_path):
+def test_samples_up_to_the_last_complete_block_are_kept(tmp_path):
     original = recording(samples=1000)
     with RunWriter(tmp_path / "run", header_of()) as writer:
         emit = emitter_of(writer)
@@ -248,10 +248,8 @@ def test_samples_up_to_the_last_whole_block_are_saved(tmp_path):
 
 
 @pytest.mark.parametrize("in_memory", [1 << 26, -1])
-def test_a_recording_interrupted_after_an_empty_block_is_read_once_it_is_sealed(
-    tmp_path, monkeypatch, in_memory
-):
-    """A device that is polled may have nothing yet when the run is stopped."""
+def test_recording_with_only_an_empty_block_is_read_when_sealed(tmp_path, monkeypatch, in_memory):
+    """A polled device may have no samples yet when the run is stopped."""
     original = recording(samples=1000)
     with RunWriter(tmp_path / "run", header_of()) as writer:
         emit = emitter_of(writer)
@@ -284,7 +282,7 @@ def test_recording_that_ended_but_was_not_folded_is_finished(tmp_path, monkeypat
     assert read(tmp_path / "run").digest == before.digest
 
 
-def test_a_journal_that_is_gone_on_with_ends_with_its_last_record(journal):
+def test_continued_journal_starts_after_its_last_record(journal):
     end = max(record.end for record in read_records(journal))
     with journal.open("ab") as file:
         file.write(b"torn" * 1000)
@@ -296,7 +294,7 @@ def test_a_journal_that_is_gone_on_with_ends_with_its_last_record(journal):
     assert journal.stat().st_size == last.end
 
 
-def test_the_numbers_of_the_kinds_of_records_stay_those_of_the_journals_that_are_there():
+def test_numbers_of_record_kinds_never_change():
     assert {kind.name: int(kind) for kind in Kind} == {
         "HEADER": 1, "EVENT": 2, "TRUTH": 3, "BLOCK": 4, "ROW": 5, "PACKED": 6, "PLAN": 7,
     }  # fmt: skip

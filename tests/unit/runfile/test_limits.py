@@ -74,11 +74,11 @@ OF_VERSION_3 = {
 @pytest.mark.parametrize(
     ("version", "document"), [(1, OF_VERSION_2), (2, OF_VERSION_2), (3, OF_VERSION_3)]
 )
-def test_the_digest_of_a_row_goes_by_the_version(version, document):
+def test_row_digest_depends_on_the_format_version(version, document):
     assert measurement_digest(ROW, version) == sha256(document)
 
 
-def test_the_digest_of_a_row_holds_what_its_readings_were_expected_to_be():
+def test_row_digest_covers_expected_readings():
     row = replace(
         ROW,
         readings={"press.door": True},
@@ -92,7 +92,7 @@ def test_the_digest_of_a_row_holds_what_its_readings_were_expected_to_be():
     assert measurement_digest(row, 4) == sha256(document)
 
 
-def test_a_row_out_of_limits_comes_back_sealed_and_not(tmp_path):
+def test_row_out_of_limits_round_trips(tmp_path):
     write(tmp_path / "run", (0.75, (LIMIT,), 0))
     loose = read(tmp_path / "run")
     seal(tmp_path / "run")
@@ -106,7 +106,7 @@ def test_a_row_out_of_limits_comes_back_sealed_and_not(tmp_path):
     assert sealed.digest == hashlib.sha256(f"{sha256(OF_VERSION_3)}\n".encode()).hexdigest()
 
 
-def test_a_row_that_a_later_attempt_replaced_is_kept_beside(tmp_path):
+def test_superseded_row_is_kept(tmp_path):
     write(tmp_path / "run", (0.75, (LIMIT,), 0), (0.25, (LIMIT,), 0))
     seal(tmp_path / "run")
     run = read(tmp_path / "run")
@@ -118,7 +118,7 @@ def test_a_row_that_a_later_attempt_replaced_is_kept_beside(tmp_path):
         assert list(table["passes"][()]) == [0]
 
 
-def test_a_run_that_was_begun_with_an_older_version_keeps_it(tmp_path, monkeypatch):
+def test_run_started_with_an_older_format_keeps_it(tmp_path, monkeypatch):
     with monkeypatch.context() as patch:
         patch.setattr(codec, "FORMAT", 2)
         write(tmp_path / "run", (0.75, (), 0))
@@ -132,7 +132,7 @@ def test_a_run_that_was_begun_with_an_older_version_keeps_it(tmp_path, monkeypat
         assert file.attrs["rigrunner_format"] == 2
 
 
-def test_an_older_run_that_is_embedded_keeps_its_digest(tmp_path):
+def test_embedded_older_run_keeps_its_digest(tmp_path):
     older = read(OLD)
     assert older.info.format == 2
     assert older.measurements
@@ -144,7 +144,7 @@ def test_an_older_run_that_is_embedded_keeps_its_digest(tmp_path):
     assert run.partners["no_load"].digest == older.digest
 
 
-def test_a_file_holds_bounds_and_verdicts_of_every_row(tmp_path):
+def test_file_has_limits_and_decisions_of_every_row(tmp_path):
     low = ValueLimit("press.torque", 0.125, None, "N·m")
     rows = [(0.75, (LIMIT,)), (0.25, (LIMIT,)), (9.0, ()), (0.5, (low,))]
     write(tmp_path / "run", *[(value, limits, at) for at, (value, limits) in enumerate(rows)])

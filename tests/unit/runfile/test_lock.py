@@ -1,4 +1,4 @@
-"""Who writes to a run's folder."""
+"""The lock of a run's folder: only one process writes to it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from rigrunner.runfile.folder import RunFolder
 from rigrunner.runfile.lock import is_in_progress, run_lock
 
 
-def test_a_run_goes_on_only_while_somebody_has_its_lock(tmp_path):
+def test_run_is_in_progress_while_its_lock_is_held(tmp_path):
     assert is_in_progress(tmp_path) is False
     assert not RunFolder(tmp_path).lock.exists()
     with run_lock(tmp_path):
@@ -19,9 +19,7 @@ def test_a_run_goes_on_only_while_somebody_has_its_lock(tmp_path):
     assert is_in_progress(tmp_path) is False
 
 
-def test_of_a_lock_that_cannot_be_opened_it_is_not_known_and_ctrl_c_ends_the_look(
-    tmp_path, monkeypatch
-):
+def test_unreadable_lock_counts_as_free_but_ctrl_c_passes(tmp_path, monkeypatch):
     RunFolder(tmp_path).lock.touch()
 
     def failing(error):
@@ -37,7 +35,7 @@ def test_of_a_lock_that_cannot_be_opened_it_is_not_known_and_ctrl_c_ends_the_loo
         is_in_progress(tmp_path)
 
 
-def test_who_comes_second_is_refused(tmp_path, monkeypatch):
+def test_second_process_is_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(lock, "PATIENCE_S", 0.01)
     with (
         run_lock(tmp_path),
@@ -47,7 +45,7 @@ def test_who_comes_second_is_refused(tmp_path, monkeypatch):
         pass
 
 
-def test_ctrl_c_while_a_lock_is_waited_for_is_not_taken_for_another_process(tmp_path, monkeypatch):
+def test_ctrl_c_while_waiting_for_a_lock_is_raised(tmp_path, monkeypatch):
     def interrupted(_lock):
         raise KeyboardInterrupt
 

@@ -1,4 +1,4 @@
-"""Points of a scan that an older journal has as numbers alone are read to the last bit."""
+"""Scan points that an older journal stores as bare numbers are read bit for bit."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ NOON_MS = 1_772_366_400_000
 
 
 def row(seq, monotonic_s, point, milliseconds, *numbers):
-    """Return a point as a record has it: little-endian, without padding."""
+    """Return a point as stored in a record: little-endian, without padding."""
     return struct.pack(f"<IdIq{len(numbers)}d", seq, monotonic_s, point, milliseconds, *numbers)
 
 
 @given(st.lists(st.floats(allow_nan=False), min_size=5, max_size=5))
-def test_a_point_comes_back_to_the_last_bit(point):
+def test_scan_point_is_read_bit_for_bit(point):
     event = Rows(FIRST).event_from(row(8, point[0], 1, NOON_MS + 250, *point[1:]))
     assert (event.seq, event.point, event.utc) == (8, 1, "2026-03-01T12:00:00.250Z")
     assert (event.step, event.measurement) == (FIRST.step, FIRST.measurement)
@@ -44,15 +44,15 @@ def test_a_point_comes_back_to_the_last_bit(point):
     assert [math.copysign(1, x) for x in numbers] == [math.copysign(1, x) for x in point]
 
 
-def test_what_is_no_point_of_this_scan_is_refused():
+def test_invalid_scan_point_is_refused():
     data_of_point, rows = row(8, 1.5, 1, NOON_MS, 1.0, 10.0, 9.9, 0.1), Rows(FIRST)
     for data in (data_of_point + b"1", data_of_point[:16] + b"\x7f" * 8 + bytes(32)):
         with pytest.raises(DataError, match="not a point of its scan"):
             rows.event_from(data)
 
 
-def test_the_journal_of_a_run_that_was_killed_before_this_version_is_read(tmp_path):
-    """Events were JSON then, and points of a scan but for the first one numbers."""
+def test_older_journal_of_a_killed_run_is_read(tmp_path):
+    """Events were JSON, and all scan points but the first were bare numbers."""
     folder = RunFolder(tmp_path / "run")
     folder.journal.mkdir(parents=True)
     writer = JournalWriter(folder.events)

@@ -38,11 +38,11 @@ def edited(path, edit):
     return path
 
 
-def test_a_run_is_as_it_was_sealed(sealed):
+def test_sealed_run_has_no_differences(sealed):
     assert file_differences(sealed) == []
 
 
-def test_every_object_of_the_file_is_in_the_manifest_but_the_manifest(sealed):
+def test_manifest_lists_every_object_but_itself(sealed):
     with h5py.File(sealed) as file:
         names = {"/", "."}
         file["entry"].visit(names.add)
@@ -58,7 +58,7 @@ def test_every_object_of_the_file_is_in_the_manifest_but_the_manifest(sealed):
     assert kinds["no_load/zeros"] == "no-load run"
 
 
-def test_digest_of_an_object_is_what_its_description_says(tmp_path):
+def test_object_digest_matches_its_description(tmp_path):
     """Computed here from the description in docs/reference/run-file.md, by hand."""
     with h5py.File(tmp_path / "x.h5", "w") as file:
         item = file.create_dataset("x", data=np.array([1.0, 2.0]))
@@ -87,7 +87,7 @@ def test_embedded_no_load_run_keeps_the_manifest_of_its_own_file(sealed):
     assert read(sealed).partners["no_load"].manifest_sha256 == read(partner).manifest_sha256 != ""
 
 
-def test_run_that_is_not_sealed_has_none(tmp_path):
+def test_unsealed_run_has_no_manifest(tmp_path):
     write_run(tmp_path / "run", TWO)
     assert read(tmp_path / "run").manifest_sha256 == ""
 
@@ -127,31 +127,33 @@ def add(file, path):
 
 
 @pytest.mark.parametrize("where", EDITS)
-def test_every_change_of_content_is_found_where_it_is(copy, where):
+def test_every_change_of_content_is_located(copy, where):
     texts = [str(difference) for difference in file_differences(edited(copy, EDITS[where]))]
     assert any(text.startswith(where) for text in texts), texts
 
 
 @pytest.mark.parametrize("where", [path for path in EDITS if "time" not in path])
-def test_reading_refuses_what_is_not_as_it_was_sealed(copy, where):
+def test_reading_refuses_a_changed_file(copy, where):
     with pytest.raises(DataError, match=r"not what was|added|cannot be read|damaged"):
         read(edited(copy, EDITS[where]))
 
 
-def test_what_was_removed_and_renamed_is_named(copy):
+def test_removed_and_renamed_objects_are_reported(copy):
     def edit(file):
         group = file["entry/recordings"]
         group.move("_001_10Hz", "_001_11Hz")
         del file["entry/zeros/tester_torque"]
 
-    problems = {each.path: each.what for each in file_differences(edited(copy, edit))}
+    problems = {
+        difference.path: difference.what for difference in file_differences(edited(copy, edit))
+    }
     assert problems["recordings/_001_10Hz"].startswith("missing")
     assert problems["recordings/_001_11Hz"].startswith("added")
     assert problems["zeros/tester_torque"].startswith("missing")
     assert set(problems) >= {"recordings", "zeros"}
 
 
-def test_file_whose_manifest_was_taken_away_is_told(copy):
+def test_missing_manifest_is_reported(copy):
     path = edited(copy, lambda file: file["entry"].__delitem__("manifest"))
     (difference,) = file_differences(path)
     assert str(difference).startswith("/entry/manifest (manifest): cannot be read: there is none")
@@ -159,7 +161,7 @@ def test_file_whose_manifest_was_taken_away_is_told(copy):
         read(path)
 
 
-def test_manifest_of_another_form_is_told(copy):
+def test_noncanonical_manifest_is_reported(copy):
     def edit(file):
         text = json.dumps(json.loads(bytes(file["entry/manifest"][()])), indent=1)
         del file["entry/manifest"]
@@ -169,7 +171,7 @@ def test_manifest_of_another_form_is_told(copy):
     assert "not in its canonical form" in str(difference)
 
 
-def test_a_file_of_the_first_format_stays_readable(copy):
+def test_file_of_format_1_is_readable(copy):
     def edit(file):
         del file["entry/manifest"], file["entry/no_load/manifest"]
         file.attrs.modify("rigrunner_format", 1)
@@ -181,19 +183,19 @@ def test_a_file_of_the_first_format_stays_readable(copy):
 
 
 def packed_text(file):
-    """A text that takes next to nothing in the file, and all of it in memory."""
+    """A text that is tiny in the file and huge in memory."""
     file["entry/texts"].create_dataset("packed", (1 << 30,), "u1", chunks=(1 << 18,))
 
 
 def many_names(group):
-    """One text under so many names that all together are more than the file."""
+    """One text under so many names that together they are larger than the file."""
     group["text"] = np.zeros(10_000, "u1")
     for number in range(100):
         group[f"text{number}"] = group["text"]
 
 
 def samples_in_another_file(file):
-    """The digests hold, for as long as nobody changes the other file."""
+    """The digests match as long as nobody changes the other file."""
     other = Path(file.filename).with_name("samples.bin")
     column = file["entry/recordings"].visititems(
         lambda _, item: item if getattr(item, "chunks", None) else None
@@ -232,15 +234,15 @@ def virtual_samples(file):
         (lambda f: f["entry"].create_group("/".join("g" * 30)), "nested deeper"),
     ],
 )
-def test_what_could_lead_a_reader_astray_is_refused(copy, edit, message):
+def test_dangerous_hdf5_structures_are_refused(copy, edit, message):
     edited(copy, edit)
     for reader in (read, read_info, file_differences):
         with pytest.raises(DataError, match=message):
             reader(copy)
 
 
-def test_a_flipped_bit_anywhere_gives_an_answer_or_a_data_error(copy):
-    """HDF5 libraries say many things of damaged files; none of them is to get through."""
+def test_flipped_bit_gives_a_result_or_a_data_error(copy):
+    """HDF5 libraries raise many errors on damaged files; all must become a DataError."""
     content, rng = copy.read_bytes(), random.Random(4)  # noqa: S311  (seeded, to be repeated)
     for _ in range(examples(25)):
         damaged = bytearray(content)
@@ -253,7 +255,7 @@ def test_a_flipped_bit_anywhere_gives_an_answer_or_a_data_error(copy):
                 assert str(copy) in str(error)  # noqa: PT017  (an answer is as good)
 
 
-def test_what_is_known_of_an_unsealed_run_is_read_without_its_samples(tmp_path, monkeypatch):
+def test_info_of_an_unsealed_run_is_read_without_samples(tmp_path, monkeypatch):
     write_run(tmp_path / "run", [*TWO, recording("003_30Hz", seed=3)])
     expected = read(tmp_path / "run").info
     monkeypatch.setattr("rigrunner.runfile.loose.read_recording", None)
@@ -263,8 +265,8 @@ def test_what_is_known_of_an_unsealed_run_is_read_without_its_samples(tmp_path, 
     assert read_info(tmp_path / "run").digest == expected.digest
 
 
-def rewritten(change):
-    """Return what writes the manifest again, in its canonical form."""
+def rewrite(change):
+    """Return an edit that rewrites the manifest in its canonical form."""
 
     def edit(file):
         document = json.loads(bytes(file["entry/manifest"][()]))
@@ -278,23 +280,23 @@ def rewritten(change):
 @pytest.mark.parametrize(
     ("edit", "message"),
     [
-        (rewritten(lambda items: items | {"format": "manifest/0"}), "it is not of the format"),
-        (rewritten(lambda items: [items]), "it is not of the format"),
-        (rewritten(lambda items: items | {"remark": "fine"}), "it holds more than its items"),
+        (rewrite(lambda items: items | {"format": "manifest/0"}), "it is not of the format"),
+        (rewrite(lambda items: [items]), "it is not of the format"),
+        (rewrite(lambda items: items | {"remark": "fine"}), "it holds more than its items"),
         (
             lambda file: file["entry/manifest"].attrs.update(remark="fine"),
             "it holds more than its items",
         ),
     ],
 )
-def test_a_manifest_that_says_something_else_or_more_is_refused(copy, edit, message):
+def test_invalid_manifest_is_refused(copy, edit, message):
     edited(copy, edit)
     with h5py.File(copy) as file, pytest.raises(DataError, match=message):
         stored_items(file["entry"])
 
 
-def test_without_samples_columns_are_passed_over_and_all_else_is_not(copy):
-    """A column has a digest of its own, which is compared when it is read."""
+def test_comparison_without_samples_skips_only_columns(copy):
+    """A column has its own digest, which is checked when it is read."""
 
     def edit(file):
         add(file, "recordings/_001_10Hz/tester_torque")
@@ -307,7 +309,7 @@ def test_without_samples_columns_are_passed_over_and_all_else_is_not(copy):
     assert all_paths == paths | {"recordings/_001_10Hz/tester_torque"}
 
 
-def test_ctrl_c_while_a_file_is_compared_is_not_taken_for_damage(sealed, monkeypatch):
+def test_ctrl_c_while_comparing_a_file_is_raised(sealed, monkeypatch):
     def interrupted(*_arguments):
         raise KeyboardInterrupt
 
@@ -316,7 +318,7 @@ def test_ctrl_c_while_a_file_is_compared_is_not_taken_for_damage(sealed, monkeyp
         file_differences(sealed)
 
 
-def test_ctrl_c_while_the_manifest_is_read_is_not_taken_for_a_damaged_one(sealed, monkeypatch):
+def test_ctrl_c_while_reading_the_manifest_is_raised(sealed, monkeypatch):
     def interrupted(_entry):
         raise KeyboardInterrupt
 

@@ -1,6 +1,6 @@
-"""A file that an earlier version of the program wrote stays readable, with all that is in it.
+"""A file written by an earlier version of the program stays readable, with all its content.
 
-The expected values were read from the file with h5py alone, when it was put here.
+The expected values were read from the file with h5py alone, when it was added.
 """
 
 from __future__ import annotations
@@ -40,19 +40,21 @@ def run(tmp_path):
     return folder
 
 
-def test_it_is_the_file_of_that_time():
+def test_old_file_is_unchanged():
     assert hashlib.sha256(OLD.read_bytes()).hexdigest() == FILE_SHA256
     with h5py.File(OLD) as file:
         assert file.attrs["rigrunner_format"] == 1
         assert "manifest" not in file["entry"]
 
 
-def test_all_that_was_recorded_is_there(run):
+def test_old_file_has_all_its_content(run):
     stored = read(run)
     assert stored.header.procedure_id == "SSPB-STT-1000"
     assert stored.header.inputs == {"specimen": "DEMO-0001", "operator": "Demo operator"}
     assert stored.info.outcome == "completed"
-    torques = {each.name: each.arrays()["tester.torque"] for each in stored.recordings}
+    torques = {
+        recording.name: recording.arrays()["tester.torque"] for recording in stored.recordings
+    }
     digests = {name: hashlib.sha256(x.tobytes()).hexdigest() for name, x in torques.items()}
     assert digests == TORQUE_SHA256
     assert stored.partners["no_load"].header.procedure_id == "SSPB-NLI"
@@ -60,13 +62,13 @@ def test_all_that_was_recorded_is_there(run):
     assert stored.result_document["decision"]["verdict"] == "inconclusive"
 
 
-def test_what_it_did_not_have_yet_is_empty(run):
+def test_newer_fields_of_an_old_file_are_empty(run):
     assert read_info(run).manifest_sha256 == ""
     assert file_differences(run / "run.h5") is None
     assert read_summary(run).manifest_sha256 == ""
 
 
-def test_damage_to_its_samples_is_still_seen(run):
+def test_damaged_samples_of_an_old_file_are_detected(run):
     (run / "run.h5").chmod(0o644)
     with h5py.File(run / "run.h5", "r+") as file:
         file["entry/recordings/001_15Hz/tester_torque"][7] += 1e-9
@@ -75,12 +77,12 @@ def test_damage_to_its_samples_is_still_seen(run):
     assert "digest" in result.err or "samples" in result.err
 
 
-def test_it_is_shown_and_opened(run):
+def test_old_file_is_shown_and_opened(run):
     assert call("show", run).code == 0
     assert len(open_run(run).recordings) == 2
 
 
-def test_it_is_indexed_checked_packed_and_unpacked(run, tmp_path):
+def test_old_file_is_indexed_checked_packed_and_unpacked(run, tmp_path):
     with closing(open_archive(run.parent)) as archive:
         index(archive, [run.parent])
         look = Look(Pace(), yielding=False)
@@ -90,15 +92,15 @@ def test_it_is_indexed_checked_packed_and_unpacked(run, tmp_path):
         run.name, "inconclusive", "",
     )  # fmt: skip
     assert pack(run, tmp_path / "old.zip").manifest_sha256 == ""
-    again = unpack(tmp_path / "old.zip", tmp_path / "elsewhere")
-    assert (again / "run.h5").read_bytes() == OLD.read_bytes()
+    unpacked = unpack(tmp_path / "old.zip", tmp_path / "elsewhere")
+    assert (unpacked / "run.h5").read_bytes() == OLD.read_bytes()
 
 
 def checked(archive, look):
     return check(archive, look, InProcess(), Event(), now=lambda: datetime.now(UTC)).findings
 
 
-def test_a_newer_file_is_refused_with_both_versions(run):
+def test_newer_file_is_refused_with_both_versions(run):
     (run / "run.h5").chmod(0o644)
     with h5py.File(run / "run.h5", "r+") as file:
         file.attrs.modify("rigrunner_format", 5)

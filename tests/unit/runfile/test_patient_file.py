@@ -1,4 +1,4 @@
-"""The file that HDF5 writes to, which never fails: as any other file, until an error is kept."""
+"""The file that HDF5 writes to: like any file, but it keeps the first error instead of raising."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ def file(tmp_path):
         yield opened
 
 
-class Full:
-    """A file on a disk without room; only the first error is to be kept."""
+class FullDiskFile:
+    """A file on a full disk; only the first error must be kept."""
 
     closed = False
 
@@ -35,7 +35,7 @@ class Full:
         """Nothing is held."""
 
 
-def test_it_knows_its_size_and_where_it_stands(file):
+def test_size_and_position_are_tracked(file):
     assert file.write(b"abcde") == 5
     assert file.tell() == 5
     assert file.seek(1) == 1
@@ -52,10 +52,10 @@ def test_it_knows_its_size_and_where_it_stands(file):
     assert file.error is None
 
 
-def test_what_cannot_be_written_is_dropped_and_the_first_error_kept(file):
+def test_failed_write_is_dropped_and_its_first_error_kept(file):
     file.write(b"abc")
     file._file.close()
-    file._file = Full()
+    file._file = FullDiskFile()
     assert file.write(b"defg") == 4
     assert file.truncate(2) == 2
     assert file.error.errno == 28
@@ -64,14 +64,14 @@ def test_what_cannot_be_written_is_dropped_and_the_first_error_kept(file):
     assert file.read(3) == bytes(3)
 
 
-def test_an_error_of_truncating_is_kept_as_well(file):
+def test_error_of_truncate_is_kept(file):
     file._file.close()
-    file._file = Full()
+    file._file = FullDiskFile()
     file.truncate(7)
     assert file.error.errno == 28
 
 
-def test_it_is_read_as_well_as_written_until_it_is_closed(tmp_path):
+def test_file_can_be_read_until_closed(tmp_path):
     file = PatientFile(tmp_path / "a")
     assert file.readable()
     file.write(b"abcde")

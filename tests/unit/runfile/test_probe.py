@@ -18,7 +18,7 @@ from rigrunner.runfile import (
 from unit.runfile.helpers_runfile import TWO, write_run
 
 
-def test_a_run_and_what_is_none_are_left_to_the_reader(tmp_path):
+def test_harmless_files_are_left_to_the_reader(tmp_path):
     refuse_crashing(write_run(tmp_path / "run", TWO).seal())
     (tmp_path / "text.h5").write_text("hello")
     refuse_crashing(tmp_path / "text.h5")
@@ -34,7 +34,7 @@ def test_a_run_and_what_is_none_are_left_to_the_reader(tmp_path):
         ("while True: pass", "does not end"),
     ],
 )
-def test_what_would_take_this_process_along_is_told(tmp_path, monkeypatch, child, message):
+def test_file_that_crashes_or_hangs_the_library_is_refused(tmp_path, monkeypatch, child, message):
     (tmp_path / "x.h5").write_bytes(b"")
     monkeypatch.setattr(probe, "_CHILD", child)
     monkeypatch.setattr(probe, "_LEAST_S", 1.0)
@@ -52,7 +52,7 @@ def old_layout(path):
     return path
 
 
-def test_what_we_write_has_a_structure_with_checksums(tmp_path):
+def test_written_files_have_checksummed_structure(tmp_path):
     assert is_checksummed(write_run(tmp_path / "run", TWO).seal()) is True
     assert is_checksummed(old_layout(tmp_path / "old.h5")) is False
     (tmp_path / "text.h5").write_text("hello")
@@ -61,21 +61,21 @@ def test_what_we_write_has_a_structure_with_checksums(tmp_path):
 
 
 @pytest.mark.parametrize("reader", READERS)
-def test_every_reader_tries_a_file_without_checksums_elsewhere_first(tmp_path, monkeypatch, reader):
+def test_every_reader_probes_files_without_checksums(tmp_path, monkeypatch, reader):
     monkeypatch.setattr(probe, "_CHILD", "import os, signal; os.kill(os.getpid(), signal.SIGSEGV)")
     with pytest.raises(DataError, match="the HDF5 library crashes on it"):
         reader(old_layout(tmp_path / "old.h5"))
 
 
 @pytest.mark.parametrize("reader", READERS)
-def test_no_reader_waits_for_ever_for_a_file_without_checksums(tmp_path, monkeypatch, reader):
+def test_every_reader_times_out_on_files_without_checksums(tmp_path, monkeypatch, reader):
     monkeypatch.setattr(probe, "_CHILD", "while True: pass")
     monkeypatch.setattr(probe, "_LEAST_S", 0.2)
     with pytest.raises(DataError, match="the HDF5 library does not end"):
         reader(old_layout(tmp_path / "old.h5"))
 
 
-def test_a_damaged_byte_of_the_structure_is_told_by_its_checksum(tmp_path):
+def test_damaged_structure_is_detected_by_its_checksum(tmp_path):
     path = write_run(tmp_path / "run", TWO).seal()
     data = bytearray(path.read_bytes())
     at = data.index(b"OHDR") + 12  # in an object header of version 2, which a checksum follows
@@ -86,14 +86,14 @@ def test_a_damaged_byte_of_the_structure_is_told_by_its_checksum(tmp_path):
         read(damaged)
 
 
-def test_the_child_reads_attributes_and_data_of_all_there_is(tmp_path):
+def test_probe_reads_runs_and_other_files(tmp_path):
     sealed = write_run(tmp_path / "run", TWO).seal()
     walk(sealed)
     (tmp_path / "text.h5").write_text("hello")
     walk(tmp_path / "text.h5")
 
 
-def test_a_module_beside_a_strangers_file_is_not_imported(tmp_path, monkeypatch):
+def test_module_beside_a_strangers_file_is_not_imported(tmp_path, monkeypatch):
     old_layout(tmp_path / "old.h5")
     (tmp_path / "h5py.py").write_text("open('was_imported', 'w')")
     monkeypatch.chdir(tmp_path)
@@ -101,7 +101,7 @@ def test_a_module_beside_a_strangers_file_is_not_imported(tmp_path, monkeypatch)
     assert not (tmp_path / "was_imported").exists()
 
 
-def test_the_child_reads_the_data_of_every_dataset(tmp_path, monkeypatch):
+def test_probe_reads_every_dataset(tmp_path, monkeypatch):
     sealed = write_run(tmp_path / "run", TWO).seal()
     with h5py.File(sealed) as file:
         expected = set()
@@ -110,11 +110,11 @@ def test_the_child_reads_the_data_of_every_dataset(tmp_path, monkeypatch):
         )
     names, read_part = set(), h5py.Dataset.__getitem__
 
-    def noted(dataset, *arguments, **more):
+    def recorder(dataset, *arguments, **more):
         names.add(dataset.name)
         return read_part(dataset, *arguments, **more)
 
-    monkeypatch.setattr(h5py.Dataset, "__getitem__", noted)
+    monkeypatch.setattr(h5py.Dataset, "__getitem__", recorder)
     walk(sealed)
     assert names == expected
     assert f"/entry/recordings/_{TWO[1].name}/tester_torque" in names

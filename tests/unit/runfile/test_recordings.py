@@ -1,4 +1,4 @@
-"""A recording in HDF5: what its channels are called and in which unit."""
+"""A recording in HDF5: names and units of its channels."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from rigrunner.runfile.recordings import RecordingFacts, write_recording
 TORQUE, COUNTS = Member("tester", "torque"), Member("tester", "counts")
 
 
-def test_a_channel_without_a_unit_is_stored_as_one_with():
+def test_channel_without_a_unit_is_stored_under_its_name():
     facts = RecordingFacts(
         name="001",
         number=1,

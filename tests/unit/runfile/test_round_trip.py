@@ -57,7 +57,7 @@ if TYPE_CHECKING:
 
 
 @pytest.mark.parametrize("sealed", [False, True])
-def test_all_that_is_known_of_a_run_before_it_begins_comes_back(tmp_path, sealed):
+def test_run_header_round_trips(tmp_path, sealed):
     texts = {field.name: {field.name: f"N·m {field.name}"} for field in fields(RunHeader)}
     names = ("called_texts", "people", "approval", "imported", "salvaged")
     header = header_of(mapping_text="m: [1]\r\n", **{name: texts[name] for name in names})
@@ -70,7 +70,7 @@ def test_all_that_is_known_of_a_run_before_it_begins_comes_back(tmp_path, sealed
     assert read_info(tmp_path / "run").header == header
 
 
-def test_other_programs_find_what_happened_when_and_where(tmp_path):
+def test_events_and_recordings_are_readable_with_h5py(tmp_path):
     writer = write_run(tmp_path / "run", TWO)
     writer.seal(DOCUMENT, PLOT)
     run = read(tmp_path / "run")
@@ -86,8 +86,8 @@ def test_other_programs_find_what_happened_when_and_where(tmp_path):
         )
         assert {str(group.attrs["NX_class"])[:2] for group in groups} == {"NX"}
         stored = entry["recordings"]["_001_10Hz"]
-        marked = dict(stored.attrs)
-        drawn = stored[marked["signal"]].attrs["name"]
+        attributes = dict(stored.attrs)
+        signal = stored[attributes["signal"]].attrs["name"]
         columns_of = [column.attrs for column in stored.values() if "column" in column.attrs]
         labels = {attrs["name"]: attrs["long_name"] for attrs in columns_of}
     assert columns == {
@@ -97,11 +97,11 @@ def test_other_programs_find_what_happened_when_and_where(tmp_path):
         "utc": [event.utc for event in run.events],
     }
     assert "main[0]" in columns["step"]
-    assert (drawn, list(marked["axes"])) == ("tester.torque", ["time"])
+    assert (signal, list(attributes["axes"])) == ("tester.torque", ["time"])
     assert labels == {"tester.angle": "tester.angle / rad", "tester.torque": "tester.torque / N·m"}
 
 
-def test_the_text_of_a_long_plan_comes_back_and_is_stored_as_any_other(tmp_path):
+def test_long_plan_round_trips_and_is_stored_as_text(tmp_path):
     text = "".join(f"step {number}: ünïcode\n" for number in range(30_000))
     header = header_of(plan_text=LongText.of(text))
     writer = write_run(tmp_path / "run", [], header=header)
@@ -115,7 +115,7 @@ def test_the_text_of_a_long_plan_comes_back_and_is_stored_as_any_other(tmp_path)
 
 
 @pytest.mark.parametrize("sealed", [False, True])
-def test_run_comes_back_as_it_was(tmp_path, sealed):
+def test_run_round_trips(tmp_path, sealed):
     folder = tmp_path / "run"
     writer = write_run(folder, TWO)
     if sealed:
@@ -137,7 +137,7 @@ def test_run_comes_back_as_it_was(tmp_path, sealed):
     assert read_info(folder) == run.info
 
 
-def test_sealing_changes_nothing_that_was_read_before(tmp_path):
+def test_sealing_does_not_change_the_content(tmp_path):
     writer = write_run(tmp_path / "run", TWO)
     before = read(tmp_path / "run")
     path = writer.seal()
@@ -150,22 +150,22 @@ def test_sealing_changes_nothing_that_was_read_before(tmp_path):
 
 
 @pytest.mark.parametrize("sealed", [False, True])
-def test_truth_is_read_apart_and_in_nothing_else(tmp_path, sealed):
+def test_truth_is_stored_separately(tmp_path, sealed):
     writer = write_run(tmp_path / "run", TWO)
     if sealed:
         writer.seal()
     run = read(tmp_path / "run")
     truth = {"001_10Hz": TRUTH, "002_20Hz": TRUTH}
     assert read_truth(tmp_path / "run") == truth
-    together, with_it = read_with_truth(tmp_path / "run")
-    assert with_it == truth
-    assert together.digest == run.digest
+    run_with_truth, stored_truth = read_with_truth(tmp_path / "run")
+    assert stored_truth == truth
+    assert run_with_truth.digest == run.digest
     assert "starting_torque_nm" not in repr(run)
     assert all(not getattr(event, "truth", None) for event in run.events)
 
 
 @pytest.mark.parametrize("sealed", [False, True])
-def test_a_zero_that_failed_is_no_zero_and_a_measurement_that_failed_is_none(tmp_path, sealed):
+def test_failed_zero_and_failed_measurement_are_ignored(tmp_path, sealed):
     writer = RunWriter(tmp_path / "run", header_of())
     emit = emitter_of(writer)
     emit_zero(emit)
@@ -182,7 +182,7 @@ def test_a_zero_that_failed_is_no_zero_and_a_measurement_that_failed_is_none(tmp
     assert [measurement.name for measurement in run.measurements] == ["table"]
 
 
-def test_digest_is_what_its_description_says(tmp_path):
+def test_digest_matches_its_description(tmp_path):
     write_run(tmp_path / "run", TWO)
     lines = ""
     for original in TWO:
@@ -201,7 +201,7 @@ def test_digest_is_what_its_description_says(tmp_path):
     assert read(tmp_path / "run").digest == hashlib.sha256(lines.encode()).hexdigest()
 
 
-def test_digest_does_not_depend_on_the_size_of_blocks_but_on_every_sample(tmp_path):
+def test_digest_depends_on_every_sample_but_not_on_block_size(tmp_path):
     write_run(tmp_path / "a", TWO, block=7)
     write_run(tmp_path / "b", TWO, block=30_000)
     changed = recording()
@@ -229,7 +229,7 @@ def test_no_load_run_is_embedded_with_its_texts_but_without_its_truth(tmp_path):
         assert "verification" not in file["entry/no_load"]
 
 
-def test_no_load_run_that_is_not_sealed_is_embedded_too(tmp_path):
+def test_unsealed_no_load_run_is_embedded(tmp_path):
     write_run(tmp_path / "no_load", TWO)
     path = write_run(tmp_path / "run", TWO[:1]).seal({}, partners={"no_load": tmp_path / "no_load"})
     assert read(path).partners["no_load"].digest == read(tmp_path / "no_load").digest
@@ -237,7 +237,7 @@ def test_no_load_run_that_is_not_sealed_is_embedded_too(tmp_path):
         assert "verification" not in file["entry/no_load"]
 
 
-def test_all_kinds_of_events_come_back(tmp_path):
+def test_all_kinds_of_events_round_trip(tmp_path):
     writer = RunWriter(tmp_path / "run", header_of())
     emit = emitter_of(writer)
     emit(Prompt, step="setup[0]", text="Bereit für µ?", choices=("yes", "no"))
@@ -266,7 +266,7 @@ def test_answers_become_inputs(tmp_path):
     assert read(tmp_path / "run").header.inputs == {"specimen": "DEMO-2", "operator": "Zoë"}
 
 
-def test_latest_zero_counts(tmp_path):
+def test_latest_zero_is_used(tmp_path):
     writer = RunWriter(tmp_path / "run", header_of())
     emit = emitter_of(writer)
     emit_zero(emit, 0.5)
@@ -275,7 +275,7 @@ def test_latest_zero_counts(tmp_path):
     assert read(tmp_path / "run").zeros == {"tester.torque": -0.25}
 
 
-def test_recording_that_was_interrupted_is_kept_apart(tmp_path):
+def test_interrupted_recording_is_incomplete(tmp_path):
     writer = RunWriter(tmp_path / "run", header_of())
     emit = emitter_of(writer)
     start_recording(emit, TWO[0])
@@ -288,14 +288,14 @@ def test_recording_that_was_interrupted_is_kept_apart(tmp_path):
     writer.seal()
     for run in (before, read(tmp_path / "run")):
         assert run.info.recording_names == ("002_20Hz",)
-        (broken,) = run.incomplete
-        assert (broken.name, broken.samples) == ("001_10Hz", 700)
-        torque = broken.channels["tester.torque"]
+        (incomplete,) = run.incomplete
+        assert (incomplete.name, incomplete.samples) == ("001_10Hz", 700)
+        torque = incomplete.channels["tester.torque"]
         assert (torque == TWO[0].channels["tester.torque"][:700]).all()
-        assert broken.setpoints == TWO[0].setpoints
+        assert incomplete.setpoints == TWO[0].setpoints
 
 
-def test_run_that_never_ended_is_no_success(tmp_path):
+def test_run_that_never_ended_is_an_error(tmp_path):
     writer = RunWriter(tmp_path / "run", header_of())
     emitter_of(writer)(RunStarted, run_id="run", steps=1, estimated_s=1.0)
     writer.close()
@@ -332,7 +332,7 @@ def recordings(draw):
 
 @settings(deadline=None, max_examples=examples(60))
 @given(originals=st.lists(recordings(), max_size=3, unique_by=lambda x: x.name), data=st.data())
-def test_whatever_was_recorded_comes_back(tmp_path_factory, originals, data):
+def test_any_recordings_round_trip(tmp_path_factory, originals, data):
     folder: Path = tmp_path_factory.mktemp("runs") / "run"
     texts = st.text(st.characters(codec="utf-8"), max_size=20)
     header = RunHeader(
@@ -358,7 +358,7 @@ def test_whatever_was_recorded_comes_back(tmp_path_factory, originals, data):
     assert loose.digest == sealed.digest
 
 
-def test_each_recording_keeps_the_zero_that_was_in_force(tmp_path):
+def test_each_recording_keeps_the_zero_in_force(tmp_path):
     with RunWriter(tmp_path / "run", header_of()) as writer:
         emit = emitter_of(writer)
         for index, (zero, original) in enumerate(zip((0.01, 0.05), TWO, strict=True)):
@@ -374,7 +374,7 @@ def test_each_recording_keeps_the_zero_that_was_in_force(tmp_path):
     assert loose.zeros == {"tester.torque": 0.05}
 
 
-def test_how_each_zero_scatters_is_read_back(tmp_path):
+def test_scatter_of_zeros_is_read_back(tmp_path):
     with RunWriter(tmp_path / "run", header_of()) as writer:
         emit = emitter_of(writer)
         emit_zero(emit, 0.01)  # as before 0.2
@@ -387,19 +387,21 @@ def test_how_each_zero_scatters_is_read_back(tmp_path):
         assert zero_scatter(run.outline) == {"tester.torque": expected}
 
 
-def test_a_torn_journal_is_gone_on_with_behind_its_last_whole_record(tmp_path):
+def test_torn_journal_is_continued_after_its_last_record(tmp_path):
     writer = write_run(tmp_path / "run", TWO[:1])
     journal = writer.folder / "journal" / "events.journal"
     before = read(tmp_path / "run")
     with journal.open("ab") as file:
         file.write(b"torn")
-    with RunWriter(tmp_path / "run") as again:
-        emit = emitter_of(again)
+    with RunWriter(tmp_path / "run") as resumed:
+        emit = emitter_of(resumed)
         start_recording(emit, TWO[1], 1)
         send_samples(emit, TWO[1], 1000)
         end_recording(emit, TWO[1], 1)
     after = read(tmp_path / "run")
-    assert [each.name for each in after.recordings] == [each.name for each in TWO]
+    assert [recording.name for recording in after.recordings] == [
+        recording.name for recording in TWO
+    ]
     assert [*after.events][: len(before.events)] == [*before.events]
     assert after.notes == ()
     assert (tmp_path / "run" / "recordings" / "000002.h5").exists()

@@ -1,4 +1,4 @@
-"""What is sound of a damaged file, told by its manifest or else by the recordings' own digests."""
+"""Intact parts of a damaged file, found by its manifest or else by the recordings' digests."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ def path(tmp_path):
     return sealed
 
 
-def test_of_a_sound_file_nothing_is_lost(path):
+def test_intact_file_loses_nothing(path):
     damaged = read_damaged(path)
     assert tuple(damaged.sound) == PLACES
     assert damaged.lost == ()
 
 
-def test_a_run_without_an_embedded_one_has_none(path):
+def test_run_without_partners_has_none(path):
     assert read_damaged(path).partners == ()
 
 
-def test_without_its_manifest_recordings_are_found_by_their_own_digests(path):
+def test_recordings_without_a_manifest_are_checked_by_their_digests(path):
     with h5py.File(path, "r+") as file:
         manifest = file["entry/manifest"]
         manifest[0] = ord("[")
@@ -41,7 +41,7 @@ def test_without_its_manifest_recordings_are_found_by_their_own_digests(path):
     assert [difference.path for difference in damaged.lost] == ["manifest", PLACES[1]]
 
 
-def test_ctrl_c_while_a_damaged_file_is_read_is_not_taken_for_damage(path, monkeypatch):
+def test_ctrl_c_while_reading_a_damaged_file_is_raised(path, monkeypatch):
     def interrupted(*_arguments):
         raise KeyboardInterrupt
 
@@ -51,7 +51,7 @@ def test_ctrl_c_while_a_damaged_file_is_read_is_not_taken_for_damage(path, monke
 
 
 @pytest.mark.parametrize("has_manifest", [True, False])
-def test_an_embedded_run_that_is_damaged_is_not_taken_for_sound(tmp_path, has_manifest):
+def test_damaged_embedded_run_is_lost(tmp_path, has_manifest):
     for name in ("before", "after"):
         write_run(tmp_path / name, TWO[:1]).seal()
     sealed = write_run(tmp_path / "run", TWO).seal(
@@ -75,7 +75,7 @@ def test_an_embedded_run_that_is_damaged_is_not_taken_for_sound(tmp_path, has_ma
         assert "no_load" not in file["entry"]
 
 
-def test_of_a_file_from_before_there_was_a_manifest_recordings_are_found_by_their_own_digests():
+def test_recordings_of_format_1_are_checked_by_their_digests():
     path = Path(__file__).parents[2] / "data" / "format-1" / "run.h5"
     with h5py.File(path) as file:
         recorded = set(file["entry/recordings"])
@@ -84,14 +84,14 @@ def test_of_a_file_from_before_there_was_a_manifest_recordings_are_found_by_thei
     assert "manifest" not in {difference.path for difference in damaged.lost}
 
 
-def test_who_approved_the_procedure_is_kept(tmp_path):
+def test_approval_of_the_procedure_is_kept(tmp_path):
     approval = {"state": "approved", "by": "Ada"}
     header = header_of("run", approval=approval)
     sealed = write_run(tmp_path / "run", TWO[:1], header=header).seal()
     assert read_damaged(sealed).header.approval == approval
 
 
-def test_ctrl_c_while_a_header_is_read_is_not_taken_for_damage(path, monkeypatch):
+def test_ctrl_c_while_reading_a_header_is_raised(path, monkeypatch):
     def interrupted(_group, name):
         if name == "run_id":
             raise KeyboardInterrupt

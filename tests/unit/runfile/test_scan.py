@@ -1,4 +1,4 @@
-"""Which folders below a root are runs, and which files tell whether one has changed."""
+"""Which folders below a root are runs, and which files show whether a run has changed."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ def test_runs_are_found_at_any_depth_in_order_with_their_files(root):
     assert file.modified_ns == (root / "a" / "run.h5").stat().st_mtime_ns
 
 
-def test_the_root_is_no_run_whatever_lies_in_it(root):
+def test_root_itself_is_never_a_run(root):
     (root / "run.h5").touch()
     assert [folder.path for folder in run_folders(root)] == ["a", "b/sealed", "c/open"]
     assert [folder.path for folder in run_folders(root / "c" / "empty")] == []
 
 
-def test_links_are_passed_over(root):
+def test_links_are_ignored(root):
     (root / "d").symlink_to(root / "b")
     (root / "a" / "notes").symlink_to(root / "b" / "sealed" / "run.h5")
     runs = list(run_folders(root))
@@ -41,7 +41,7 @@ def test_links_are_passed_over(root):
     assert [file.name for file in runs[0].files] == ["run.h5"]
 
 
-def test_a_folder_that_cannot_be_read_is_told_by_its_path(root, monkeypatch):
+def test_unreadable_folder_is_reported_with_its_path(root, monkeypatch):
     plain, unread = os.scandir, []
 
     def scandir(folder):
@@ -55,7 +55,7 @@ def test_a_folder_that_cannot_be_read_is_told_by_its_path(root, monkeypatch):
     assert unread == [("b", "the folder cannot be read: Permission denied")]
 
 
-def test_a_sealed_run_has_a_stamp_that_changes_with_it_and_another_one_has_none(root):
+def test_sealed_run_has_a_stamp_of_its_file(root):
     (root / "c" / "open" / "notes.txt").touch()
     first, _, unsealed = run_folders(root)
     assert unsealed.stamp == ""

@@ -1,4 +1,4 @@
-"""Samples that were unpacked once are read again from disk, and never wrong whatever that does."""
+"""Samples decompressed once are cached on disk, and stay right if the cache is damaged."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ PIECE = 1000
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
-    """Return the folder for what is unpacked, of which nothing is in memory."""
+    """Return the folder of a run whose samples are not kept in memory."""
     write_run(tmp_path / "run", [RECORDED])
     seal(tmp_path / "run")
     (tmp_path / "scratch").mkdir()
@@ -40,14 +40,14 @@ def folder(tmp_path, monkeypatch):
 
 @pytest.fixture
 def unpacked(monkeypatch):
-    """Return which slices were unpacked."""
+    """Return the list of decompressed slices."""
     slices, unpack = [], StoredSamples._unpack
 
-    def noted(self, which):
+    def recorder(self, which):
         slices.append((which.start, which.stop))
         return unpack(self, which)
 
-    monkeypatch.setattr(StoredSamples, "_unpack", noted)
+    monkeypatch.setattr(StoredSamples, "_unpack", recorder)
     return slices
 
 
@@ -55,15 +55,15 @@ def torque(folder):
     return read(folder).recordings[0].channels["tester.torque"]
 
 
-WANTED = RECORDED.channels["tester.torque"]
+TORQUE = RECORDED.channels["tester.torque"]
 
 
-def test_what_was_unpacked_is_not_unpacked_again(folder, unpacked):
+def test_slices_are_unpacked_once(folder, unpacked):
     values = torque(folder)
-    assert values[1500:4200].tolist() == WANTED[1500:4200].tolist()
-    assert values[1000:5000].tolist() == WANTED[1000:5000].tolist()
+    assert values[1500:4200].tolist() == TORQUE[1500:4200].tolist()
+    assert values[1000:5000].tolist() == TORQUE[1000:5000].tolist()
     assert unpacked == [(1000, 5000)]
-    assert values[4999:5001].tolist() == WANTED[4999:5001].tolist()
+    assert values[4999:5001].tolist() == TORQUE[4999:5001].tolist()
     assert unpacked == [(1000, 5000), (4000, 6000)]
 
 
@@ -73,7 +73,7 @@ def test_what_was_unpacked_is_not_unpacked_again(folder, unpacked):
     )
 )
 @settings(max_examples=examples(30), suppress_health_check=[HealthCheck.function_scoped_fixture])
-def test_any_slices_are_those_of_the_recording(folder, slices):
+def test_any_slice_equals_that_of_the_recording(folder, slices):
     channels = read(folder).recordings[0].channels
     for begin, count in slices:
         for name, values in channels.items():
@@ -84,15 +84,15 @@ def test_any_slices_are_those_of_the_recording(folder, slices):
     assert values[5000:1000].tolist() == []
 
 
-def test_whoever_takes_all_has_it_and_none_is_kept(folder, unpacked):
+def test_reading_all_samples_caches_nothing(folder, unpacked):
     values = torque(folder)
-    assert np.asarray(values).tolist() == WANTED.tolist()
+    assert np.asarray(values).tolist() == TORQUE.tolist()
     values[:10]
     assert unpacked == [(None, None), (0, PIECE)]
 
 
-def test_the_least_and_the_greatest_are_known(folder, unpacked):
-    assert torque(folder).limits == (WANTED.min(), WANTED.max())
+def test_minimum_and_maximum_need_no_unpacking(folder, unpacked):
+    assert torque(folder).limits == (TORQUE.min(), TORQUE.max())
     assert not unpacked
 
 
@@ -101,10 +101,10 @@ def open_files():
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="there a name is needed until it is closed")
-def test_the_file_has_no_name_and_is_closed_with_the_samples(folder, tmp_path):
+def test_scratch_file_is_unnamed_and_closed_with_the_samples(folder, tmp_path):
     before = open_files()
     values = torque(folder)
-    assert open_files() == before, "nothing was asked for yet"
+    assert open_files() == before, "no samples requested yet"
     values[:10]
     assert open_files() == before + 1
     assert not list((tmp_path / "scratch").iterdir())
@@ -117,27 +117,27 @@ def _no_file(**_):
     raise OSError(24, "Too many open files")
 
 
-def test_without_a_file_samples_are_unpacked_each_time(folder, unpacked, monkeypatch):
+def test_samples_are_unpacked_each_time_without_a_scratch_file(folder, unpacked, monkeypatch):
     monkeypatch.setattr(tempfile, "TemporaryFile", _no_file)
     values = torque(folder)
     for _ in range(2):
-        assert values[:3000].tolist() == WANTED[:3000].tolist()
+        assert values[:3000].tolist() == TORQUE[:3000].tolist()
     assert unpacked == [(0, 3000)] * 2
 
 
-def test_half_of_what_is_free_is_left(folder, unpacked, monkeypatch):
+def test_half_of_the_free_space_is_left(folder, unpacked, monkeypatch):
     left = iter([100_000, 100_000, 76_000, 52_000, 52_000])
     monkeypatch.setattr(scratch, "_free_bytes", lambda: next(left))
     values = torque(folder)
     for begin in (0, 3000, 6000):  # of 24 kB each
-        assert values[begin : begin + 3000].tolist() == WANTED[begin : begin + 3000].tolist()
+        assert values[begin : begin + 3000].tolist() == TORQUE[begin : begin + 3000].tolist()
     for begin in (0, 3000, 6000):
-        assert values[begin : begin + 3000].tolist() == WANTED[begin : begin + 3000].tolist()
+        assert values[begin : begin + 3000].tolist() == TORQUE[begin : begin + 3000].tolist()
     assert unpacked == [(0, 3000), (3000, 6000), (6000, 9000), (6000, 9000)]
 
 
 @pytest.mark.parametrize("harm", ["zeros", "shorter"])
-def test_what_a_disk_lost_is_unpacked_again(folder, unpacked, harm):
+def test_damaged_scratch_data_are_unpacked_again(folder, unpacked, harm):
     values = torque(folder)
     values[:3000]
     file = values.scratch._file
@@ -146,11 +146,11 @@ def test_what_a_disk_lost_is_unpacked_again(folder, unpacked, harm):
         file.write(bytes(512))
     else:
         file.truncate(100)
-    assert values[:3000].tolist() == WANTED[:3000].tolist()
+    assert values[:3000].tolist() == TORQUE[:3000].tolist()
     assert len(unpacked) == 2
 
 
-def test_a_file_that_changed_or_went_is_told_of_what_is_kept_too(folder):
+def test_changed_or_missing_file_is_reported_for_cached_slices(folder):
     values = torque(folder)
     values[:3000]
     values.path.chmod(0o644)
@@ -162,15 +162,15 @@ def test_a_file_that_changed_or_went_is_told_of_what_is_kept_too(folder):
         values[:10]
 
 
-def test_another_process_begins_with_its_own(folder):
+def test_copied_samples_get_their_own_scratch_file(folder):
     values = torque(folder)
     values[:3000]
     copied = pickle.loads(pickle.dumps(values))  # noqa: S301  (our own)
-    assert copied[:5000].tolist() == WANTED[:5000].tolist()
+    assert copied[:5000].tolist() == TORQUE[:5000].tolist()
     assert copied.scratch is not values.scratch
 
 
-def test_each_channel_has_as_many_pieces_as_it_needs():
+def test_each_channel_gets_the_pieces_it_needs():
     cache = scratch.Scratch()
     sizes = [scratch.PIECE + 1, 1, scratch.PIECE, 2 * scratch.PIECE, 1]
     assert [cache.room(samples) for samples in sizes] == [0, 2, 3, 4, 6]

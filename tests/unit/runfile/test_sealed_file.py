@@ -66,7 +66,7 @@ def test_without_analysis_the_first_recording_is_the_default_plot(tmp_path):
         assert group["tester_torque"].attrs["long_name"] == "tester.torque / N·m"
 
 
-def test_every_name_is_one_that_nexus_allows(file):
+def test_every_name_is_valid_in_nexus(file):
     """By the rule for names in the NeXus manual: a letter or '_', then digits too."""
     names = []
     file.visit(lambda path: names.append(path.rpartition("/")[2]))
@@ -84,7 +84,7 @@ def test_every_group_has_a_nexus_class(file):
     assert classes == {"NXroot", "NXentry", "NXcollection", "NXdata", "NXprocess"}
 
 
-def test_storage_is_what_every_reader_knows(file):
+def test_storage_uses_common_types_and_filters(file):
     column = file["entry/recordings/_002_20Hz/tester_torque"]
     assert column.dtype == "<f8"
     assert (column.compression, column.compression_opts) == ("gzip", 1)
@@ -105,30 +105,30 @@ def test_events_are_parallel_columns(file):
     assert json.loads(events["json"][-1])["outcome"] == "completed"
 
 
-def test_texts_are_there_byte_by_byte(file):
+def test_texts_are_stored_byte_for_byte(file):
     expected = header_of().procedure_text.encode()
     assert bytes(file["entry/texts/procedure_text"][()]) == expected
     assert json.loads(bytes(file["entry/analysis/result"][()])) == DOCUMENT
 
 
-def test_file_has_the_form_of_hdf5_1_10_which_has_checksums_on_its_structure(folder):
-    """The superblock's version stands at byte 8 (HDF5 file format specification, II.A)."""
+def test_file_has_the_format_of_hdf5_1_10(folder):
+    """The version of the superblock is byte 8 (HDF5 file format specification, II.A)."""
     assert (folder / "run.h5").read_bytes()[8] == 3
 
 
-def test_sealed_file_is_read_only_and_never_written_again(folder):
+def test_sealed_file_is_read_only(folder):
     assert stat.S_IMODE((folder / "run.h5").stat().st_mode) == 0o444
     with pytest.raises(DataError, match="is sealed, and is never written again"):
         seal(folder)
 
 
-def test_reading_leaves_the_file_as_it_is(folder):
+def test_reading_does_not_change_the_file(folder):
     before = (folder / "run.h5").read_bytes()
     read(folder), read_info(folder), read_truth(folder)
     assert (folder / "run.h5").read_bytes() == before
 
 
-def test_long_and_odd_texts_survive(tmp_path):
+def test_long_and_odd_texts_round_trip(tmp_path):
     odd = {"note": "ä" * 70_000, "nul": "a\0b", "": "nothing", "a/b": "\ud800".encode(
         errors="surrogatepass").decode(errors="replace")}  # fmt: skip
     write_run(tmp_path / "run", [], header=header_of(inputs=odd, plan_text=LongText())).seal()
@@ -150,7 +150,7 @@ def test_channel_names_that_collide_in_hdf5_stay_apart(tmp_path):
 
 
 @pytest.mark.parametrize("share", [0.0, 0.001, 0.3, 0.9, 0.999])
-def test_truncated_file_is_told(folder, share):
+def test_truncated_file_is_refused(folder, share):
     path = folder / "run.h5"
     content = path.read_bytes()
     path.chmod(0o644)
@@ -159,7 +159,7 @@ def test_truncated_file_is_told(folder, share):
         read(folder)
 
 
-def test_what_is_not_a_run_is_told(tmp_path):
+def test_file_that_is_not_a_run_is_refused(tmp_path):
     with pytest.raises(DataError, match="there is no run"):
         read(tmp_path / "nowhere")
     with pytest.raises(DataError, match=r"is not a run.*run folder has"):
@@ -173,7 +173,7 @@ def test_what_is_not_a_run_is_told(tmp_path):
         read(tmp_path / "other.h5")
 
 
-def test_newer_version_is_told(folder, tmp_path):
+def test_newer_format_is_refused(folder, tmp_path):
     change(folder, lambda file: file.attrs.modify("rigrunner_format", 5))
     with pytest.raises(DataError, match=r"newer version of Rigrunner \(format 5, .* up to 4\)"):
         read(folder)
@@ -182,7 +182,7 @@ def test_newer_version_is_told(folder, tmp_path):
     assert b'"format": 4' in journal.read_bytes()
 
 
-def test_missing_part_is_told(folder):
+def test_missing_part_is_refused(folder):
     change(folder, lambda file: file.__delitem__("entry/zeros"))
     with pytest.raises(DataError, match="not a run of Rigrunner, or damaged"):
         read(folder)
@@ -205,7 +205,7 @@ def unit(file):
 
 
 @pytest.mark.parametrize("edit", [sample, setpoint, rate, unit])
-def test_changed_recording_is_told(folder, edit):
+def test_changed_recording_is_refused(folder, edit):
     change(folder, edit)
     with pytest.raises(DataError, match="recording '001_10Hz' is not what was recorded"):
         read(folder)
@@ -221,14 +221,14 @@ def swapped(file):
 
 
 @pytest.mark.parametrize("edit", [removed, swapped])
-def test_changed_set_of_recordings_is_told(folder, edit):
+def test_changed_set_of_recordings_is_refused(folder, edit):
     change(folder, edit)
     for reader in (read, read_info):
         with pytest.raises(DataError, match="not those that were sealed"):
             reader(folder)
 
 
-def test_flipped_byte_in_samples_is_told(folder):
+def test_flipped_byte_in_samples_is_refused(folder):
     path = folder / "run.h5"
     with h5py.File(path, "r") as file:
         chunk = file["entry/recordings/_001_10Hz/tester_torque"].id.get_chunk_info(0)
@@ -244,14 +244,14 @@ def test_run_is_found_by_folder_and_by_file(folder):
     assert read(folder).digest == read(folder / "run.h5").digest
 
 
-def test_rest_of_a_run_whose_removal_was_cut_short_does_no_harm(tmp_path, folder):
+def test_leftover_journal_beside_a_sealed_file_is_ignored(tmp_path, folder):
     write_run(tmp_path / "other", TWO[:1])
     (tmp_path / "other" / "journal").rename(folder / "journal")
     (tmp_path / "other" / "recordings").rename(folder / "recordings")
     assert read(folder).info.recording_names == ("001_10Hz", "002_20Hz")
 
 
-def test_half_written_files_of_a_killed_sealing_are_overwritten(tmp_path):
+def test_partial_files_of_a_killed_sealing_are_overwritten(tmp_path):
     write_run(tmp_path / "run", TWO)
     (tmp_path / "run" / "run.h5.tmp").write_bytes(b"half")
     (tmp_path / "run" / "recordings" / "000003.h5.tmp").write_bytes(b"half")
@@ -269,8 +269,8 @@ def test_sealing_keeps_the_order_of_named_texts(tmp_path):
     assert list(read(tmp_path / "run").header.inputs) == list(inputs)
 
 
-def test_the_plot_of_an_embedded_run_is_its_first_recording(tmp_path):
-    """Its analysis, which it would begin with, is not embedded."""
+def test_default_plot_of_an_embedded_run_is_its_first_recording(tmp_path):
+    """Its analysis, which would be its default plot, is not embedded."""
     write_run(tmp_path / "no_load", TWO).seal(DOCUMENT, PLOT)
     path = write_run(tmp_path / "run", TWO).seal(partners={"no_load": tmp_path / "no_load"})
     with h5py.File(path) as file:
@@ -280,7 +280,7 @@ def test_the_plot_of_an_embedded_run_is_its_first_recording(tmp_path):
         assert group.name == "/entry/no_load/recordings/_001_10Hz"
 
 
-def test_a_run_that_must_not_be_read_is_told_as_such(folder, monkeypatch):
+def test_run_without_read_permission_is_reported(folder, monkeypatch):
     def deny(_path):
         raise PermissionError(13, "denied")
 
@@ -290,7 +290,7 @@ def test_a_run_that_must_not_be_read_is_told_as_such(folder, monkeypatch):
     assert error.value.hint == "ask its owner for permission to read it"
 
 
-def test_arrays_of_one_length_are_a_table_and_others_are_texts(tmp_path):
+def test_arrays_of_equal_length_are_a_table_and_others_texts(tmp_path):
     def row(spectrum, wave):
         all_readings = {"box.spectrum": spectrum, "box.wave": wave}
         readings = {name: value for name, value in all_readings.items() if value is not None}

@@ -1,4 +1,4 @@
-"""The events of a run are held compressed, and come back as they were."""
+"""The events of a run are kept compressed in memory, and read back unchanged."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ EVERY_KIND = [
 
 
 @pytest.mark.parametrize("piece", [1, 4, 10, 1000])
-def test_events_come_back_in_their_order_as_often_as_one_likes(monkeypatch, piece):
+def test_events_can_be_iterated_repeatedly_in_order(monkeypatch, piece):
     monkeypatch.setattr(stored_events, "_PIECE", piece)
     stored = StoredEvents(EVERY_KIND)
     assert len(stored) == len(EVERY_KIND)
@@ -56,7 +56,7 @@ def test_events_come_back_in_their_order_as_often_as_one_likes(monkeypatch, piec
     assert stored[2:4] == tuple(EVERY_KIND[2:4])
 
 
-def test_values_that_json_lacks_come_back_too():
+def test_nonfinite_values_round_trip():
     stored = StoredEvents([ended(1, values={"press.torque": nan, "press.load": -inf})])
     text = event_text(ended(2, values={"press.torque": nan}))
     assert '"press.torque": NaN' in text
@@ -67,18 +67,18 @@ def test_values_that_json_lacks_come_back_too():
     assert isnan(second.values["press.torque"])
 
 
-def test_an_event_of_a_kind_that_is_not_known_is_left_out():
+def test_unknown_event_is_ignored():
     stored = StoredEvents()
     assert stored.take(Kind.EVENT, b'{"event": "Later", "seq": 1}') is None
     assert (len(stored), [*stored]) == (0, [])
 
 
-def test_the_outline_has_all_but_steps_that_only_set_or_read():
+def test_outline_omits_steps_that_only_set_or_read():
     outline = StoredEvents(EVERY_KIND).outline
     assert [event.seq for event in outline] == [0, 3, 4, 7, 8, 9]
 
 
-def test_a_step_takes_a_fraction_of_what_its_events_take():
+def test_stored_step_takes_few_bytes():
     def store():
         stored.append(
             StoredEvents(ended(seq, values={"press.torque": seq / 7}) for seq in range(9000))
@@ -88,7 +88,7 @@ def test_a_step_takes_a_fraction_of_what_its_events_take():
     assert allocated_peak(store) / 9000 < 250
 
 
-def test_strings_of_any_length_come_back_in_their_order():
+def test_strings_of_any_length_keep_their_order():
     strings = Compressed()
     assert [*strings] == []
     for part in ([b"", b"a", b"b" * 100], [], [b"\x00\n"], [b""]):
@@ -98,7 +98,7 @@ def test_strings_of_any_length_come_back_in_their_order():
 
 
 @pytest.mark.parametrize("size", [0, 1, PART - 1, PART, PART + 1, 3 * PART])
-def test_a_long_text_is_the_same_in_whatever_parts_it_came(size):
+def test_long_text_does_not_depend_on_its_parts(size):
     data = (b"0123456789\n" * (size // 11 + 1))[:size]
     at_once = LongText([data])
     in_parts = LongText(data[at : at + 999] for at in range(0, size, 999))
@@ -118,7 +118,7 @@ def test_a_long_text_is_the_same_in_whatever_parts_it_came(size):
         (zlib.compress(bytes(PART + 1)), "damaged, or longer than 262,144 bytes"),
     ],
 )
-def test_a_part_of_a_long_text_that_is_none_is_refused(packed, message):
+def test_damaged_part_of_a_long_text_is_refused(packed, message):
     text = LongText()
     text.packed.append(packed)
     with pytest.raises(DataError, match=message):

@@ -25,7 +25,7 @@ def long_run(request, tmp_path, monkeypatch):
     return tmp_path / "run"
 
 
-def test_its_samples_stay_in_the_file_until_they_are_asked_for(long_run):
+def test_samples_stay_in_the_file_until_read(long_run):
     for stored, original in zip(read(long_run).recordings, TWO, strict=True):
         assert stored.samples == original.samples
         for name, values in stored.channels.items():
@@ -34,7 +34,7 @@ def test_its_samples_stay_in_the_file_until_they_are_asked_for(long_run):
             np.testing.assert_array_equal(values, original.channels[name])
 
 
-def test_a_file_that_changes_meanwhile_is_refused(long_run):
+def test_file_that_changes_while_read_is_refused(long_run):
     values = next(iter(read(long_run).recordings[0].channels.values()))
     values.path.chmod(0o644)
     os.utime(values.path, (1, 1))
@@ -42,14 +42,14 @@ def test_a_file_that_changes_meanwhile_is_refused(long_run):
         values[:10]
 
 
-def test_a_file_that_is_gone_is_named(long_run):
+def test_missing_file_is_reported_by_name(long_run):
     values = next(iter(read(long_run).recordings[0].channels.values()))
     values.path.unlink()
     with pytest.raises(DataError, match=f"there is no file {values.path}"):
         values[:10]
 
 
-def test_ctrl_c_while_samples_are_read_is_not_taken_for_a_lost_file(long_run, monkeypatch):
+def test_ctrl_c_while_reading_samples_is_raised(long_run, monkeypatch):
     values = next(iter(read(long_run).recordings[0].channels.values()))
 
     def interrupted(_path):

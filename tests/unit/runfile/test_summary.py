@@ -1,4 +1,4 @@
-"""What an index keeps of a run is read from the run file itself, and from nowhere else."""
+"""The summary of a run for an index is read from the run file alone."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ def path(tmp_path):
     return sealed
 
 
-def test_a_run_that_was_not_imported_says_nothing_of_an_import(path):
+def test_run_that_was_not_imported_has_no_import(path):
     summary = read_summary(path)
     assert summary.imported == {}
     assert summary.inputs == {"specimen": "<script>", "operator": "Zoë"}
 
 
 @pytest.mark.parametrize("place", ["inputs", "zeros", "zeros/tester_torque", "recordings"])
-def test_a_link_in_place_of_data_is_refused(path, place):
+def test_link_in_place_of_data_is_refused(path, place):
     with h5py.File(path, "r+") as file:
         entry = file["entry"]
         entry.move(place, "elsewhere")
@@ -33,7 +33,7 @@ def test_a_link_in_place_of_data_is_refused(path, place):
         read_summary(path)
 
 
-def test_values_that_are_kept_in_another_file_are_refused(path, tmp_path):
+def test_values_kept_in_another_file_are_refused(path, tmp_path):
     (tmp_path / "elsewhere").write_bytes(bytes(8))
     with h5py.File(path, "r+") as file:
         entry = file["entry"]

@@ -28,7 +28,7 @@ from unit.runfile.helpers_runfile import (
 )
 
 
-def test_what_the_engine_records_is_stored_whole(tmp_path):
+def test_engine_run_is_stored_completely(tmp_path):
     listener = Listener()
     with RunWriter(tmp_path / "run", header_of()) as writer:
         assert writer.recordings == 0
@@ -46,7 +46,7 @@ def test_what_the_engine_records_is_stored_whole(tmp_path):
     assert read_truth(tmp_path / "run")["002_20Hz"] == {"starting_torque_nm": 0.7262}
 
 
-def test_what_was_read_for_the_analysis_is_sealed_without_reading_it_again(tmp_path, monkeypatch):
+def test_sealing_reuses_what_was_read_for_the_analysis(tmp_path, monkeypatch):
     with RunWriter(tmp_path / "run", header_of()) as writer:
         run(FakeTester(), critical=[writer])
         writer.close()
@@ -78,7 +78,7 @@ def test_run_in_progress_can_be_read(tmp_path):
 
 
 @pytest.mark.parametrize("size", [100, 2_000, 20_000, 40_000])
-def test_full_disk_stops_the_run_safely_and_keeps_what_was_finished(tmp_path, size):
+def test_full_disk_keeps_finished_recordings(tmp_path, size):
     big = [recording(f"{number:03d}", samples=size // 16, seed=number) for number in range(3)]
     finished = 0
     with RunWriter(tmp_path / "run", header_of()) as writer:
@@ -98,7 +98,7 @@ def test_full_disk_stops_the_run_safely_and_keeps_what_was_finished(tmp_path, si
     assert [recording.name for recording in stored.recordings[:2]] == ["000", "001"]
 
 
-def test_full_disk_ends_an_engine_run_in_order(tmp_path):
+def test_full_disk_ends_an_engine_run_safely(tmp_path):
     device = FakeTester()
     with RunWriter(tmp_path / "run", header_of()) as writer, disk_full_beyond(4_000):
         summary = run(device, critical=[writer])
@@ -110,7 +110,7 @@ def test_full_disk_ends_an_engine_run_in_order(tmp_path):
 
 
 def failing_once(number):
-    """Return how blocks are kept on a disk that is full for one of them."""
+    """Return a JournalWriter.append that fails for one block, as on a full disk."""
     plain, calls = JournalWriter.append, count()
 
     def append(self, kind, *parts):
@@ -121,7 +121,7 @@ def failing_once(number):
     return append
 
 
-def test_a_run_whose_samples_cannot_be_kept_has_its_end_on_record(tmp_path, monkeypatch):
+def test_run_that_cannot_store_samples_records_its_end(tmp_path, monkeypatch):
     monkeypatch.setattr(JournalWriter, "append", failing_once(1))
     with RunWriter(tmp_path / "run", header_of()) as writer:
         summary = run(FakeTester(), critical=writer.sinks)
@@ -136,24 +136,26 @@ def test_a_run_whose_samples_cannot_be_kept_has_its_end_on_record(tmp_path, monk
     assert part.samples > 0
 
 
-def test_nothing_is_kept_behind_a_block_that_could_not_be(tmp_path, monkeypatch):
+def test_no_samples_are_stored_after_a_failed_block(tmp_path, monkeypatch):
     monkeypatch.setattr(JournalWriter, "append", failing_once(3))
     with RunWriter(tmp_path / "run", header_of()) as writer:
         emit = emitter_of(*writer.sinks)
         start_recording(emit, TWO[1])
         with pytest.raises(DataError, match="No space left"):
             send_samples(emit, TWO[1], 1000)
-        send_samples(emit, TWO[1], 1000)  # as in a teardown, which is done all the same
+        send_samples(emit, TWO[1], 1000)  # as in a teardown, which runs all the same
         end_recording(emit, TWO[1])
         start_recording(emit, TWO[0], 1)
         send_samples(emit, TWO[0], 1000)
         end_recording(emit, TWO[0], 1)
     stored = read(tmp_path / "run")
-    assert [(each.name, each.samples) for each in stored.incomplete] == [(TWO[1].name, 3000)]
+    assert [(recording.name, recording.samples) for recording in stored.incomplete] == [
+        (TWO[1].name, 3000)
+    ]
     assert [recording.name for recording in stored.recordings] == [TWO[0].name]
 
 
-def test_sealing_on_a_full_disk_is_told_and_can_be_done_again(tmp_path):
+def test_sealing_on_a_full_disk_fails_and_can_be_repeated(tmp_path):
     with RunWriter(tmp_path / "run", header_of()) as writer:
         run(FakeTester(), critical=[writer])
     with disk_full_beyond(20_000), pytest.raises(DataError, match="cannot write"):
@@ -165,7 +167,7 @@ def test_sealing_on_a_full_disk_is_told_and_can_be_done_again(tmp_path):
 
 
 @pytest.mark.parametrize("size", [0, 500, 3_000, 20_000, 50_000])
-def test_a_full_disk_while_sealing_does_not_bring_the_process_down(tmp_path, size):
+def test_full_disk_while_sealing_does_not_crash_the_process(tmp_path, size):
     with RunWriter(tmp_path / "run", header_of()) as writer:
         run(FakeTester(), critical=[writer])
     program = f"""
@@ -187,7 +189,7 @@ except DataError as error:
     assert (ended.returncode, ended.stderr) == (5, "")
 
 
-def test_folder_that_is_gone_is_told(tmp_path):
+def test_missing_folder_is_reported(tmp_path):
     with RunWriter(tmp_path / "run", header_of()) as writer:
         emit = emitter_of(writer)
         (tmp_path / "run" / "journal").rename(tmp_path / "elsewhere")
@@ -197,7 +199,7 @@ def test_folder_that_is_gone_is_told(tmp_path):
 
 @pytest.mark.parametrize("measured", [True, False], ids=["measurement", "other step"])
 @pytest.mark.parametrize("at_once", [True, False], ids=["each_measurement", "each_second"])
-def test_a_measurement_is_on_the_disk_at_once_if_the_station_says_so(
+def test_measurement_is_synced_at_once_if_the_station_requires(
     tmp_path, monkeypatch, measured, at_once
 ):
     synced = []
@@ -210,7 +212,7 @@ def test_a_measurement_is_on_the_disk_at_once_if_the_station_says_so(
     assert len(synced) == (3 if measured and at_once else 0)
 
 
-def test_samples_outside_of_their_step_are_refused(tmp_path):
+def test_samples_before_their_step_are_refused(tmp_path):
     with RunWriter(tmp_path / "run", header_of()) as writer:
         emit = emitter_of(writer)
         with pytest.raises(DataError, match="'001_10Hz' came outside of its step"):
@@ -225,13 +227,13 @@ def test_recording_without_a_sample_is_refused(tmp_path):
             end_recording(emit, TWO[0])
 
 
-def test_run_folder_is_used_once(tmp_path):
+def test_existing_run_folder_is_refused(tmp_path):
     RunWriter(tmp_path / "run", header_of()).close()
     with pytest.raises(DataError, match="cannot write"):
         RunWriter(tmp_path / "run", header_of())
 
 
-def test_a_run_that_was_interrupted_before_its_first_recording_begins_with_number_one(tmp_path):
+def test_run_resumed_before_any_recording_starts_with_number_one(tmp_path):
     with RunWriter(tmp_path / "run", header_of()) as writer:
         emitter_of(writer)(RunStarted, run_id="run", steps=1, estimated_s=1.0)
     with RunWriter(tmp_path / "run") as writer:
@@ -247,12 +249,12 @@ def test_small_blocks_are_joined_before_they_are_written(tmp_path, monkeypatch):
     folder = tmp_path / "run"
     written, write = [], h5py.Dataset.__setitem__
 
-    def noted(dataset, where, values):
+    def recorder(dataset, where, values):
         if dataset.shape == (40_001,):
             written.append(len(values))
         write(dataset, where, values)
 
-    monkeypatch.setattr(h5py.Dataset, "__setitem__", noted)
+    monkeypatch.setattr(h5py.Dataset, "__setitem__", recorder)
     write_run(folder, [TWO[1]], block=100)
     seal(folder)
     columns = len(TWO[1].channels) + 1
@@ -260,7 +262,7 @@ def test_small_blocks_are_joined_before_they_are_written(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("kind", ["step", "point of a scan"])
-def test_what_may_come_very_often_is_on_the_disk_within_a_second(tmp_path, monkeypatch, kind):
+def test_frequent_events_are_synced_within_a_second(tmp_path, monkeypatch, kind):
     now_s, synced_s = [0.0], []
     for module in ("journal", "writer"):
         monkeypatch.setattr(f"rigrunner.runfile.{module}.monotonic", lambda: now_s[0])
@@ -281,7 +283,7 @@ def test_what_may_come_very_often_is_on_the_disk_within_a_second(tmp_path, monke
     assert synced_s == [1.1, 2.2]
 
 
-def test_a_recording_that_begins_before_the_last_one_ended_has_samples_of_its_own(tmp_path):
+def test_overlapping_recordings_have_separate_samples(tmp_path):
     with RunWriter(tmp_path / "run", header_of()) as writer:
         emit = emitter_of(writer)
         start_recording(emit, TWO[0], 0)
@@ -295,7 +297,7 @@ def test_a_recording_that_begins_before_the_last_one_ended_has_samples_of_its_ow
     assert (complete.name, complete.samples) == (TWO[1].name, TWO[1].samples)
 
 
-def test_samples_that_come_after_the_end_of_their_step_are_refused(tmp_path):
+def test_samples_after_their_step_are_refused(tmp_path):
     with RunWriter(tmp_path / "run", header_of()) as writer:
         emit = emitter_of(writer)
         start_recording(emit, TWO[0])
