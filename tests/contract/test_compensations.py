@@ -1,7 +1,7 @@
-"""What every compensation of the registry keeps to with the analysis before it.
+"""Properties of every compensation of the registry, together with the analysis before it.
 
-Where the channels have their zero is none of a method's business, nor what was entered where the
-angle tells. What is a method's own doing is held by the conformance kit.
+A method must not depend on the zeros of the channels, nor on the entered frequency where the
+angle gives it. The conformance kit tests the methods themselves.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from rigrunner_bearings.torque.settings import SwingTorque
 from unit.analysis.helpers_analysis import MEASURAND, registry
 
 OF_STARTS = {"breakaway_peak"}
-"""These take starts from rest, not swings."""
+"""These evaluate starts from rest, not swings."""
 METHODS = sorted(set(registry().names("compensation")) - OF_STARTS)
 PEAKS = {"paper_peak", "peak_same_frequency"}
 """These need the peaks only; all others compare whole swings."""
@@ -33,10 +33,10 @@ RIG = RigParameters()
 
 pytestmark = pytest.mark.parametrize(
     "method",
-    # template_inverse has all of model_inverse but how the bearing is found
+    # template_inverse covers model_inverse except how it finds the bearing
     [
-        pytest.param(each, marks=[pytest.mark.thorough] * (each == "model_inverse"))
-        for each in METHODS
+        pytest.param(method, marks=[pytest.mark.thorough] * (method == "model_inverse"))
+        for method in METHODS
     ],
 )
 
@@ -48,7 +48,7 @@ def recorded(load_n, motion="angle", rate_hz=10e3):
 
 
 @lru_cache(maxsize=16)
-def plain(method):
+def baseline(method):
     return compensated(method, recorded(1000.0), recorded(0.0))
 
 
@@ -70,7 +70,9 @@ def compensated(method, loaded, no_load):
 
 def changed(run, change, **fields):
     """Return the run with every recording changed."""
-    return replace(run, recordings=tuple(change(each) for each in run.recordings), **fields)
+    return replace(
+        run, recordings=tuple(change(recording) for recording in run.recordings), **fields
+    )
 
 
 def with_offset(run, channel, offset):
@@ -82,21 +84,21 @@ def with_offset(run, channel, offset):
     )
 
 
-def torques(found):
-    assert not found.not_applicable
-    return np.array([point.torque.value for point in found.points])
+def torques(result):
+    assert not result.not_applicable
+    return np.array([point.torque.value for point in result.points])
 
 
-def expanded(found):
-    return np.array([coverage_factor(p.torque.dof) * p.torque.u for p in found.points])
+def expanded(result):
+    return np.array([coverage_factor(p.torque.dof) * p.torque.u for p in result.points])
 
 
-def frequency_parts(found):
-    """Return what not knowing the frequency adds, in N·m."""
-    return np.array([p.u for c in found.points for p in c.components if p.name == "frequency"])
+def frequency_parts(result):
+    """Return the contributions of the unknown frequency, in N·m."""
+    return np.array([p.u for c in result.points for p in c.components if p.name == "frequency"])
 
 
-def test_a_zero_reading_is_taken_off(method):
+def test_zero_reading_is_subtracted(method):
     """A torque channel that is off by the same in the zero reading and the recordings."""
     loaded, no_load = (
         replace(
@@ -105,53 +107,55 @@ def test_a_zero_reading_is_taken_off(method):
         )
         for run in (recorded(1000.0), recorded(0.0))
     )
-    found = compensated(method, loaded, no_load)
-    assert torques(found) == pytest.approx(torques(plain(method)), abs=1e-7)  # searches end there
+    result = compensated(method, loaded, no_load)
+    assert torques(result) == pytest.approx(
+        torques(baseline(method)), abs=1e-7
+    )  # searches end there
 
 
-def test_the_zero_of_the_angle_does_not_matter(method):
+def test_zero_of_the_angle_has_no_effect(method):
     loaded, no_load = (
         with_offset(run, "tester.angle", 0.02) for run in (recorded(1000.0), recorded(0.0))
     )
-    found = compensated(method, loaded, no_load)
-    assert torques(found) == pytest.approx(torques(plain(method)), abs=1e-6)
+    result = compensated(method, loaded, no_load)
+    assert torques(result) == pytest.approx(torques(baseline(method)), abs=1e-6)
 
 
-def test_what_was_entered_does_not_matter_where_the_angle_tells(method):
+def test_entered_frequency_has_no_effect_with_an_angle(method):
     def mistyped(rec):
         return replace(rec, setpoints=dict(rec.setpoints) | {"tester.frequency": 99.0})
 
-    found = compensated(method, changed(recorded(1000.0), mistyped), recorded(0.0))
-    assert torques(found) == pytest.approx(torques(plain(method)), abs=1e-12)
+    result = compensated(method, changed(recorded(1000.0), mistyped), recorded(0.0))
+    assert torques(result) == pytest.approx(torques(baseline(method)), abs=1e-12)
 
 
-def test_without_sign_of_motion_only_peak_methods_apply(method):
-    found = compensated(method, recorded(1000.0, BY_ENTRY), recorded(0.0, BY_ENTRY))
+def test_only_peak_methods_apply_without_an_angle(method):
+    result = compensated(method, recorded(1000.0, BY_ENTRY), recorded(0.0, BY_ENTRY))
     if method in PEAKS:
-        assert (frequency_parts(found) > 10 * frequency_parts(plain(method))).all()
-        assert any("entered" in note for note in found.notes)
+        assert (frequency_parts(result) > 10 * frequency_parts(baseline(method))).all()
+        assert any("entered" in note for note in result.notes)
     else:
-        assert found.points == ()
-        assert "needs an angle channel" in found.not_applicable
+        assert result.points == ()
+        assert "needs an angle channel" in result.not_applicable
 
 
-def test_single_values_serve_peak_methods_only(method):
+def test_single_values_suffice_for_peak_methods_only(method):
     loaded, no_load = (_single_values(run) for run in (recorded(1000.0), recorded(0.0)))
-    found = compensated(method, loaded, no_load)
+    result = compensated(method, loaded, no_load)
     if method in PEAKS:
-        assert len(found.points) == len(HERTZ)
-        assert any("scatter is not known" in note for note in found.notes)
+        assert len(result.points) == len(HERTZ)
+        assert any("scatter is not known" in note for note in result.notes)
     else:
-        assert "needs an angle channel" in found.not_applicable
+        assert "needs an angle channel" in result.not_applicable
 
 
 @pytest.mark.parametrize("motion", first(1, ["velocity", "index"]))
-def test_index_and_tacho_serve_every_method(method, motion):
-    found = compensated(method, recorded(1000.0, motion), recorded(0.0, motion))
-    off = np.abs(torques(found) - torques(plain(method)))
-    assert (off <= expanded(found)).all()
+def test_index_or_tacho_suffices_for_every_method(method, motion):
+    result = compensated(method, recorded(1000.0, motion), recorded(0.0, motion))
+    off = np.abs(torques(result) - torques(baseline(method)))
+    assert (off <= expanded(result)).all()
     if method not in PEAKS:
-        parts = {part.name for point in found.points for part in point.components}
+        parts = {part.name for point in result.points for part in point.components}
         assert "place of the index or tacho" in parts
         assert ("time of the index pulse" in parts) == (motion == "index")
 

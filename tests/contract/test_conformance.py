@@ -1,4 +1,4 @@
-"""Every plugin that ships goes through the conformance kit, each check a test of its own."""
+"""Every shipped plugin passes the conformance kit; each check is a separate test."""
 
 from __future__ import annotations
 
@@ -37,24 +37,24 @@ CASES = [(kind, name, check) for kind, name in TRIED for check in applicable(kin
 NOT_ALONE = [
     (plugin.kind, plugin.record.name) for plugin in REGISTRY.plugins if not _can_be_tried(plugin)
 ]
-"""These need files or an instrument; tests of their own take the kit to them."""
+"""These need files or an instrument; separate tests run the kit on them."""
 
 
 @lru_cache(maxsize=2)
-def tried(kind, name, folder):
-    """Return the plugin, remembered: what most checks of a compensation look at takes a second."""
+def cached_subject(kind, name, folder):
+    """Return the plugin, cached: most checks of a compensation need a second of preparation."""
     return subject(kind, name, registry=REGISTRY, folder=folder)
 
 
 LONG = {"truth_is_within_its_interval", "truth_is_within_it_on_another_rig"}
 LIKE_ANOTHER = {("compensation", "model_inverse")}
-"""It takes as long as template_inverse, of which it has all but how the bearing is found."""
+"""It takes as long as template_inverse, and differs only in how it finds the bearing."""
 SAME_RULE = "guard_band_fraction"
 """The class of guard_band_u, with another factor."""
 
 
 def case(kind, name, check):
-    """Return a case as a parameter: those that take long are thorough."""
+    """Return a case as a parameter; slow ones are marked thorough."""
     is_long = (
         (kind, name) in LIKE_ANOTHER
         or check.name in LONG
@@ -64,19 +64,19 @@ def case(kind, name, check):
     return pytest.param(kind, name, check, id=f"{kind}-{name}-{check}", marks=marks)
 
 
-@pytest.mark.parametrize(("kind", "name", "check"), [case(*each) for each in CASES])
-def test_it_conforms(kind, name, check, tmp_path):
+@pytest.mark.parametrize(("kind", "name", "check"), [case(*args) for args in CASES])
+def test_plugin_passes_check(kind, name, check, tmp_path):
     if name == "pdf":
         require_pdf()
-    assert_it_conforms(tried(kind, name, tmp_path if kind == "device" else None), check)
+    assert_it_conforms(cached_subject(kind, name, tmp_path if kind == "device" else None), check)
 
 
-@pytest.mark.parametrize(("kind", "name"), [each for each in TRIED if each in NOT_APPLICABLE])
-def test_what_does_not_apply_says_why(kind, name, tmp_path):
-    assert_not_applicable(tried(kind, name, tmp_path if kind == "device" else None))
+@pytest.mark.parametrize(("kind", "name"), [plugin for plugin in TRIED if plugin in NOT_APPLICABLE])
+def test_inapplicable_checks_state_a_reason(kind, name, tmp_path):
+    assert_not_applicable(cached_subject(kind, name, tmp_path if kind == "device" else None))
 
 
-def test_what_does_not_apply_is_known():
+def test_inapplicable_checks_exist():
     plugins = {(plugin.kind, plugin.record.name) for plugin in REGISTRY.plugins}
     assert set(NOT_APPLICABLE) <= plugins
     for (kind, name), listed in NOT_APPLICABLE.items():
@@ -84,18 +84,18 @@ def test_what_does_not_apply_is_known():
 
 
 @pytest.mark.parametrize(("kind", "name"), NOT_ALONE)
-def test_what_cannot_be_tried_alone_says_what_it_needs(kind, name):
+def test_plugin_without_trial_settings_asks_for_them(kind, name):
     with pytest.raises(PluginError, match="give settings with which it can be tried"):
         subject(kind, name, registry=REGISTRY)
 
 
-def test_most_can_be_tried_alone():
+def test_most_plugins_have_trial_settings():
     assert len(NOT_ALONE) <= len(REGISTRY.plugins) / 3
     assert {kind for kind, _ in NOT_ALONE} <= {"device", "event_sink"}
 
 
 class TestReplay:
-    """With files as a test makes them."""
+    """The device `replay`, with files written here."""
 
     @pytest.fixture(scope="class")
     @classmethod
@@ -117,10 +117,10 @@ class TestReplay:
         return subject("device", "replay", settings, registry=REGISTRY, folder=tmp_path)
 
     @pytest.mark.parametrize("check", applicable("device", "replay"), ids=str)
-    def test_it_conforms(self, replay, check):
+    def test_plugin_passes_check(self, replay, check):
         assert_it_conforms(replay, check)
 
-    def test_what_does_not_apply_says_why(self, replay):
+    def test_inapplicable_checks_state_a_reason(self, replay):
         assert_not_applicable(replay)
 
 

@@ -1,6 +1,6 @@
-"""What holds of every tester that ships beyond the conformance kit, by the door of the registry.
+"""Properties of every shipped tester beyond the conformance kit, made through the registry.
 
-Devices for real instruments are tried against peers that talk their protocol, in their own tests.
+Devices for real instruments are tested against peers that speak their protocol, elsewhere.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ SI_SYMBOLS = {unit.symbol for unit in UNITS if (unit.factor, unit.offset) == (1,
 
 
 class Stop:
-    """A stop token that is set after so many looks."""
+    """A stop token that is set after a number of checks."""
 
     def __init__(self, after=10**9):
         self.looks = after
@@ -79,7 +79,7 @@ def clock():
 
 
 only_testers = pytest.mark.parametrize("name", TESTERS, indirect=True)
-"""What is streamed, and the two drives of a tester, concern no other device."""
+"""Streams, and the two drives of a tester, apply to no other device."""
 
 
 @pytest.fixture
@@ -95,24 +95,24 @@ def connected(device):
     device.close()
 
 
-def test_the_devices_that_ship_are_there():
+def test_shipped_devices_are_registered():
     assert set(DEVICES) >= {*TESTERS, "rotation_tester_sim", "tabulated"}
 
 
 @only_testers
-def test_it_has_the_abilities_of_a_tester(device):
+def test_tester_has_all_abilities(device):
     for ability in (Device, Readable, Settable, Streaming):
         assert isinstance(device, ability)
 
 
-def test_channels_and_drives_are_known_before_connecting_in_si_units(device):
+def test_channels_and_drives_are_in_si_units_before_connecting(device):
     assert {"angle", "torque"} <= {info.name for info in device.channels}
     assert device.drives[0].name == "frequency"
     assert {info.unit for info in (*device.channels, *device.drives)} <= SI_SYMBOLS
     assert [info.sets_cycle_frequency for info in device.drives] == [True, False]
 
 
-def test_a_drive_goes_where_it_is_set_and_not_beyond_its_limits(connected):
+def test_drive_follows_its_set_point_within_its_limits(connected):
     for info in connected.drives:
         connected.set(info.name, info.maximum)
         assert connected.read_back(info.name) == info.maximum
@@ -123,15 +123,15 @@ def test_a_drive_goes_where_it_is_set_and_not_beyond_its_limits(connected):
         assert connected.read_back(info.name) == info.maximum
 
 
-def test_a_drive_takes_its_time(connected, clock):
+def test_drive_moves_at_its_rate(connected, clock):
     for info in connected.drives:
         before = clock.monotonic_s()
         connected.set(info.name, info.maximum)
-        took = info.maximum / info.rate_per_s if info.rate_per_s else 0.0
-        assert clock.monotonic_s() - before == pytest.approx(took)
+        duration_s = info.maximum / info.rate_per_s if info.rate_per_s else 0.0
+        assert clock.monotonic_s() - before == pytest.approx(duration_s)
 
 
-def test_make_safe_works_in_any_state_as_often_as_wanted(device, connected):
+def test_make_safe_works_repeatedly_in_any_state(device, connected):
     safe = {info.name: info.safe_value for info in device.drives}
     for info in device.drives:
         connected.set(info.name, info.maximum)
@@ -145,7 +145,7 @@ def test_make_safe_works_in_any_state_as_often_as_wanted(device, connected):
 
 
 @only_testers
-def test_a_stream_is_gapless_in_blocks_of_a_tenth_of_a_second(connected, clock):
+def test_stream_is_gapless_in_blocks_of_a_tenth_of_a_second(connected, clock):
     connected.set("frequency", 10.0)
     before = clock.monotonic_s()
     blocks = list(connected.stream(["angle", "torque"], 0.55, Stop()))
@@ -159,7 +159,7 @@ def test_a_stream_is_gapless_in_blocks_of_a_tenth_of_a_second(connected, clock):
 
 
 @only_testers
-def test_what_is_streamed_is_finite_and_swings(connected):
+def test_streamed_angle_is_finite_and_swings(connected):
     connected.set("frequency", 10.0)
     blocks = list(connected.stream(["angle"], 0.5, Stop()))
     angle = np.concatenate([block.channels["angle"] for block in blocks])

@@ -1,4 +1,4 @@
-"""What the fits that ship promise beyond the conformance kit, and what their page says."""
+"""Properties of the shipped fits beyond the conformance kit, and their page."""
 
 from __future__ import annotations
 
@@ -41,14 +41,14 @@ def physical(frequency_hz, support=0.76, damping=0.31, inertia=0.00233):
 
 @dataclass(frozen=True)
 class Example:
-    """A curve that the fit can follow exactly, and what its coefficients then are."""
+    """A curve that the fit can follow exactly, and its coefficients."""
 
     truth: Callable[[np.ndarray], np.ndarray]
     coefficients: list[float]
     units: tuple[str, ...]
     settings: dict = field(default_factory=dict)
     rel: float = 1e-12
-    """How well the truth itself is known."""
+    """The relative accuracy of the truth itself."""
 
 
 EXAMPLES = {
@@ -110,7 +110,7 @@ def test_every_fit_has_an_example():
     assert sorted(REGISTRY.names("fit")) == FITS
 
 
-def test_it_gives_the_known_answer(name):
+def test_fit_gives_the_known_coefficients(name):
     example = EXAMPLES[name]
     curve = fit(name, points(name))
     assert curve.coefficients == pytest.approx(example.coefficients, rel=100 * example.rel)
@@ -120,23 +120,23 @@ def test_it_gives_the_known_answer(name):
     assert value.shape == u.shape == BETWEEN.shape
 
 
-def test_residuals_and_goodness_are_those_of_the_curve(name):
-    given = noisy(name)
-    curve = fit(name, given)
+def test_residuals_and_goodness_match_the_curve(name):
+    data = noisy(name)
+    curve = fit(name, data)
     value, _ = curve.predict(X)
-    assert curve.residuals == pytest.approx(given.y - value, abs=1e-9)
+    assert curve.residuals == pytest.approx(data.y - value, abs=1e-9)
     if name == "pchip":
         assert curve.dof == np.inf
         assert np.isnan([curve.residual_s, curve.r_squared]).all()
         return
     rss = np.sum(curve.residuals**2)
-    centre = given.y.mean() if curve.names[0] in {"c0", "T0"} else 0.0
+    centre = data.y.mean() if curve.names[0] in {"c0", "T0"} else 0.0
     assert curve.dof == len(X) - len(curve.coefficients)
     assert curve.residual_s == pytest.approx(np.sqrt(rss / curve.dof), rel=1e-6)
-    assert curve.r_squared == pytest.approx(1 - rss / np.sum((given.y - centre) ** 2), rel=1e-9)
+    assert curve.r_squared == pytest.approx(1 - rss / np.sum((data.y - centre) ** 2), rel=1e-9)
 
 
-def test_names_units_and_covariance_belong_together(name):
+def test_names_units_and_covariance_are_consistent(name):
     curve = fit(name, noisy(name))
     p = len(curve.coefficients)
     assert len(curve.names) == len(set(curve.names)) == len(curve.units) == p
@@ -148,7 +148,7 @@ def test_names_units_and_covariance_belong_together(name):
 
 
 SLOW = {"expression", "inertia_physical"}
-"""The kit repeats these with even uncertainty too; with an uneven one they are repeated here."""
+"""The kit repeats these with even uncertainty; here they are repeated with an uneven one."""
 
 
 @pytest.mark.parametrize(
@@ -161,7 +161,7 @@ SLOW = {"expression", "inertia_physical"}
         *((name, True) for name in (*WEIGHABLE, "pchip")),
     ],
 )
-def test_stated_uncertainty_is_the_scatter_of_repeated_fits(name, uneven):
+def test_stated_uncertainty_equals_the_scatter_of_repeated_fits(name, uneven):
     """Over 400 noisy repetitions, coefficients and curve, within four standard errors: 14 %."""
     u_nm = np.linspace(0.02, 0.005, len(X)) if uneven else np.full(len(X), NOISE_NM)
     weighted = {"weighted": True} if uneven and name in WEIGHABLE else {}
@@ -171,9 +171,9 @@ def test_stated_uncertainty_is_the_scatter_of_repeated_fits(name, uneven):
         fit(name, Points(X, clean + rng.normal(0, u_nm), u_nm), **weighted) for _ in range(400)
     ]
     assert len({curve.formula for curve in curves}) == 1
-    found = np.array([curve.coefficients for curve in curves]).std(axis=0, ddof=1)
+    scatter = np.array([curve.coefficients for curve in curves]).std(axis=0, ddof=1)
     stated = np.sqrt(np.mean([np.diag(curve.covariance) for curve in curves], axis=0))
-    assert stated == pytest.approx(found, rel=0.14)
+    assert stated == pytest.approx(scatter, rel=0.14)
     predicted = np.array([curve.predict(BETWEEN) for curve in curves])
     stated = np.sqrt(np.mean(predicted[:, 1] ** 2, axis=0))
     assert stated == pytest.approx(predicted[:, 0].std(axis=0, ddof=1), rel=0.14)
@@ -182,10 +182,10 @@ def test_stated_uncertainty_is_the_scatter_of_repeated_fits(name, uneven):
 @pytest.mark.parametrize("name", OF_ANY_UNIT)
 def test_units_follow_those_of_the_points(name):
     """In mN·m over rad/s the curve is the same curve."""
-    given = noisy(name)
-    other = Points(2 * np.pi * X, 1e3 * given.y, 1e3 * given.u_y, x_unit="rad/s", y_unit="mN·m")
-    value, u = fit(name, given).predict(BETWEEN)
-    curve = fit(name, other)
+    data = noisy(name)
+    converted = Points(2 * np.pi * X, 1e3 * data.y, 1e3 * data.u_y, x_unit="rad/s", y_unit="mN·m")
+    value, u = fit(name, data).predict(BETWEEN)
+    curve = fit(name, converted)
     other_value, other_u = curve.predict(2 * np.pi * BETWEEN)
     assert other_value == pytest.approx(1e3 * value, rel=1e-10)
     assert other_u == pytest.approx(1e3 * u, rel=1e-8)
@@ -202,13 +202,13 @@ def test_units_follow_those_of_the_points(name):
         ("expression", {"y_unit": "mN·m"}, "takes values in SI units, not in mN·m"),
     ],
 )
-def test_what_has_numbers_of_its_own_has_its_own_units(name, units, words):
+def test_fit_with_fixed_units_refuses_others(name, units, words):
     with pytest.raises(DataError, match=words):
         fit(name, replace(points(name), **units))
 
 
 @pytest.mark.parametrize("name", sorted(set(FITS) - {"expression"}))
-def test_what_is_over_one_regressor_refuses_several(name):
+def test_fit_of_one_regressor_refuses_several(name):
     several = replace(points(name), x=np.column_stack([X, X]), regressors=("f", "temperature"))
     with pytest.raises(DataError, match="of one regressor is given 2: f, temperature"):
         fit(name, several)
@@ -216,15 +216,15 @@ def test_what_is_over_one_regressor_refuses_several(name):
 
 @pytest.mark.parametrize("name", WITH_INTERCEPT)
 def test_an_offset_moves_the_curve(name):
-    given = noisy(name)
-    value, u = fit(name, given).predict(BETWEEN)
-    moved_value, moved_u = fit(name, Points(X, given.y + 0.5, given.u_y)).predict(BETWEEN)
+    data = noisy(name)
+    value, u = fit(name, data).predict(BETWEEN)
+    moved_value, moved_u = fit(name, Points(X, data.y + 0.5, data.u_y)).predict(BETWEEN)
     assert moved_value == pytest.approx(value + 0.5, rel=1e-7)
     assert moved_u == pytest.approx(u, rel=1e-5)
 
 
 @pytest.mark.parametrize("x", [0.9, 36.0, -1.0, 1e6, np.nan])
-def test_it_never_extrapolates(name, x):
+def test_fit_never_extrapolates(name, x):
     curve = fit(name, noisy(name))
     assert curve.valid_x == (1.0, 35.0)
     with pytest.raises(DataError, match=re.escape(f"from 1 to 35, not at {x:.6g}")):
@@ -232,16 +232,16 @@ def test_it_never_extrapolates(name, x):
 
 
 @pytest.mark.parametrize("n", [0, 1, 2])
-def test_too_few_points_are_counted(name, n):
-    given = points(name)
+def test_too_few_points_are_refused_with_their_number(name, n):
+    data = points(name)
     with pytest.raises(DataError, match=rf"got {n}|{n} points cannot"):
-        fit(name, Points(given.x[:n], given.y[:n], given.u_y[:n]))
+        fit(name, Points(data.x[:n], data.y[:n], data.u_y[:n]))
 
 
 @pytest.mark.parametrize("name", WEIGHABLE)
-def test_a_point_that_is_not_known_hardly_counts(name):
-    given = points(name)
-    y, u_y = given.y.copy(), given.u_y.copy()
+def test_point_with_huge_uncertainty_hardly_counts(name):
+    data = points(name)
+    y, u_y = data.y.copy(), data.u_y.copy()
     y[5], u_y[5] = y[5] + 0.3, 1e4
     curve = fit(name, Points(X, y, u_y), weighted=True)
     assert curve.predict(BETWEEN)[0] == pytest.approx(EXAMPLES[name].truth(BETWEEN), rel=1e-6)
@@ -249,14 +249,14 @@ def test_a_point_that_is_not_known_hardly_counts(name):
 
 
 @pytest.mark.parametrize("name", WEIGHABLE)
-def test_weighted_goodness_is_about_the_weighted_mean(name):
+def test_weighted_r_squared_uses_the_weighted_mean(name):
     u_nm = np.linspace(0.02, 0.005, len(X))
-    given = replace(noisy(name), u_y=u_nm)
-    curve = fit(name, given, weighted=True)
+    data = replace(noisy(name), u_y=u_nm)
+    curve = fit(name, data, weighted=True)
     weights = u_nm**-2 / np.mean(u_nm**-2)
     rss = np.sum(weights * curve.residuals**2)
-    centre = np.average(given.y, weights=weights) if curve.names[0] in {"c0", "T0"} else 0.0
-    total = np.sum(weights * (given.y - centre) ** 2)
+    centre = np.average(data.y, weights=weights) if curve.names[0] in {"c0", "T0"} else 0.0
+    total = np.sum(weights * (data.y - centre) ** 2)
     assert curve.r_squared == pytest.approx(1 - rss / total, abs=1e-12)
     assert curve.residual_s == pytest.approx(np.sqrt(rss / curve.dof), rel=1e-6)
 
@@ -266,24 +266,26 @@ def test_weighted_goodness_is_about_the_weighted_mean(name):
     [("pchip", {}), *((name, {"weighted": True}) for name in WEIGHABLE)],
 )
 @pytest.mark.parametrize("u_y", [None, np.full(12, np.nan), np.full(12, np.inf)])
-def test_what_needs_uncertainties_says_so(name, settings, u_y):
+def test_fit_that_needs_uncertainties_refuses_without(name, settings, u_y):
     with pytest.raises(DataError, match="needs the uncertainty of every point"):
         fit(name, replace(points(name), u_y=u_y), **settings)
 
 
-def test_only_a_choice_has_candidates(name):
+def test_only_aicc_has_candidates(name):
     assert isinstance(fit(name, points(name)), Chosen) == (name == "aicc")
 
 
-def test_every_fit_is_on_its_page_with_its_settings():
+def test_every_fit_is_documented_with_its_settings():
     rows = re.findall(r"^\| `(\w+)` \| (.*?) \|", PAGE.read_text(encoding="utf-8"), re.MULTILINE)
-    shown = {name: set(re.findall(r"`(\w+)`", what)) for name, what in rows}
-    assert shown == {name: set(REGISTRY.settings_of("fit", name).model_fields) for name in FITS}
+    documented = {name: set(re.findall(r"`(\w+)`", what)) for name, what in rows}
+    assert documented == {
+        name: set(REGISTRY.settings_of("fit", name).model_fields) for name in FITS
+    }
 
 
-def test_the_choice_on_the_page_is_that_of_the_papers_table_2():
+def test_scores_on_the_page_are_those_of_table_2():
     torque = np.array([0.83, 1.21, 1.64, 2.32, 3.01, 3.96, 5.12, 6.91])
     table_2 = Points(np.array([1.0, 5.0, 10.0, 15.0, 20.0, 25.0, 30.0, 35.0]), torque)
-    shown = re.findall(r"^\| \{1, .*\| (-\d+\.\d) \|", PAGE.read_text("utf-8"), re.MULTILINE)
+    documented = re.findall(r"^\| \{1, .*\| (-\d+\.\d) \|", PAGE.read_text("utf-8"), re.MULTILINE)
     curve = REGISTRY.make("fit", "aicc", {})(table_2)
-    assert [f"{each.score:.1f}" for each in curve.candidates] == shown
+    assert [f"{candidate.score:.1f}" for candidate in curve.candidates] == documented

@@ -1,4 +1,4 @@
-"""Data are never code: nothing that ships can run what a file says, or fetch from a network."""
+"""Data are never code: no shipped module can execute a file's content or use a network."""
 
 from __future__ import annotations
 
@@ -38,16 +38,16 @@ KNOWN = {
     "runner/rigrunner/run/rig_lock.py": {"socket"},  # the name of this machine
     "runner/rigrunner_testing/device/recovery.py": {"socket"},  # an instrument on loopback
 }
-"""What a module may import although others may not: processes of a panel tell each other objects
-over their own pipes; the panel listens where it is told to, and knows this machine's names;
-instruments are called, and people who are away notified, at the address that the station names."""
+"""Exceptions: imports that only these modules may have. Processes of a panel exchange objects
+over their own pipes; the panel listens where it is configured, and knows this machine's names;
+instruments are connected, and absent people notified, at the address that the station names."""
 PARSES = "urllib.parse"
-"""Takes addresses apart and calls none."""
+"""Splits addresses and connects to none."""
 RUNNING = {"eval", "exec", "compile", "__import__"}
 LOADS_PLUGINS = ROOT / "runner/rigrunner/registry/loading.py"
 
 
-def imported(nodes):
+def imported_names(nodes):
     for node in nodes:
         if isinstance(node, ast.Import):
             yield from (alias.name.split(".")[0] for alias in node.names)
@@ -55,7 +55,7 @@ def imported(nodes):
             yield (node.module or "").split(".")[0]
 
 
-def called(nodes):
+def called_names(nodes):
     for node in nodes:
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
             yield node.func.id
@@ -73,49 +73,53 @@ def nodes_of(source):
 
 @pytest.fixture(scope="module")
 def modules():
-    """Return the nodes of each module: to walk through its tree takes long."""
+    """Return the nodes of each module, walked once: it takes long."""
     return {path: nodes_of(path.read_text(encoding="utf-8")) for path in SOURCES}
 
 
-def test_there_is_something_to_look_at(modules):
+def test_modules_are_found(modules):
     assert len(modules) > 300
     assert LOADS_PLUGINS in modules
 
 
 @pytest.mark.parametrize(
     ("find", "forbidden"),
-    [(imported, UNPICKLERS | NETWORK), (called, RUNNING)],
+    [(imported_names, UNPICKLERS | NETWORK), (called_names, RUNNING)],
     ids=["imports", "calls"],
 )
-def test_nothing_runs_what_a_file_says(find, forbidden, modules):
-    found = {
+def test_no_module_can_execute_data(find, forbidden, modules):
+    uses = {
         (path.relative_to(ROOT).as_posix(), name)
         for path, nodes in modules.items()
         for name in forbidden & set(find(nodes))
     }
-    assert not {(file, name) for file, name in found if name not in KNOWN.get(file, ())}
+    assert not {(file, name) for file, name in uses if name not in KNOWN.get(file, ())}
 
 
 def test_no_shell_and_no_pickled_arrays(modules):
-    found = {(path.name, pair) for path, nodes in modules.items() for pair in keywords(nodes)}
-    assert not [each for each in found if each[1] in {("shell", True), ("allow_pickle", True)}]
+    arguments = {(path.name, pair) for path, nodes in modules.items() for pair in keywords(nodes)}
+    assert not [
+        argument
+        for argument in arguments
+        if argument[1] in {("shell", True), ("allow_pickle", True)}
+    ]
 
 
-def test_code_is_loaded_by_path_in_one_place_alone(modules):
-    loaders = {path for path, nodes in modules.items() if "importlib" in set(imported(nodes))}
+def test_only_one_module_loads_code_by_path(modules):
+    loaders = {path for path, nodes in modules.items() if "importlib" in set(imported_names(nodes))}
     by_path = {
         path for path in loaders if "spec_from_file_location" in path.read_text(encoding="utf-8")
     }
     assert by_path == {LOADS_PLUGINS}
 
 
-def test_what_is_known_is_still_there(modules):
+def test_allowed_imports_still_exist(modules):
     for file, names in KNOWN.items():
-        assert names <= set(imported(modules[ROOT / file])), file
+        assert names <= set(imported_names(modules[ROOT / file])), file
 
 
-def test_this_test_can_fail():
+def test_forbidden_code_is_detected():
     nodes = nodes_of("import pickle\nfrom marshal import loads\neval('1')\nf(shell=True)")
-    assert set(imported(nodes)) == {"pickle", "marshal"}
-    assert "eval" in set(called(nodes))
+    assert set(imported_names(nodes)) == {"pickle", "marshal"}
+    assert "eval" in set(called_names(nodes))
     assert ("shell", True) in set(keywords(nodes))

@@ -1,6 +1,6 @@
 """One mistake in a plugin gives one failed check, which says what to change and where.
 
-Each begins with what `rigrunner new` makes, and makes one mistake in it, as newcomers do.
+Each case starts from a plugin of `rigrunner new` and makes one mistake, as newcomers do.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ OPENED = 'socket.create_connection(("127.0.0.1", 9), 0.5)'
 
 
 def init(*lines, given="self, settings, context"):
-    """Return the edit that gives the class a constructor of its own."""
+    """Return the edit that gives the class its own constructor."""
     body = "".join(f"        {line}\n" for line in lines)
     return (SIMULATOR, f"{SIMULATOR}\n    def __init__({given}):\n{body}")
 
@@ -41,7 +41,7 @@ def method(text):
 
 
 def setting(line):
-    """Return the edits that give the plugin settings of its own, with this line."""
+    """Return the edits that give the plugin its own settings, with this line."""
     own = f'\n\nclass Own(LineSettings):\n    """Own."""\n\n    {line}\n{BEGINNING}'
     return [(BEGINNING, own), ("settings=LineSettings", "settings=Own")]
 
@@ -421,8 +421,8 @@ OTHERS = {
 }
 
 
-def written(folder, word, edits):
-    """Write the plugin with its mistake into a lab's folder of plugins; return that."""
+def write_plugin(folder, word, edits):
+    """Write the plugin with its mistake into a folder of plugins; return the folder."""
     text = new_plugin(word, "spring", load_registry()).module()
     for old, new in edits:
         assert old in text, f"no longer in what `rigrunner new` makes: {old}"
@@ -434,12 +434,12 @@ def written(folder, word, edits):
 
 
 def failures(folder, word, edits):
-    """Return what check-plugin says of each check that failed."""
-    plugins = written(folder, word, edits)
+    """Return the report of check-plugin on each failed check."""
+    plugins = write_plugin(folder, word, edits)
     called = call("check-plugin", "spring", "--drop-in", plugins)
     assert (called.code, called.err) == (1, "")
-    told = re.split(r"^(?=FAIL|pass|n/a|$)", called.out, flags=re.MULTILINE)
-    return [" ".join(each.split()) for each in told if each.startswith("FAIL")]
+    sections = re.split(r"^(?=FAIL|pass|n/a|$)", called.out, flags=re.MULTILINE)
+    return [" ".join(section.split()) for section in sections if section.startswith("FAIL")]
 
 
 @pytest.mark.parametrize("mistake", DEVICE)
@@ -450,36 +450,36 @@ def test_one_mistake_in_a_device_is_one_failure(mistake, tmp_path):
 
 
 LONG = {("rule", "words in German alone"), ("rule", "a distance for all units")}
-"""All checks of a rule take longest; that with a pass outside the limits stays."""
+"""Checks of a rule take longest; the case of a pass outside the limits always runs."""
 CASES = [
-    pytest.param(*each, id=" ".join(each), marks=[pytest.mark.thorough] * (each in LONG))
-    for each in ((word, mistake) for word, mistakes in OTHERS.items() for mistake in mistakes)
+    pytest.param(*case, id=" ".join(case), marks=[pytest.mark.thorough] * (case in LONG))
+    for case in ((word, mistake) for word, mistakes in OTHERS.items() for mistake in mistakes)
 ]
 
 
 @pytest.mark.parametrize(("word", "mistake"), CASES)
-def test_one_mistake_in_any_other_plugin_is_one_failure(word, mistake, tmp_path):
+def test_one_mistake_in_another_plugin_is_one_failure(word, mistake, tmp_path):
     edits, words = OTHERS[word][mistake]
     (failure,) = failures(tmp_path, word, edits)
-    assert [each for each in words if each not in failure] == [], failure
+    assert [word for word in words if word not in failure] == [], failure
 
 
-def test_a_call_that_never_comes_back_is_one_failure_with_its_line(tmp_path, monkeypatch):
+def test_hanging_call_is_one_failure_with_its_line(tmp_path, monkeypatch):
     monkeypatch.setattr(import_module("rigrunner_testing.examination"), "RELEASE_S", 0.3)
     waits = [
         ("from rigrunner.api import", "import time\n\nfrom rigrunner.api import"),
         (GET, "        while True:\n            time.sleep(0.01)\n"),
     ]
-    registry = with_drop_ins(load_registry(), written(tmp_path, "device", waits))
-    hangs = subject("device", "spring", registry=registry)
-    hangs.made_devices.clear()
-    chosen = [each for each in checks("device") if each.name in HANGING]
-    found = list(examine(hangs, chosen, longest_s=0.3))
-    (failed,) = [each for each in found if each.state is State.FAIL]
-    assert "did not come back within 0.3 s: it waits in" in failed.text
-    assert re.search(r"spring.py:3[12]", failed.fix)
-    after = found[found.index(failed) + 1 :]
-    assert {each.state for each in after} == {State.NOT_JUDGED}
+    registry = with_drop_ins(load_registry(), write_plugin(tmp_path, "device", waits))
+    hanging = subject("device", "spring", registry=registry)
+    hanging.made_devices.clear()
+    chosen = [check for check in checks("device") if check.name in HANGING]
+    findings = list(examine(hanging, chosen, longest_s=0.3))
+    (failure,) = [finding for finding in findings if finding.state is State.FAIL]
+    assert "did not come back within 0.3 s: it waits in" in failure.text
+    assert re.search(r"spring.py:3[12]", failure.fix)
+    after = findings[findings.index(failure) + 1 :]
+    assert {finding.state for finding in after} == {State.NOT_JUDGED}
 
 
 HANGING = {
@@ -499,38 +499,40 @@ HANGING = {
         ("json", ["it does not say for which plugin API it is made"]),
     ],
 )
-def test_an_entry_point_that_names_another_module_says_so(place, words):
+def test_wrong_module_of_an_entry_point_is_reported(place, words):
     registry = load_registry([EntryPoint("spring", place, "rigrunner")])
-    told = registry.disabled_with("spring")
-    assert told is not None
-    assert [word for word in words if word not in f"{told.reason} {told.fix}"] == []
+    disabled = registry.disabled_with("spring")
+    assert disabled is not None
+    assert [word for word in words if word not in f"{disabled.reason} {disabled.fix}"] == []
 
 
-def test_what_is_not_judged_says_for_which_failure(tmp_path):
-    plugins = written(tmp_path, "device", DEVICE["a str from get"][0])
+def test_check_not_judged_names_the_failure(tmp_path):
+    plugins = write_plugin(tmp_path, "device", DEVICE["a str from get"][0])
     called = call("check-plugin", "spring", "--drop-in", plugins, "--json")
     (document,) = json.loads(called.out)
-    states = {each["check"]: (each["state"], each["found"]) for each in document["findings"]}
+    states = {
+        finding["check"]: (finding["state"], finding["found"]) for finding in document["findings"]
+    }
     assert states["limits_hold"] == ("not judged", "it needs what 'readings_are_true' demands")
-    assert {each.name for each in checks("device")} == set(states)
+    assert {check.name for check in checks("device")} == set(states)
 
 
-def test_two_mistakes_that_have_nothing_to_do_with_each_other_are_both_told(tmp_path):
+def test_two_independent_mistakes_are_both_reported(tmp_path):
     edits = [*DEVICE["a str from get"][0], ("Spring, by lines of text", "")]
-    names = [each.split()[1] for each in failures(tmp_path, "device", edits)]
+    names = [failure.split()[1] for failure in failures(tmp_path, "device", edits)]
     assert names == ["help_line", "readings_are_true"]
 
 
-def test_that_an_instrument_is_safe_is_looked_at_whatever_failed():
-    """Of a simulator it is not: nothing is energised, and the failure would be the same."""
-    (left_safe,) = [each for each in checks("device") if each.always]
+def test_left_safe_always_runs_last():
+    """Not of a simulator: nothing is energised, and the failure would be the same."""
+    (left_safe,) = [check for check in checks("device") if check.always]
     assert left_safe.name == "left_safe"
     assert left_safe is checks("device")[-1]
 
 
 @pytest.mark.parametrize("kind", ["device", "fit", "report_format", "event_sink", "compensation"])
-def test_every_check_comes_after_what_it_needs(kind):
+def test_every_check_follows_those_it_needs(kind):
     seen = set()
-    for each in checks(kind):
-        assert seen.issuperset(each.needs), each
-        seen.add(each.name)
+    for check in checks(kind):
+        assert seen.issuperset(check.needs), check
+        seen.add(check.name)

@@ -1,4 +1,4 @@
-"""The public API: its pages are those of its source, every name has words, every hook is used."""
+"""The public API: its pages match the source, every name is explained, every hook is used."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from rigrunner.registry import Registry, load_registry
 
 PAGES = ROOT / "docs/reference"
 HOOKS = [name for name in vars(HookSpecs) if name.startswith("rigrunner_")]
-ANEW = "python docs/reference/api_pages.py docs/reference"
+REGENERATE = "python docs/reference/api_pages.py docs/reference"
 
 
 @pytest.fixture(scope="module")
@@ -33,7 +33,7 @@ def api_pages():
 
 
 @pytest.fixture(scope="module")
-def again(api_pages, tmp_path_factory):
+def generated(api_pages, tmp_path_factory):
     folder = tmp_path_factory.mktemp("reference")
     for name in ("hooks.md", "api.md"):
         shutil.copy(PAGES / name, folder)
@@ -42,22 +42,22 @@ def again(api_pages, tmp_path_factory):
 
 
 @pytest.mark.parametrize("name", ["hooks.md", "api.md", "api.txt"])
-def test_the_pages_are_those_of_the_source(again, name):
+def test_pages_match_the_source(generated, name):
     """The API changed? Decide by docs/reference/api.md whether API_VERSION is raised."""
-    made, committed = ((folder / name).read_text("utf-8") for folder in (again, PAGES))
+    made, committed = ((folder / name).read_text("utf-8") for folder in (generated, PAGES))
     differing = sorted(set(made.splitlines()) ^ set(committed.splitlines()))
-    assert made == committed, f"'{ANEW}' writes it again; lines that differ: {differing}"
+    assert made == committed, f"'{REGENERATE}' writes it; lines that differ: {differing}"
 
 
 @pytest.mark.parametrize("name", ["hooks.md", "api.md"])
 def test_every_public_name_is_explained(name):
-    bare = [
+    unexplained = [
         line for line in (PAGES / name).read_text("utf-8").splitlines() if line.endswith("|  |")
     ]
-    assert bare == []
+    assert unexplained == []
 
 
-def test_a_change_of_the_api_changes_its_snapshot(api_pages):
+def test_snapshot_has_all_signatures(api_pages):
     source = (
         "LIMIT: float = 2.0\n"
         "_hidden = 1\n"
@@ -84,26 +84,26 @@ def test_a_change_of_the_api_changes_its_snapshot(api_pages):
     ]
 
 
-def test_all_that_is_public_can_be_imported(api_pages):
+def test_all_public_names_can_be_imported(api_pages):
     package, exported = api_pages.kit()
     everything = {module.name: module.names for module in api_pages.public_modules()}
     for module, names in (everything | {package.name: exported}).items():
-        found = importlib.import_module(module)
-        assert [name.name for name in names if not hasattr(found, name.name)] == [], module
+        imported = importlib.import_module(module)
+        assert [name.name for name in names if not hasattr(imported, name.name)] == [], module
     assert {"rigrunner.api.hooks", "rigrunner.signal.blocks"} <= set(everything)
     assert exported
 
 
-def test_the_facade_gives_what_its_stub_says():
+def test_facade_matches_its_stub():
     stub = ast.parse((ROOT / "runner/rigrunner/api/__init__.pyi").read_text("utf-8"))
-    said = {
+    declared = {
         alias.name: node.module
         for node in stub.body
         if isinstance(node, ast.ImportFrom)
         for alias in node.names
     }
-    assert sorted(said) == api.__all__ == sorted(set(api.__all__))
-    for name, module in said.items():
+    assert sorted(declared) == api.__all__ == sorted(set(api.__all__))
+    for name, module in declared.items():
         assert getattr(api, name) is getattr(importlib.import_module(module), name), name
     assert set(api.__all__) <= set(dir(api))
     with pytest.raises(AttributeError, match="has no attribute 'Setings'"):
@@ -112,7 +112,7 @@ def test_the_facade_gives_what_its_stub_says():
         exec("from rigrunner.api import Setings")  # noqa: S102  (what an author may type)
 
 
-def test_a_declaration_from_the_facade_loads_no_numpy():
+def test_importing_from_the_facade_loads_no_numpy():
     declared = "from rigrunner.api import ChannelInfo, DeviceRecord, Driver, Settings, hookimpl"
     loaded = (
         "import sys, rigrunner.api;"
@@ -135,11 +135,11 @@ OF_AUTHORS = [
 ]
 
 
-def test_plugin_authors_import_nothing_deeper():
+def test_examples_for_authors_import_only_the_facade():
     deeper = {
-        path.name: found
+        path.name: imports
         for path in OF_AUTHORS
-        if (found := DEEPER.findall(path.read_text("utf-8")))
+        if (imports := DEEPER.findall(path.read_text("utf-8")))
     }
     assert deeper == {}
     assert {"device.py.jinja", "__init__.py", "write-a-device-plugin.md"} <= {
@@ -147,7 +147,7 @@ def test_plugin_authors_import_nothing_deeper():
     }
 
 
-def test_our_plugins_take_from_the_facade_what_it_has():
+def test_shipped_plugins_import_facade_names_from_the_facade():
     deeper = [
         f"{path}: {alias.name}"
         for folder in ("plugins", "reports")
@@ -161,8 +161,8 @@ def test_our_plugins_take_from_the_facade_what_it_has():
     assert deeper == []
 
 
-def test_each_hook_is_asked_for_by_one_kind():
-    assert sorted(each.hook for each in Registry([]).kinds) == sorted(HOOKS)
+def test_each_hook_belongs_to_one_kind():
+    assert sorted(kind.hook for kind in Registry([]).kinds) == sorted(HOOKS)
 
 
 def test_each_hook_is_documented_with_its_record():
@@ -175,19 +175,21 @@ def test_each_hook_is_documented_with_its_record():
 
 
 def test_each_hook_is_implemented_by_a_plugin(monkeypatch):
-    """Of ours, or of the stranger that the tests keep."""
+    """A shipped one, or the stranger's plugin in the tests."""
     monkeypatch.syspath_prepend(str(ROOT / "tests/e2e"))
     ours = load_registry()
     stranger = EntryPoint("stranger", "stranger", "rigrunner")
     bearings = EntryPoint("rigrunner_bearings", "rigrunner_bearings.hooks", "rigrunner")
     strangers = load_registry([bearings, stranger])
     assert strangers.disabled == ()
-    kinds, brought = {each.name for each in ours.kinds}, {"kind", "lab", "step"}
-    theirs = {each.kind for each in strangers.plugins if each.provider.name == "stranger"}
-    assert theirs == kinds - brought
-    assert brought <= {each.kind for each in ours.plugins}
-    assert kinds - {each.kind for each in ours.plugins} <= {"event_sink", "unit"}
+    kinds, only_ours = {kind.name for kind in ours.kinds}, {"kind", "lab", "step"}
+    stranger_kinds = {
+        plugin.kind for plugin in strangers.plugins if plugin.provider.name == "stranger"
+    }
+    assert stranger_kinds == kinds - only_ours
+    assert only_ours <= {plugin.kind for plugin in ours.plugins}
+    assert kinds - {plugin.kind for plugin in ours.plugins} <= {"event_sink", "unit"}
 
 
-def test_old_versions_are_kept_in_a_row():
+def test_oldest_api_version_is_not_newer():
     assert 1 <= OLDEST_API_VERSION <= API_VERSION

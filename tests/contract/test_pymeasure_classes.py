@@ -1,6 +1,6 @@
-"""Every instrument class of PyMeasure: can a station use it, without a line of code?
+"""Every instrument class of PyMeasure: whether a station can use it without code.
 
-The number stands in docs/how-to/use-a-pymeasure-driver.md, and this test holds it.
+The numbers in docs/how-to/use-a-pymeasure-driver.md are checked here.
 """
 
 from __future__ import annotations
@@ -31,43 +31,45 @@ NO_INSTRUMENTS = {"pymeasure.instruments.fakes"}
 
 
 def _modules():
-    """Return the modules that can be loaded; some need a package or driver of their maker's."""
-    for found in pkgutil.walk_packages(pymeasure.instruments.__path__, "pymeasure.instruments."):
-        if found.name in NO_INSTRUMENTS:
+    """Return the modules that can be loaded; some need a package or driver of their maker."""
+    for module_info in pkgutil.walk_packages(
+        pymeasure.instruments.__path__, "pymeasure.instruments."
+    ):
+        if module_info.name in NO_INSTRUMENTS:
             continue
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             try:
-                yield importlib.import_module(found.name)
+                yield importlib.import_module(module_info.name)
             except (ImportError, OSError, AttributeError):
                 continue
 
 
 @pytest.fixture(scope="module")
 def classes():
-    """Return each class once, by the shortest name under which it is found."""
-    found = {}
+    """Return each class once, by its shortest qualified name."""
+    names_of = {}
     for module in _modules():
-        for name, one in vars(module).items():
+        for name, member in vars(module).items():
             if (
-                inspect.isclass(one)
-                and issubclass(one, Instrument)
-                and one.__module__.startswith("pymeasure.instruments.")
-                and one.__module__ not in {*NO_INSTRUMENTS, "pymeasure.instruments.instrument"}
+                inspect.isclass(member)
+                and issubclass(member, Instrument)
+                and member.__module__.startswith("pymeasure.instruments.")
+                and member.__module__ not in {*NO_INSTRUMENTS, "pymeasure.instruments.instrument"}
                 and not name.startswith("_")
             ):
-                found.setdefault(one, set()).add(f"{module.__name__}.{name}")
-    return sorted(min(names, key=lambda name: (len(name), name)) for names in found.values())
+                names_of.setdefault(member, set()).add(f"{module.__name__}.{name}")
+    return sorted(min(names, key=lambda name: (len(name), name)) for names in names_of.values())
 
 
-def obstacle(found):
-    """Return why a class cannot be used by its station settings; empty if it can."""
-    parameters = inspect.signature(found.__init__).parameters
+def obstacle(instrument_type):
+    """Return why a station cannot use a class; empty if it can."""
+    parameters = inspect.signature(instrument_type.__init__).parameters
     if "adapter" not in parameters:
         return "it does not take the name of a VISA resource"
-    if not any(each.kind is each.VAR_KEYWORD for each in parameters.values()):
+    if not any(parameter.kind is parameter.VAR_KEYWORD for parameter in parameters.values()):
         return "it takes nothing that says how to connect"
-    return "" if properties_of(found) else "it has no properties"
+    return "" if properties_of(instrument_type) else "it has no properties"
 
 
 @pytest.fixture(scope="module")
@@ -80,14 +82,16 @@ def test_most_instruments_can_be_used(classes, usable):
     assert len(usable) >= 0.95 * len(classes)
 
 
-def test_how_many_there_are_is_told(classes, usable):
-    told = re.search(r"(\d+) of its (\d+) instrument classes, from (\d+) makers", PAGE.read_text())
-    assert told is not None
+def test_numbers_on_the_page_are_right(classes, usable):
+    counts = re.search(
+        r"(\d+) of its (\d+) instrument classes, from (\d+) makers", PAGE.read_text()
+    )
+    assert counts is not None
     version = re.search(r"[Oo]f\s+PyMeasure\s+([\d.]+)", PAGE.read_text())[1]
     if not pymeasure.__version__.startswith(version):
         pytest.skip(f"they were counted in {version}, this is {pymeasure.__version__}")
     makers = {name.split(".")[2] for name in usable}
-    assert [int(each) for each in told.groups()] == [len(usable), len(classes), len(makers)]
+    assert [int(count) for count in counts.groups()] == [len(usable), len(classes), len(makers)]
 
 
 def bound(name):
@@ -96,7 +100,7 @@ def bound(name):
 
 
 class Connection(Adapter):
-    """Stands where PyMeasure would open a VISA resource, and answers 1 to everything."""
+    """Replaces the VISA adapter of PyMeasure, and answers 1 to everything."""
 
     opened: ClassVar[list[tuple]] = []
 
@@ -117,7 +121,7 @@ class Connection(Adapter):
         return b"1" * count
 
 
-def test_each_class_takes_the_resource_and_the_backend_of_a_station(usable, monkeypatch):
+def test_each_class_gets_the_resource_and_backend_of_the_station(usable, monkeypatch):
     monkeypatch.setattr("pymeasure.instruments.instrument.VISAAdapter", Connection)
     for name in usable:
         Connection.opened.clear()
@@ -126,7 +130,7 @@ def test_each_class_takes_the_resource_and_the_backend_of_a_station(usable, monk
             "resource": "GPIB0::5::INSTR",
             "channels": {"first": bound(properties_of(instrument_class(name))[0])},
         }
-        with suppress(DeviceError):  # of the few that talk at once, and do not like to hear 1
+        with suppress(DeviceError):  # a few communicate at once, and refuse the answer 1
             instrument("pymeasure", settings).connect(1.0)
         opened = [(resource, keywords["visa_library"]) for resource, keywords in Connection.opened]
         assert opened == [("GPIB0::5::INSTR", "@py")], name
@@ -135,8 +139,8 @@ def test_each_class_takes_the_resource_and_the_backend_of_a_station(usable, monk
 def test_a_station_can_bind_each_property_of_each_class(usable):
     for name in usable:
         channels = {
-            f"channel_{number}": bound(each)
-            for number, each in enumerate(properties_of(instrument_class(name)))
+            f"channel_{number}": bound(prop)
+            for number, prop in enumerate(properties_of(instrument_class(name)))
         }
         settings = {"instrument": name, "resource": "GPIB0::5::INSTR", "channels": channels}
         device = instrument("pymeasure", settings)

@@ -1,4 +1,4 @@
-"""Every device that can be tried without an instrument is taped, and played back without one."""
+"""Every device that can be tried without an instrument is recorded on tape and replayed."""
 
 from __future__ import annotations
 
@@ -26,36 +26,36 @@ TRIALS = {
 TRIED = {name: settings for name, settings in TRIALS.items() if settings}
 
 
-def used(device):
-    """Use a device in every way that it has; return all that it said."""
-    told = [device.connect(5.0)]
+def answers_of(device):
+    """Use every ability of a device; return all its answers."""
+    answers = [device.connect(5.0)]
     names = [info.name for info in device.channels]
     if isinstance(device, Readable):
-        told.append(device.read(names))
-        told += [device.read([name]) for name in names]
+        answers.append(device.read(names))
+        answers += [device.read([name]) for name in names]
     if isinstance(device, Settable):
         for info in device.drives:
             device.set(info.name, info.safe_value + 0.25 * (info.maximum - info.safe_value))
-            told.append(device.read_back(info.name))
+            answers.append(device.read_back(info.name))
     if isinstance(device, Streaming):
         streamed = [info.name for info in device.channels if info.streams]
         for block in device.stream(streamed, 0.35, threading.Event()):
             samples = {name: values.tobytes() for name, values in block.channels.items()}
-            told.append((block.rate_hz, block.first_sample, block.monotonic_s, samples))
-    told += [device.make_safe(), device.make_safe()]
+            answers.append((block.rate_hz, block.first_sample, block.monotonic_s, samples))
+    answers += [device.make_safe(), device.make_safe()]
     device.close()
     device.close()
-    return [repr(each) for each in told]
+    return [repr(answer) for answer in answers]
 
 
-def test_those_that_talk_to_instruments_are_tried():
+def test_wired_devices_are_tried():
     wired = {name for name in TRIALS if REGISTRY.find("device", name).record.wired}
     assert {"visa", "modbus", "serial_ascii", "composite", "fault"} <= set(TRIED)
-    assert wired == set(TRIED) & wired | {"opcua"}  # which has a test of its own below
+    assert wired == set(TRIED) & wired | {"opcua"}  # which has its own test below
 
 
 def taped_and_played(name, settings, folder, gone):
-    """Record a device, let its instrument be `gone`, and play it back; return what both said."""
+    """Record a device, call `gone`, replay the tape; return the answers of both."""
     clock = SimulatedClock() if REGISTRY.is_simulated(name, settings) else WallClock()
     context = DeviceContext("it", clock, folder)
     plugin = TapedPlugin(plugin=name, provider="", settings_sha256="")
@@ -65,32 +65,32 @@ def taped_and_played(name, settings, folder, gone):
     )  # fmt: skip
     with RecordedTape(folder / "tape") as tape:
         tape.begin(manifest)
-        told = used(REGISTRY.make_device(name, settings, context, tape))
+        recorded = answers_of(REGISTRY.make_device(name, settings, context, tape))
     assert tape.notes() == ()
     gone()
-    with ReplayedTape(folder / "tape") as played:
-        again = used(REGISTRY.make_device(name, settings, context, played))
-        assert played.notes() == ()
-    return told, again
+    with ReplayedTape(folder / "tape") as replayed_tape:
+        replayed = answers_of(REGISTRY.make_device(name, settings, context, replayed_tape))
+        assert replayed_tape.notes() == ()
+    return recorded, replayed
 
 
 @pytest.mark.parametrize("name", TRIED)
-def test_what_it_said_is_said_again_without_it(name, tmp_path, monkeypatch):
+def test_replay_gives_the_recorded_answers(name, tmp_path, monkeypatch):
     def gone():
-        monkeypatch.setattr("socket.socket.connect", _asked)
-        monkeypatch.setattr("serial.Serial.open", _asked)
+        monkeypatch.setattr("socket.socket.connect", refuse_connection)
+        monkeypatch.setattr("serial.Serial.open", refuse_connection)
 
-    told, again = taped_and_played(name, TRIED[name], tmp_path, gone)
-    assert again == told
+    recorded, replayed = taped_and_played(name, TRIED[name], tmp_path, gone)
+    assert replayed == recorded
 
 
-def test_what_an_opc_ua_server_said_is_said_again_without_it(tmp_path):
+def test_replay_gives_the_answers_of_an_opc_ua_server(tmp_path):
     bench = Bench(tmp_path).start()
     channels = {"torque": {"node": "ns=2;s=Torque", "unit": "N·m"}}
     settings = {"endpoint": bench.endpoint, "channels": channels, "drives": {"frequency": DRIVE}}
-    told, again = taped_and_played("opcua", settings, tmp_path, bench.stop)
-    assert again == told
+    recorded, replayed = taped_and_played("opcua", settings, tmp_path, bench.stop)
+    assert replayed == recorded
 
 
-def _asked(*_):
+def refuse_connection(*_):
     raise AssertionError("an instrument was asked")

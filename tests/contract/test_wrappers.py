@@ -1,6 +1,6 @@
-"""What wraps a device hands on every ability of it: one that is dropped is a result gone wrong.
+"""A wrapper of a device passes on all its abilities: a missing one makes results wrong.
 
-A recording whose alignment is not handed on, for one, would pass for one of a single clock.
+A recording without the alignment of its clocks, for example, would pass for one of a single clock.
 """
 
 from __future__ import annotations
@@ -35,16 +35,16 @@ TWO_CLOCKS = {
 }
 
 
-def test_a_tape_hands_on_every_ability():
+def test_tape_passes_on_every_ability():
     assert set(tape._PARTS) == ABILITIES
 
 
-def test_a_fault_hands_on_every_ability_but_to_be_waited_for():
+def test_fault_passes_on_every_ability_but_approaching():
     assert set(fault._PARTS) | {Approaching} == ABILITIES
 
 
 @pytest.mark.parametrize("wrap", ["tape", "fault"])
-def test_how_clocks_were_aligned_is_handed_on(wrap):
+def test_clock_alignment_is_passed_on(wrap):
     context = DeviceContext("tester", SimulatedClock(), Path())
     if wrap == "tape":
         inner = load_registry().make_device("composite", TWO_CLOCKS, context)

@@ -1,4 +1,4 @@
-"""A rig whose device fails when told, and a shipped procedure in a form that runs in a moment."""
+"""A rig whose device fails on demand, and short forms of the shipped procedures."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ FAST = (
     "{seed: 1, sensors: {rate: 1 kHz, low_pass: 400 Hz},"
     " frequency_rate: 1000 Hz/s, load_rate: 100 kN/s}"
 )
-"""A slow converter, for few samples; fast drives, as one that hangs is waited for as it moves."""
+"""A slow converter, for few samples; fast drives, since a hanging one is given its travel time."""
 SAFETY = """\
 safety:
   order: [tester.frequency, tester.load]
@@ -58,7 +58,7 @@ class FaultyTester:
         self.fault: Callable[[str], None] | None = None
         self.is_hot = False
 
-    def _told(self, call: str) -> None:
+    def _call(self, call: str) -> None:
         if self.fault is not None:
             self.fault(call)
 
@@ -85,17 +85,17 @@ class FaultyTester:
         return self.tester.make_safe()
 
     def close(self) -> None:
-        """Stay connected, for the test to look at."""
+        """Stay connected, for the test to inspect."""
 
     def set(self, drive: str, value: float) -> None:
-        self._told("set")
+        self._call("set")
         self.tester.set(drive, value)
 
     def read_back(self, drive: str) -> float:
         return self.tester.read_back(drive)
 
     def read(self, channels: Sequence[str]) -> Mapping[str, float]:
-        self._told("read")
+        self._call("read")
         values = dict(self.tester.read(channels))
         if self.is_hot and "temperature" in values:
             values["temperature"] = HOT_K
@@ -105,7 +105,7 @@ class FaultyTester:
         self, channels: Sequence[str], duration_s: float, stop: StopToken
     ) -> Iterator[Block]:
         for block in self.tester.stream(channels, duration_s, stop):
-            self._told("block")
+            self._call("block")
             yield block
 
     def truth(self) -> Mapping[str, float]:
@@ -114,10 +114,10 @@ class FaultyTester:
 
 @dataclass
 class Faults:
-    """Ways for a step to go wrong; each arms the device, or the answers, once the step begins."""
+    """Ways in which a step can fail; each arms the device, or the answers, once the step begins."""
 
     tester: FaultyTester
-    asked: BaseException | None = None
+    answer_error: BaseException | None = None
     hanging: threading.Event = field(default_factory=threading.Event)
     released: threading.Event = field(default_factory=threading.Event)
 
@@ -132,7 +132,7 @@ class Faults:
             self.tester.fault = None
             self.hanging.set()
             self.released.wait()
-            # the tester is by now that of the next run, which a late call would disturb
+            # the tester is now used by the next run, which a late call would disturb
             raise DeviceTimeoutError("it hung until the run was over")
 
         self.tester.fault = hang
@@ -151,11 +151,11 @@ class Faults:
             self.tester.fault = None
             raise error
 
-        self.tester.fault, self.asked = fail, error
+        self.tester.fault, self.answer_error = fail, error
 
 
-def over_of(hanging: threading.Event) -> Callable[..., bool]:
-    """Return what waits for a call until the device hangs, and not for a busy machine."""
+def wait_until_hanging(hanging: threading.Event) -> Callable[..., bool]:
+    """Return a wait for a call that ends once the device hangs, however busy the machine is."""
     is_over = calling._is_over
 
     def over(call: object, within_s: float = 0.0) -> bool:
@@ -171,13 +171,13 @@ def over_of(hanging: threading.Event) -> Callable[..., bool]:
 
 @dataclass
 class FailingAnswers(UnattendedAnswers):
-    """The procedure's own answers, unless a fault is to be raised where somebody is asked."""
+    """The procedure's own answers, or a fault instead of an answer."""
 
     faults: Faults
 
     def confirm(self, step, question):
-        if self.faults.asked is not None:
-            raise self.faults.asked
+        if self.faults.answer_error is not None:
+            raise self.faults.answer_error
         return super().confirm(step, question)
 
 
@@ -185,8 +185,8 @@ def moment_procedure(folder: Path, name: str) -> Path:
     """Write a shipped procedure with all its steps, each as short as can be, and no analysis."""
     shipped = find_procedure(name)
     text = shipped.read_text(encoding="utf-8")
-    rest = text[text.index("\nanalysis:") :]
-    changes = [(rest, "\n"), ("cycles: 30}", "cycles: 1}"), ("cycles: 5}", "cycles: 1}")]
+    analysis = text[text.index("\nanalysis:") :]
+    changes = [(analysis, "\n"), ("cycles: 30}", "cycles: 1}"), ("cycles: 5}", "cycles: 1}")]
     if "cycles: 100}" in text:
         changes.append(("cycles: 100}", "cycles: 1}"))
     return edited(
@@ -220,10 +220,10 @@ def planned_moment(folder: Path, name: str, does: str = "abort", scan: str = "")
 def run_with_fault(
     planned: Planned, index: int, fault: str, runs: Path | None = None
 ) -> list[Event]:
-    """Run, with a fault from the beginning of one step on; return the events on record.
+    """Run with a fault that starts with one step; return the recorded events.
 
-    With `runs` they are those of a sealed run file. Asserts that the simulated rig itself is at its
-    safe values.
+    With `runs` they are read from a sealed run file. Asserts that the simulated rig is at its safe
+    values.
     """
     tester = FaultyTester(planned.devices["tester"], non_blocking=fault != "hang")
     faults = Faults(tester)
@@ -237,8 +237,8 @@ def run_with_fault(
     faulty, answers = replace(planned, devices={"tester": tester}), FailingAnswers(faults)
     with (
         stop_on_signals() as stop,
-        patch.object(calling, "_is_over", over_of(faults.hanging)),
-        patch.object(calling.MovingCall, "wait", lambda *_: None),  # it never comes back
+        patch.object(calling, "_is_over", wait_until_hanging(faults.hanging)),
+        patch.object(calling.MovingCall, "wait", lambda *_: None),  # it never returns
     ):
         listeners = [stop, arm]
         if runs is None:
@@ -258,9 +258,9 @@ def run_with_fault(
 
 def _events(planned, answers, stop, listeners) -> list[Event]:
     """Run in memory, on the rig that `execute` makes of a station."""
-    rig, heard = rig_of(planned), Listener()
+    rig, listener = rig_of(planned), Listener()
     rig.connect()
-    bus = Bus([heard], listeners)
+    bus = Bus([listener], listeners)
     run_plan(planned.plan, rig, bus, planned.clock, answers, stop, "moment")
     rig.close()
-    return heard.events
+    return listener.events

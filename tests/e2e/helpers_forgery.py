@@ -1,4 +1,4 @@
-"""Forged and sealed certificates, made as someone makes them who knows how they are built."""
+"""Forged and sealed certificates, as made by someone who knows their structure."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ def resealed(path, change):
 
 
 def with_content(page, change):
-    """Change the JSON in an HTML page, as a text that `json` wrote; `change` takes a dict."""
-    begun, mark, rest = page.partition(b'id="certificate">\n')
+    """Change the JSON in an HTML page, written by `json`; `change` takes a dict."""
+    before, mark, rest = page.partition(b'id="certificate">\n')
     data, end, after = rest.partition(b"</script>")
-    known = json.loads(data)
-    change(known)
-    text = json.dumps(known, ensure_ascii=False, indent=1)
-    escaped = text.translate({ord(each): f"\\u{ord(each):04x}" for each in "<>&"})
-    return begun + mark + escaped.encode() + b"\n" + end + after
+    document = json.loads(data)
+    change(document)
+    text = json.dumps(document, ensure_ascii=False, indent=1)
+    escaped = text.translate({ord(character): f"\\u{ord(character):04x}" for character in "<>&"})
+    return before + mark + escaped.encode() + b"\n" + end + after
 
 
 def with_banner(page, printed="0.4268"):
@@ -38,21 +38,21 @@ def with_banner(page, printed="0.4268"):
 
 
 def forged_pdf(path, printed="0.1000"):
-    """Put a PDF in the place of one that shows another result, with the true data attached."""
+    """Replace a PDF by one that shows another result, with the true data attached."""
     from weasyprint import HTML, Attachment  # noqa: PLC0415  (optional)
 
     page, count = VALUE.subn(rf"\g<1>{printed}", path.with_suffix(".html").read_text("utf-8"))
     assert count == 1
     data = unsealed(path.with_suffix(".json").read_bytes(), ".json").decode()
-    made = HTML(string=page).write_pdf(
+    pdf = HTML(string=page).write_pdf(
         attachments=[Attachment(string=data, name=f"{path.stem}.json")]
     )
-    path.write_bytes(seal(made, ".pdf"))
+    path.write_bytes(seal(pdf, ".pdf"))
     return printed
 
 
 def sealed_pdf(content, box=None, name="Seal"):
-    """Seal a PDF by PAdES with a key of its own, invisibly or in a box on its first page."""
+    """Seal a PDF by PAdES with a new key, invisibly or in a box on its first page."""
     from pyhanko.sign import fields, signers  # noqa: PLC0415  (loads much)
 
     meta = signers.PdfSignatureMetadata(field_name=name, subfilter=fields.SigSeedSubFilter.PADES)
@@ -66,7 +66,7 @@ def sealed_pdf(content, box=None, name="Seal"):
 
 
 def incremental(content):
-    """Return what appends to a PDF."""
+    """Return a writer that appends to a PDF."""
     from pyhanko.pdf_utils.incremental_writer import (  # noqa: PLC0415  (loads much)
         IncrementalPdfFileWriter,
     )
@@ -75,7 +75,7 @@ def incremental(content):
 
 
 def appended(content, change):
-    """Append what `change` does to the objects of a PDF."""
+    """Append to a PDF the changes that `change` makes to its objects."""
     writer, out = incremental(content), io.BytesIO()
     change(writer)
     writer.write(out)

@@ -1,4 +1,4 @@
-"""Kills a process that records runs, again and again, and says what it had been told was kept.
+"""Kills a process that records runs, repeatedly, and lists what had been reported as stored.
 
 Run as a program, in tests/: `python -m e2e.helpers_kill FOLDER KILLS SEED`. It imports once and
 forks a writer per kill. A writer records and seals one run after the other through the real engine,
@@ -26,7 +26,7 @@ from unit.runfile.helpers_runfile import header_of
 RECORDINGS = 4
 SECONDS = 2.5
 LIVES = 3.0
-"""The longest life, in times that a machine as busy as it is needs to record and seal a run."""
+"""The longest life, in multiples of the measured time to record and seal a run."""
 
 
 def name_of(number: int) -> str:
@@ -34,7 +34,7 @@ def name_of(number: int) -> str:
 
 
 class Noter:
-    """Notes each finished recording, and each sealed run, where a kill cannot take it back."""
+    """Logs each finished recording, and each sealed run, in a file that survives a kill."""
 
     def __init__(self, path: Path, run_id: str) -> None:
         self._descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND)
@@ -52,7 +52,7 @@ def write_runs_until_killed(folder: Path) -> None:
     for number in range(1_000_000):
         run_id = f"run{number:04d}"
         noter = Noter(folder / "notes", run_id)
-        main = [record(name_of(one), seconds=SECONDS) for one in range(RECORDINGS)]
+        main = [record(name_of(index), seconds=SECONDS) for index in range(RECORDINGS)]
         with RunWriter(folder / run_id, header_of(run_id)) as writer:
             run(FakeTester(), plan_of((), main, ()), critical=[writer], guarded=[noter])
             writer.seal({"number": number})
@@ -70,13 +70,13 @@ def begin(folder: Path) -> int:
 def time_of_a_run(folder: Path) -> float:
     """Return how long a writer takes until its first run is sealed."""
     folder.mkdir()
-    notes, began, writer = folder / "notes", time.monotonic(), begin(folder)
+    notes, start_s, writer = folder / "notes", time.monotonic(), begin(folder)
     while not (notes.exists() and "sealed" in notes.read_text()):
         time.sleep(0.002)
-    taken_s = time.monotonic() - began
+    duration_s = time.monotonic() - start_s
     os.kill(writer, signal.SIGKILL)
     os.waitpid(writer, 0)
-    return taken_s
+    return duration_s
 
 
 def kill_one(folder: Path, life_s: float) -> None:

@@ -1,10 +1,10 @@
-"""Kills whole runs, their sealing and their resumption, again and again, and checks what is left.
+"""Kills runs, their sealing and their resumption, repeatedly, and checks what is left.
 
 Run as a program, in tests/: `python -m e2e.helpers_kill_resume FOLDER KILLS SEED`. It imports once
 and forks a process per kill. Each run is killed at a random instant and resumed; most resumptions
-are killed as well; at last one is left to its end. After each kill what is on the disk is checked
-against a run that was never disturbed. Prints one JSON line per kill; ends with a traceback at the
-first thing that is not as it has to be.
+are killed too; the last one is left to finish. After each kill, what is on the disk is checked
+against a run that was never interrupted. Prints one JSON line per kill; ends with a traceback at
+the first failed check.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ SHORT = (
     ("cycles: 12}", "cycles: 10}"),
 )
 NO_DRIFT = ("{seed: 1}", "{seed: 1, sensors: {drift: 0 N·m}}")
-"""So that a zero that is taken later is the same, and a resumed run has the same numbers."""
+"""So that a later zero is the same, and a resumed run has the same numbers."""
 PLACES = (
     "before its folder",
     "before its header",
@@ -57,9 +57,9 @@ PLACES = (
     "sealed, with report",
 )
 WORST_CASE = 4
-"""So often a run is killed at most."""
+"""The greatest number of kills of a run."""
 GIVES_UP = 0.3
-"""How often a run is left to its end after a kill."""
+"""The share of kills after which a run is left to finish."""
 
 
 def numbers(content: object, path: tuple[object, ...] = ()) -> dict[tuple[object, ...], float]:
@@ -71,11 +71,11 @@ def numbers(content: object, path: tuple[object, ...] = ()) -> dict[tuple[object
         parts = content.items()
     elif isinstance(content, list):
         parts = enumerate(content)
-    return {at: value for name, each in parts for at, value in numbers(each, (*path, name)).items()}
+    return {at: value for name, part in parts for at, value in numbers(part, (*path, name)).items()}
 
 
 class Laboratory:
-    """The files of a run, the run that was never disturbed, and how long that took."""
+    """The files of a run, the uninterrupted run, and its duration."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -92,7 +92,7 @@ class Laboratory:
         self.document = json.loads((run / "result.json").read_text(encoding="utf-8"))
 
     def instant_s(self, chance: random.Random) -> float:
-        """Return when to kill: two of three times before the run is sealed."""
+        """Return when to kill: in two of three cases before the run is sealed."""
         return chance.uniform(0.0, self.sealed_s if chance.random() < 2 / 3 else self.life_s)
 
     def begin(self, place: Path) -> None:
@@ -110,7 +110,7 @@ class Laboratory:
             listeners=[Noter(place / "notes", "run")],
         )
 
-    def go_on(self, place: Path) -> None:
+    def resume(self, place: Path) -> None:
         """Resume the run, to its report."""
         take_up(run_in(place), listeners=[Noter(place / "notes", "run")])
 
@@ -126,7 +126,7 @@ def run_in(place: Path) -> Path:
 
 
 def killed(work: Callable[[], None], life_s: float | None) -> bool:
-    """Do some work in a process of its own; return whether kill -9 reached it before its end."""
+    """Do some work in a process of its own; return whether kill -9 hit it before its end."""
     child = os.fork()
     if child == 0:
         try:
@@ -146,7 +146,7 @@ def killed(work: Callable[[], None], life_s: float | None) -> bool:
 
 
 def check(lab: Laboratory, place: Path) -> str:
-    """Check what is on the disk after a kill, and say in words where the kill fell."""
+    """Check what is on the disk after a kill, and return in words when the kill happened."""
     notes = place / "notes"
     promised = (
         [line.split()[1] for line in notes.read_text().splitlines()] if notes.exists() else []
@@ -160,23 +160,26 @@ def check(lab: Laboratory, place: Path) -> str:
         assert not promised
         return "before its header"
     check_recordings(lab, stored)
-    kept = {one.name for one in stored.recordings}
+    kept = {recording.name for recording in stored.recordings}
     assert set(promised) <= kept, (promised, kept)
     return where(stored, run_in(place))
 
 
 def check_recordings(lab: Laboratory, stored: StoredRun) -> None:
-    """Compare each complete recording bit by bit with that of the run that was not disturbed."""
-    wanted = {one.setpoints["tester.frequency"]: one for one in lab.whole.recordings}
-    for one in stored.recordings:
-        same = wanted[one.setpoints["tester.frequency"]]
-        assert one.conditions == same.conditions
-        for channel, values in same.channels.items():
-            assert one.channels[channel].tobytes() == values.tobytes(), (one.name, channel)
-    for one in stored.incomplete:
-        same = wanted[one.setpoints["tester.frequency"]]
-        for channel, values in one.channels.items():
-            assert (values == same.channels[channel][: len(values)]).all(), (one.name, channel)
+    """Compare each complete recording bit by bit with that of the uninterrupted run."""
+    originals = {rec.setpoints["tester.frequency"]: rec for rec in lab.whole.recordings}
+    for recording in stored.recordings:
+        original = originals[recording.setpoints["tester.frequency"]]
+        assert recording.conditions == original.conditions
+        for channel, values in original.channels.items():
+            assert recording.channels[channel].tobytes() == values.tobytes(), (
+                recording.name,
+                channel,
+            )
+    for recording in stored.incomplete:
+        original = originals[recording.setpoints["tester.frequency"]]
+        for channel, values in recording.channels.items():
+            assert (values == original.channels[channel][: len(values)]).all(), recording.name
 
 
 def where(stored: StoredRun, run: Path) -> str:
@@ -194,7 +197,7 @@ def where(stored: StoredRun, run: Path) -> str:
 
 
 def check_end(lab: Laboratory, place: Path) -> None:
-    """Check a run that was left to its end at last."""
+    """Check a run that was finally left to finish."""
     run = run_in(place)
     stored = read(run)
     assert stored.info.sealed
@@ -208,34 +211,37 @@ def check_end(lab: Laboratory, place: Path) -> None:
 
 
 def kills_of(lab: Laboratory, place: Path, chance: random.Random) -> Iterator[dict[str, str]]:
-    """Kill one run, perhaps again while it is resumed, and bring it to its end."""
+    """Kill one run, perhaps again while it is resumed, and complete it."""
     place.mkdir()
     if not killed(lambda: lab.begin(place), lab.instant_s(chance)):
         return
-    found = check(lab, place)
-    yield {"what": "run", "where": found}
+    place_of_kill = check(lab, place)
+    yield {"what": "run", "where": place_of_kill}
     for _ in range(WORST_CASE - 1):
-        if found.startswith(("before", "sealed")) or chance.random() < GIVES_UP:
+        if place_of_kill.startswith(("before", "sealed")) or chance.random() < GIVES_UP:
             break
-        if not killed(lambda: lab.go_on(place), lab.instant_s(chance)):
-            found = "sealed, with report"
+        if not killed(lambda: lab.resume(place), lab.instant_s(chance)):
+            place_of_kill = "sealed, with report"
             break
-        found = check(lab, place)
-        yield {"what": "resume", "where": found}
-    if found.startswith("before"):
+        place_of_kill = check(lab, place)
+        yield {"what": "resume", "where": place_of_kill}
+    if place_of_kill.startswith("before"):
         return
-    if not found.startswith("sealed"):
-        assert not killed(lambda: lab.go_on(place), None)
+    if not place_of_kill.startswith("sealed"):
+        assert not killed(lambda: lab.resume(place), None)
     check_end(lab, place)
 
 
 def table(kills: list[dict[str, str]]) -> list[str]:
-    """Return the lines of a Markdown table: how many kills fell where."""
-    counted = Counter((one["where"], one["what"]) for one in kills)
+    """Return the lines of a Markdown table: how many kills happened where."""
+    counted = Counter((kill["where"], kill["what"]) for kill in kills)
     rows = [(place, counted[place, "run"], counted[place, "resume"]) for place in PLACES]
     totals = ("all", sum(row[1] for row in rows), sum(row[2] for row in rows))
     head = ["| killed | while running | while being resumed |", "|---|---:|---:|"]
-    return [*head, *(f"| {place} | {runs} | {again} |" for place, runs, again in (*rows, totals))]
+    return [
+        *head,
+        *(f"| {place} | {runs} | {resumes} |" for place, runs, resumes in (*rows, totals)),
+    ]
 
 
 def main() -> None:
@@ -245,8 +251,8 @@ def main() -> None:
     done = number = 0
     while done < kills:
         place = folder / f"place{number:04d}"
-        for one in kills_of(lab, place, chance):
-            print(json.dumps(one), flush=True)  # noqa: T201
+        for kill in kills_of(lab, place, chance):
+            print(json.dumps(kill), flush=True)  # noqa: T201
             done += 1
         number += 1
 

@@ -1,4 +1,4 @@
-"""The numbers of a result document, to compare two documents by."""
+"""The numbers of a result document, for comparing two documents."""
 
 from __future__ import annotations
 

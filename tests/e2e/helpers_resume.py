@@ -1,4 +1,4 @@
-"""Runs as a kill leaves them: the folder as it was on the disk at some instant of a run."""
+"""Runs as a kill leaves them: copies of the folder at some instant of a run."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ FEWER = ("cycles: 12}", "cycles: 10}")
 
 
 class Snapshot:
-    """Copies the folder of a run when an event comes, once: that is what a kill would leave."""
+    """Copies the folder of a run at an event, once: what a kill would leave."""
 
-    def __init__(self, runs: Path, kept: Path, at) -> None:
+    def __init__(self, runs: Path, target: Path, at) -> None:
         self.runs = runs
-        self.kept = kept
+        self.target = target
         self.at = at
         self.folder: Path | None = None
 
     def __call__(self, event) -> None:
         if self.folder is None and self.at(event):
             (source,) = (path for path in self.runs.iterdir() if not (path / "run.h5").exists())
-            self.folder = self.kept / source.name
+            self.folder = self.target / source.name
             shutil.copytree(source, self.folder, ignore=shutil.ignore_patterns("run.lock"))
 
 
@@ -42,8 +42,8 @@ def interrupted(tmp_path, at, *, station=None, changes=(), procedure=None):
 
     The procedure is the quick no-load sweep with changes, unless another one is given.
     """
-    known = {"station": station, "changes": changes, "procedure": procedure}
-    (folder,), whole = interrupted_at(tmp_path, [at], **known)
+    options = {"station": station, "changes": changes, "procedure": procedure}
+    (folder,), whole = interrupted_at(tmp_path, [at], **options)
     return folder, whole
 
 
@@ -55,8 +55,8 @@ def interrupted_at(tmp_path, instants, *, station=None, changes=(), procedure=No
     ]
     procedure = procedure or quick_procedure(tmp_path, NO_LOAD, FEWER, *changes)
     whole = run(procedure, tmp_path / "runs", station=station, listeners=snapshots)
-    assert all(one.folder is not None for one in snapshots)
-    return [one.folder for one in snapshots], whole
+    assert all(snapshot.folder is not None for snapshot in snapshots)
+    return [snapshot.folder for snapshot in snapshots], whole
 
 
 def resumable(folder, by="A. Jones", *, procedure=None, station=None):

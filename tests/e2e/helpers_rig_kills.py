@@ -1,12 +1,12 @@
-"""Kills what drives an energised rig, again and again, and says what became of rig and samples.
+"""Kills the processes that control an energised rig, repeatedly, and checks rig and samples.
 
 Run as a program, in tests/: `python -m e2e.helpers_rig_kills FOLDER KILLS SEED`. The rig is a file
 that outlives every process (`helpers_supply`). Killed by SIGKILL at a random instant are, in turn:
 the process of a run, that and its guardian, a run's process under the panel, the panel's server,
-and both of these. After each kill two things must be so. No row is lost of which a listener was
-told. The rig is safe, or the next start tells of it before it asks a person anything; after that
+and both of these. After each kill two conditions must hold: no row is lost that a listener
+received; and the rig is safe, or the next start reports it before it asks anything. After that
 start it is safe, and no marker is left. Prints one JSON line per kill and a table of all; ends with
-a traceback at the first kill after which it is not so.
+a traceback at the first kill after which a condition does not hold.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from rigrunner.run.locate import run_names
 from rigrunner.runfile import read
 
 ROUND = ("run", "guardian", "run", "guardian", "panel", "run", "guardian", "server", "both", "run")
-"""What is killed, in turn: under the panel each kill takes several times as long."""
+"""The targets in turn: under the panel each kill takes several times as long."""
 WORDS = {
     "run": "the process of a run",
     "guardian": "that and its guardian",
@@ -77,13 +77,13 @@ SHORT = (
     ("times: 12", "times: 1"),
     ("0.05 s", "0.01 s"),
 )
-"""How the procedure of the next start differs from the one that is killed."""
+"""The differences of the procedure of the next start from the killed one."""
 SPECIMEN = "Put the specimen between the terminals"
 PATIENCE_S = 90.0
 
 
 class Bench:
-    """The lab whose runs are killed, and the life of a run that is not."""
+    """The lab whose runs are killed, and the duration of an undisturbed run."""
 
     def __init__(self, folder: Path) -> None:
         os.environ["RIGRUNNER_LOCKS"] = str(folder / "rigs")
@@ -108,32 +108,34 @@ class Bench:
         energised_s = time.monotonic()
         until(lambda: self.lab.stands() == (0.0, 0.0))
         self.energised_s = time.monotonic() - energised_s
-        assert os.waitpid(child, 0)[1] == 0, said(folder / "whole")
+        assert os.waitpid(child, 0)[1] == 0, output_of(folder / "whole")
         self.life_s = time.monotonic() - began_s
 
     def warm_up(self, runs: Path) -> None:
-        """Do a whole run in this process: what it imports, those that are forked need not."""
+        """Do a complete run in this process, so that forked ones need not import again."""
         words = ["run", self.short, "--station", self.lab.station, "--runs", runs, "--unattended"]
-        with redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()) as told:
-            assert main([str(each) for each in words]) == 0, told.getvalue()
+        with redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()) as output:
+            assert main([str(word) for word in words]) == 0, output.getvalue()
 
     def start(self, runs: Path, procedure: Path, *more: str) -> int:
-        """Start a run in a process of its own, with a person who says yes, and return its number.
+        """Start a run in a process of its own, which answers yes, and return its process id.
 
-        What it says is in `said`.
+        Its output is returned by `output_of`.
         """
         words = ["run", procedure, "--station", self.lab.station, "--runs", runs, *more]
-        return forked(words, runs)
+        return fork_command(words, runs)
 
     def kill(self, kind: str, runs: Path, chance: random.Random) -> None:
-        """Start a run, and kill what is to be killed at a random instant of its life."""
+        """Start a run, and kill the processes of the kind at a random instant of its life."""
         if kind in ("run", "guardian"):
             child = self.start(runs, self.lab.procedure)
             self.wait(chance, lambda: has_ended(child))
             victims = [child]
             with suppress(psutil.NoSuchProcess):
-                victims += [each.pid for each in psutil.Process(child).children(recursive=True)]
-            shoot(victims if kind == "guardian" else [child], chance)
+                victims += [
+                    process.pid for process in psutil.Process(child).children(recursive=True)
+                ]
+            kill_all(victims if kind == "guardian" else [child], chance)
             os.waitpid(child, 0)
             return
         with served(self.lab.folder, runs) as server:
@@ -145,12 +147,12 @@ class Bench:
                 run = rig_process(server)
                 self.wait(chance, lambda: is_zombie(run))
                 whom = {"panel": [run], "server": [server.process.pid]}
-                shoot(whom.get(kind, [run, server.process.pid]), chance)
+                kill_all(whom.get(kind, [run, server.process.pid]), chance)
                 until(lambda: not psutil.pid_exists(run) or is_zombie(run))
             screen.close()
 
     def wait(self, chance: random.Random, is_over) -> None:
-        """Wait for a random instant: four of five times from the first set-point on."""
+        """Wait for a random instant: in four of five cases after the first set-point."""
         if chance.random() < 1 / 5:
             time.sleep(chance.uniform(0.0, self.life_s))
             return
@@ -160,8 +162,8 @@ class Bench:
         time.sleep(later_s)
 
     def check(self, kind: str, runs: Path) -> dict[str, object]:
-        """Check what a kill has left, start the next run, and return how it was."""
-        until(lambda: not is_held(self.lock))  # a guardian, and a run that ends itself, need a time
+        """Check the state after a kill, start the next run, and return what was found."""
+        until(lambda: not is_held(self.lock))  # a guardian, and a run that ends itself, need time
         noted = list(map(float, self.notes.read_text().split())) if self.notes.exists() else []
         rows = [value for name in run_names(runs) for value in rows_of(runs / name)]
         assert rows[: len(noted)] == noted, f"{noted} were told, {rows} are kept"
@@ -169,14 +171,14 @@ class Bench:
         is_safe = stands == (0.0, 0.0)
         assert is_safe or marker is not None, f"the rig is at {stands}, and no marker says so"
         child = self.start(runs, self.short)
-        code, told = os.waitpid(child, 0)[1], said(runs)
-        assert code == 0, told
+        code, output = os.waitpid(child, 0)[1], output_of(runs)
+        assert code == 0, output
         assert self.lab.stands() == (0.0, 0.0)
         assert read_marker(self.lab.station_id) is None
         if marker is not None:
-            assert -1 < told.find("left energised by STEPS") < told.index(SPECIMEN), told
+            assert -1 < output.find("left energised by STEPS") < output.index(SPECIMEN), output
             events = read(runs / run_names(runs)[-1]).events
-            assert any(getattr(each, "action", "") == "found energised" for each in events)
+            assert any(getattr(event, "action", "") == "found energised" for event in events)
         how = "told before any question"
         if is_safe:
             how = (
@@ -187,8 +189,8 @@ class Bench:
         return {"kind": kind, "how": how, "rows": len(rows), "noted": len(noted), "stood": stands}
 
 
-def forked(words: list[object], runs: Path) -> int:
-    """Call the command line in a process of its own, which a session of its own has not."""
+def fork_command(words: list[object], runs: Path) -> int:
+    """Call the command line in a forked process of the same session."""
     runs.mkdir(exist_ok=True)
     child = os.fork()
     if child:
@@ -202,25 +204,25 @@ def forked(words: list[object], runs: Path) -> int:
         os.dup2(reading, 0)
         sys.stdin = os.fdopen(0)
         sys.stdout, sys.stderr = os.fdopen(1, "w"), os.fdopen(2, "w")
-        os._exit(main([str(each) for each in words]))
+        os._exit(main([str(word) for word in words]))
     finally:
         os._exit(70)
 
 
-def said(runs: Path) -> str:
+def output_of(runs: Path) -> str:
     return runs.with_suffix(".said").read_text(encoding="utf-8", errors="replace")
 
 
-def shoot(processes: list[int], chance: random.Random) -> None:
-    """Kill processes in any order, as quickly as it can be done."""
+def kill_all(processes: list[int], chance: random.Random) -> None:
+    """Kill processes in random order, as quickly as possible."""
     chance.shuffle(processes)
-    for each in processes:
+    for process in processes:
         with suppress(ProcessLookupError):
-            os.kill(each, signal.SIGKILL)
+            os.kill(process, signal.SIGKILL)
 
 
 def has_ended(child: int) -> bool:
-    """Say whether a child has ended, and leave it to be waited for."""
+    """Return whether a child has ended, without reaping it."""
     return os.waitid(os.P_PID, child, os.WEXITED | os.WNOHANG | os.WNOWAIT) is not None
 
 
@@ -234,39 +236,39 @@ def is_zombie(process: int) -> bool:
 def until(condition) -> None:
     until_s = time.monotonic() + PATIENCE_S
     while not condition():
-        assert time.monotonic() < until_s, "it has not come to its end"
+        assert time.monotonic() < until_s, "the condition was not met in time"
         time.sleep(0.05)
 
 
 def rows_of(folder: Path) -> list[float]:
     try:
-        return [each.values["psu.voltage"] for each in read(folder).measurements]
-    except DataError:  # it was killed before its header was on the disk
+        return [row.values["psu.voltage"] for row in read(folder).measurements]
+    except DataError:  # killed before its header was on the disk
         return []
 
 
 def kills(folder: Path, number: int, seed: int):
-    """Yield how it was after each kill."""
+    """Yield the result of each kill."""
     folder.mkdir(parents=True, exist_ok=True)
     chance, bench = random.Random(seed), Bench(folder)  # noqa: S311  (it is to be repeatable)
-    for each in range(number):
-        kind, runs = ROUND[each % len(ROUND)], folder / f"{each:03d}"
+    for index in range(number):
+        kind, runs = ROUND[index % len(ROUND)], folder / f"{index:03d}"
         bench.notes.unlink(missing_ok=True)
         bench.kill(kind, runs, chance)
-        yield {"kill": each, **bench.check(kind, runs)}
+        yield {"kill": index, **bench.check(kind, runs)}
 
 
-def table(found: list[dict[str, object]]) -> str:
-    """Return how many kills ended how, as a table."""
-    ways = sorted({str(each["how"]) for each in found})
-    counted = Counter((each["kind"], each["how"]) for each in found)
+def table(results: list[dict[str, object]]) -> str:
+    """Return a table of the number of kills by result."""
+    ways = sorted({str(result["how"]) for result in results})
+    counted = Counter((result["kind"], result["how"]) for result in results)
     lines = [f"| killed | kills | {' | '.join(ways)} | rows told | rows lost |"]
     lines.append("|---|" + "---:|" * (len(ways) + 3))
     for kind, words in WORDS.items():
-        of_kind = [each for each in found if each["kind"] == kind]
+        of_kind = [result for result in results if result["kind"] == kind]
         if of_kind:
             counts = " | ".join(str(counted[kind, way]) for way in ways)
-            rows = sum(int(str(each["noted"])) for each in of_kind)
+            rows = sum(int(str(result["noted"])) for result in of_kind)
             lines.append(f"| {words} | {len(of_kind)} | {counts} | {rows:,} | 0 |")
     return "\n".join(lines)
 

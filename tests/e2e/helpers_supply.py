@@ -1,7 +1,7 @@
-"""A power supply that keeps its voltages in a file: what it was left at outlives every process.
+"""A power supply that keeps its outputs in a file: they outlive every process.
 
-No test can look at a rig after `kill -9`; this one is a file. Its plugin says nothing of being
-simulated, so that all that is for real devices holds.
+No test can look at a real rig after `kill -9`; this one is a file. Its plugin does not declare
+itself simulated, so that everything for real devices applies.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def _crash():
 
 
 def _hold_gil():
-    ctypes.PyDLL(None).sleep(600)  # PyDLL keeps the lock of the interpreter: no thread goes on
+    ctypes.PyDLL(None).sleep(600)  # PyDLL keeps the lock of the interpreter: no thread runs
 
 
 def _sleep():
@@ -70,7 +70,7 @@ class Supply(Driver):
     def open(self, timeout_s):
         if not self._file.exists():
             raise DeviceLostError("the supply is unplugged")
-        while self._all().get("is_held"):  # by whoever looks at what happens meanwhile
+        while self._all().get("is_held"):  # by the test, to inspect the state meanwhile
             time.sleep(0.02)
         return Identity("Example", "supply", self._serial)
 
@@ -115,7 +115,7 @@ plugins: plugins
 safety: {{guardian: no}}
 """
 GUARDED = ("guardian: no", "guardian: yes, patience: {connect: 5 s, answer: 1 s}")
-"""The station with the guardian that stations have unless they say otherwise."""
+"""Replacement that gives the station the default guardian."""
 PROCEDURE = """\
 rigrunner: procedure/2
 id: STEPS
@@ -166,11 +166,11 @@ class SupplyLab:
         return self.folder / name
 
     def put(self, **values):
-        """Let the supply stand so."""
-        known = json.loads(self.state.read_text()) if self.state.exists() else {}
-        self.state.write_text(json.dumps(known | values), encoding="utf-8")
+        """Set outputs of the supply."""
+        state = json.loads(self.state.read_text()) if self.state.exists() else {}
+        self.state.write_text(json.dumps(state | values), encoding="utf-8")
 
     def stands(self):
-        """Return the voltage and the speed that the supply stands at."""
+        """Return the voltage and the speed of the supply."""
         state = json.loads(self.state.read_text())
         return state["voltage"], state["speed"]

@@ -15,12 +15,12 @@ ORDER = (
     "--item-condition=as new", "--received=2026-02-27", "--authorised-by=Z. Head",
 )  # fmt: skip
 PLACES = ("changed at bytes", "/entry", "/ (file)", "the seal itself", "structure", "layout of")
-"""By one of these words `verify` says where."""
+"""Words by which `verify` locates a change."""
 
 
 @dataclass(frozen=True)
 class Flip:
-    """One changed byte, and what was said of it."""
+    """One changed byte, and what `verify` reported."""
 
     file: str
     at: int
@@ -30,12 +30,12 @@ class Flip:
 
     @property
     def found(self) -> bool:
-        """Whether it was told that something differs, without a traceback."""
+        """Whether the change was reported, without a traceback."""
         return self.code == 1 and bool(self.said)
 
     @property
     def placed(self) -> bool:
-        """Whether it was told where."""
+        """Whether the change was located."""
         return any(place in line for line in self.said for place in PLACES)
 
 
@@ -49,8 +49,8 @@ def quick_runs(folder: Path) -> Path:
 
 def letterhead(folder: Path) -> Path:
     """Make a lab folder, and return its letterhead."""
-    made = call("init", folder)
-    assert made.code == 0, made.err
+    initialised = call("init", folder)
+    assert initialised.code == 0, initialised.err
     return folder / "letterhead"
 
 

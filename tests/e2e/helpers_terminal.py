@@ -1,4 +1,4 @@
-"""The command line in a process of its own, at a pipe or at a terminal that types and hangs up."""
+"""The command line in a process of its own, at a pipe or at a pseudo-terminal."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Terminal:
     program: tuple[str, ...] = PROGRAM
     seen: str = ""
     passed: str = ""
-    """What was seen before the text that was last waited for."""
+    """The output before the text last waited for."""
     process: subprocess.Popen[bytes] = field(init=False)
     master: int = field(init=False)
 
@@ -51,7 +51,7 @@ class Terminal:
         self.process.wait()
 
     def wait_for(self, text: str) -> None:
-        """Read until the text has been seen since the last wait."""
+        """Read until the text appears after the last wait."""
         end_s = time.monotonic() + _ENDS_S
         while text not in self.seen:
             assert time.monotonic() < end_s, f"'{text}' never came; seen: {self.seen}"
@@ -75,7 +75,7 @@ class Terminal:
             self.master = -1
 
     def ends_with(self) -> int:
-        """Return the exit code, reading what is still said."""
+        """Return the exit code, after reading the remaining output."""
         end_s = time.monotonic() + _ENDS_S
         while self.process.poll() is None and time.monotonic() < end_s:
             if self.master >= 0 and select.select([self.master], [], [], 0.1)[0]:
@@ -86,7 +86,7 @@ class Terminal:
     def _read(self) -> None:
         try:
             self.seen += os.read(self.master, 65536).decode(errors="replace")
-        except OSError:  # the other end has gone
+        except OSError:  # the other end is closed
             time.sleep(0.1)
 
 

@@ -1,4 +1,4 @@
-"""Archives of many runs whose results are made, not measured."""
+"""Archives of many runs with synthetic results."""
 
 from __future__ import annotations
 

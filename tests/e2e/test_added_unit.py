@@ -1,4 +1,4 @@
-"""A lab's own unit from the plugin to the run, which is read and shown without that plugin."""
+"""A lab's own unit, from the plugin to a run that is read and shown without that plugin."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ LAB = STATION.replace("id: bench\n", "id: bench\nplugins: plugins\n").replace(
 
 @pytest.fixture(scope="module")
 def lab(tmp_path_factory):
-    """Return a lab with a run in its own unit, whose plugin is gone."""
+    """Return a lab with a run in its own unit, whose plugin was removed."""
     folder = tmp_path_factory.mktemp("lab")
     written(folder, *CHANGES, station=LAB)
     (folder / "plugins").mkdir()
@@ -45,41 +45,41 @@ def lab(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def run(lab):
-    (found,) = (lab / "runs").iterdir()
-    return found
+    (folder,) = (lab / "runs").iterdir()
+    return folder
 
 
 @pytest.mark.thorough
-def test_a_run_is_shown_in_a_unit_whose_plugin_is_gone(lab, run):
+def test_run_is_shown_in_its_unit_without_the_plugin(lab, run):
     shown = shell(lab, f"rigrunner show {run.name} --runs runs").stdout
     assert "voltage at bench.current = 0 A  pass: 1.00258" in shown  # 12.031 V / 12
     assert "dozV against 0.99 dozV to 1.1 dozV" in shown
 
 
 @pytest.mark.thorough
-def test_it_is_reported_and_analysed_to_the_same_numbers(lab, run):
+def test_report_and_analysis_give_the_same_numbers(lab, run):
     before = json.loads((run / "result.json").read_text("utf-8"))["results"]
     shell(lab, f"rm {run}/report.html; rigrunner report {run.name} --runs runs")
     assert "dozV" in (run / "report.html").read_text("utf-8")
-    again = json.loads(shell(lab, f"rigrunner analyse {run.name} --runs runs --json").stdout)
-    assert again["results"] == before
+    reanalysed = json.loads(shell(lab, f"rigrunner analyse {run.name} --runs runs --json").stdout)
+    assert reanalysed["results"] == before
 
 
-def test_without_the_plugin_no_new_run_has_that_unit(lab):
+def test_unit_is_unknown_without_the_plugin(lab):
     station = lab / "station.yaml"
     station.write_text(STATION, encoding="utf-8")
-    said = shell(lab, "rigrunner check supply.yaml --station station.yaml 2>&1 || true").stdout
-    assert "unknown unit 'dozV'" in said
+    output = shell(lab, "rigrunner check supply.yaml --station station.yaml 2>&1 || true").stdout
+    assert "unknown unit 'dozV'" in output
 
 
-def test_two_plugins_that_define_it_differently_are_both_named(lab):
+def test_conflicting_definitions_name_both_plugins(lab):
     folder = lab / "plugins"
     folder.mkdir()
     (folder / "one.py").write_text(PLUGIN, encoding="utf-8")
     (folder / "two.py").write_text(PLUGIN.replace("12.0", "10.0"), encoding="utf-8")
     (lab / "station.yaml").write_text(LAB, encoding="utf-8")
-    said = shell(lab, "rigrunner check supply.yaml --station station.yaml 2>&1 || true").stdout
-    assert "the unit 'dozV' is defined twice" in said
-    assert "one.py (dozV = 12.0" in said
-    assert "two.py (dozV = 10.0" in said
-    assert "supply.yaml:" in said
+    output = shell(lab, "rigrunner check supply.yaml --station station.yaml 2>&1 || true").stdout
+    assert "the unit 'dozV' is defined twice" in output
+    assert "one.py (dozV = 12.0" in output
+    assert "two.py (dozV = 10.0" in output
+    assert "supply.yaml:" in output

@@ -30,8 +30,8 @@ def run(folder, *changes, code=0, procedure=PROCEDURE, station=STATION):
     called = call("run", procedure_file, "--station", station, "--unattended", "--runs",
                   folder / "runs")  # fmt: skip
     assert called.code == code, called.err
-    (found,) = (folder / "runs").iterdir()
-    return called, found
+    (run_folder,) = (folder / "runs").iterdir()
+    return called, run_folder
 
 
 @pytest.fixture(scope="module")
@@ -43,11 +43,11 @@ def document(run_folder):
     return json.loads((run_folder / "result.json").read_text(encoding="utf-8"))
 
 
-def test_results_have_name_unit_place_and_uncertainty(passed):
+def test_results_have_name_unit_coordinates_and_uncertainty(passed):
     *voltages, regulation = document(passed[1])["results"]
-    at = [each["coordinates"]["bench.current"] for each in voltages]
+    at = [result["coordinates"]["bench.current"] for result in voltages]
     assert at == [{"value": i, "unit": "A"} for i in (0.0, 1.0, 2.0, 5.0)]
-    values = [each["estimate"]["value"] for each in voltages]
+    values = [result["estimate"]["value"] for result in voltages]
     assert values == pytest.approx([12.031, 12.022, 12.014, 11.987])
     first = voltages[0]["estimate"]
     assert first["standard_uncertainty"] == pytest.approx(U_READING)
@@ -63,17 +63,17 @@ def test_results_have_name_unit_place_and_uncertainty(passed):
 
 
 def test_each_limit_is_decided_in_the_unit_of_its_result(passed):
-    found = document(passed[1])
-    assert found["verdict"]["verdict"] == "pass"
-    parts = found["decision"]["parts"]
+    content = document(passed[1])
+    assert content["verdict"]["verdict"] == "pass"
+    parts = content["decision"]["parts"]
     places = [f"voltage at bench.current = {i} A" for i in (0, 1, 2, 5)]
-    assert [each["of"] for each in parts] == [*places, "regulation"]
+    assert [part["of"] for part in parts] == [*places, "regulation"]
     assert parts[-1]["upper_limit"] == {"value": 50.0, "unit": "mV"}
     assert parts[0]["guard_band"]["value"] == pytest.approx(K_RECTANGLE * U_READING, rel=1e-4)
     assert parts[0]["verdict_uncompensated"] is None
 
 
-def test_show_and_report_have_them(passed):
+def test_show_and_report_include_the_results(passed):
     shown = call("show", passed[1])
     assert "44.0 ± " in shown.out
     assert "output voltage" in shown.out
@@ -85,21 +85,21 @@ def test_show_and_report_have_them(passed):
     assert "despike" not in page
 
 
-def test_a_value_out_of_its_limit_fails_and_is_kept(tmp_path):
-    _, found = run(tmp_path, ("min: 11.98 V", "min: 12 V"), code=1)
-    parts = document(found)["decision"]["parts"]
-    assert [each["verdict"] for each in parts] == ["pass", "pass", "pass", "fail", "pass"]
-    assert document(found)["decision"]["of"] == "voltage at bench.current = 5 A"
-    page = (found / "report.html").read_text(encoding="utf-8")
+def test_value_out_of_its_limit_fails_and_is_kept(tmp_path):
+    _, folder = run(tmp_path, ("min: 11.98 V", "min: 12 V"), code=1)
+    parts = document(folder)["decision"]["parts"]
+    assert [part["verdict"] for part in parts] == ["pass", "pass", "pass", "fail", "pass"]
+    assert document(folder)["decision"]["of"] == "voltage at bench.current = 5 A"
+    page = (folder / "report.html").read_text(encoding="utf-8")
     assert 'class="missed"' in page
 
 
-def test_mean_and_worst_are_one_statement_each(tmp_path):
+def test_mean_and_worst_give_one_statement_each(tmp_path):
     of_each = "{of: voltage, each: bench.current, min: 11.98 V, max: 12.1 V, source: data sheet}"
     of_mean = "{of: voltage, mean: yes, max: 12.02 V, source: data sheet}"
     of_worst = "{of: voltage, worst: yes, min: 11.9 V, source: data sheet}"
-    _, found = run(tmp_path, (of_each, f"{of_mean}\n    - {of_worst}"))
-    mean, worst, _ = document(found)["decision"]["parts"]
+    _, folder = run(tmp_path, (of_each, f"{of_mean}\n    - {of_worst}"))
+    mean, worst, _ = document(folder)["decision"]["parts"]
     assert mean["result"]["value"] == pytest.approx((12.031 + 12.022 + 12.014 + 11.987) / 4)
     assert mean["result"]["standard_uncertainty"] == pytest.approx(U_READING)  # one instrument
     assert worst["of"] == "worst voltage at bench.current = 5 A"
@@ -122,7 +122,7 @@ REFUSED = [
 
 
 @pytest.mark.parametrize(("change", "words", "hint"), REFUSED)
-def test_check_refuses_what_would_give_no_verdict_with_its_line(tmp_path, change, words, hint):
+def test_check_refuses_analyses_that_give_no_verdict(tmp_path, change, words, hint):
     procedure, station = written(tmp_path, change)
     called = call("check", procedure, "--station", station)
     assert called.code == 3
@@ -139,9 +139,7 @@ def test_check_refuses_what_would_give_no_verdict_with_its_line(tmp_path, change
          "got a level; bench.voltage is a power level"),
     ],
 )  # fmt: skip
-def test_an_instrument_of_another_quantity_than_its_channel_is_refused(
-    tmp_path, volt, entry, wrong
-):
+def test_instrument_of_another_quantity_is_refused(tmp_path, volt, entry, wrong):
     """Its 2 mK would count as 2 mV, also where the result has no limit."""
     instruments = f"  - {{channel: bench.voltage, serial: X, calibration: recorded, {entry}}}\n"
     station = STATION.partition("  - {channel")[0] + instruments
@@ -156,7 +154,7 @@ def test_an_instrument_of_another_quantity_than_its_channel_is_refused(
 
 @pytest.fixture(scope="module")
 def certified(passed, tmp_path_factory):
-    """Certify the run: the letterhead and the folder of the certificate, to be read."""
+    """Certify the run; return the letterhead and the folder of the certificate, read-only."""
     folder = tmp_path_factory.mktemp("certified")
     letterhead, out = make_letterhead(folder / "letterhead"), folder / "out"
     issued = call(
@@ -170,14 +168,16 @@ def certified(passed, tmp_path_factory):
 
 
 @pytest.mark.thorough
-def test_it_is_certified_and_verified(passed, certified):
+def test_run_is_certified_and_verified(passed, certified):
     letterhead, out = certified
     (content,) = out.glob("*.json")
     certificate = json.loads(content.read_text(encoding="utf-8"))
-    names = [each["name"] for each in certificate["named"]]
+    names = [result["name"] for result in certificate["named"]]
     assert names == ["voltage"] * 4 + ["regulation"]
     assert certificate["named"][-1]["found"]["printed"] == "44.0"
-    units = {each["of"]: each["unit"] for each in certificate["conformity"]["statements"]}
+    units = {
+        statement["of"]: statement["unit"] for statement in certificate["conformity"]["statements"]
+    }
     assert units["regulation"] == "mV"
     assert units["voltage at bench.current = 0 A"] == "V"
     verified = call("verify", content, "--letterhead", letterhead, "--runs", passed[1].parent)
@@ -188,7 +188,7 @@ def test_it_is_certified_and_verified(passed, certified):
 
 
 @pytest.mark.thorough
-def test_a_certificate_whose_number_was_changed_does_not_verify(passed, certified, tmp_path):
+def test_certificate_with_a_changed_number_does_not_verify(passed, certified, tmp_path):
     letterhead, out = certified
     shutil.copytree(out, tmp_path / "out")
     (content,) = (tmp_path / "out").glob("*.json")
@@ -200,13 +200,13 @@ def test_a_certificate_whose_number_was_changed_does_not_verify(passed, certifie
     assert "named" in verified.out + verified.err
 
 
-def test_a_run_without_an_analysis_has_a_report_of_what_was_measured(tmp_path):
+def test_run_without_an_analysis_has_a_report_of_its_values(tmp_path):
     recorded = PROCEDURE[: PROCEDURE.index("analysis:")]
-    _, found = run(tmp_path, procedure=recorded)
-    assert not (found / "report.html").exists()
-    called = call("report", found)
+    _, folder = run(tmp_path, procedure=recorded)
+    assert not (folder / "report.html").exists()
+    called = call("report", folder)
     assert called.code == 0, called.err
-    page = (found / "report.html").read_text(encoding="utf-8")
+    page = (folder / "report.html").read_text(encoding="utf-8")
     assert "Rows of measured values" in page
     assert "12.031" in page
     assert "Table measured, over bench.current." in page
@@ -241,18 +241,18 @@ acceptance:
 """
 
 
-def test_results_are_told_apart_and_limited_by_labels_and_counters(tmp_path):
-    _, found = run(tmp_path, procedure=BLOCKS)
-    cold, warm, last = document(found)["results"]
+def test_results_are_grouped_and_limited_by_labels(tmp_path):
+    _, folder = run(tmp_path, procedure=BLOCKS)
+    cold, warm, last = document(folder)["results"]
     assert [cold["coordinates"], warm["coordinates"]] == [{"phase": "cold"}, {"phase": "warm"}]
     assert [cold["readings"], warm["readings"], last["readings"]] == [1, 2, 1]
     assert warm["estimate"]["value"] == pytest.approx(11.987)
-    (part,) = document(found)["decision"]["parts"]
+    (part,) = document(folder)["decision"]["parts"]
     assert part["of"] == "voltage at phase = warm"
-    assert document(found)["verdict"]["verdict"] == "pass"
+    assert document(folder)["verdict"]["verdict"] == "pass"
 
 
-def test_an_archive_finds_them_by_name(passed, tmp_path):
+def test_archive_finds_results_by_name(passed, tmp_path):
     database = tmp_path / "archive.db"
     indexed = call("archive", "index", passed[1].parent, "--database", database)
     assert indexed.code == 0, indexed.err
@@ -269,24 +269,24 @@ def test_an_archive_finds_them_by_name(passed, tmp_path):
     assert (twice.code, "'--where current' is given twice" in twice.err) == (2, True)
 
 
-def test_it_can_be_decided_again_by_another_limit(tmp_path):
-    _, found = run(tmp_path)
+def test_run_can_be_decided_again_by_another_limit(tmp_path):
+    _, folder = run(tmp_path)
     limits = tmp_path / "limits.yaml"
     text = "rigrunner: acceptance/1\nacceptance:\n  limits:\n    - {of: %s, max: %s, source: me}\n"
     limits.write_text(text % ("regulation", "40 mV"), encoding="utf-8")
     who = ("--by", "A. Nother", "--reason", "a tighter data sheet")
-    again = call("decide", found, "--acceptance", limits, *who)
-    assert again.code == 1, again.err
-    assert "utside the limit ≤ 40 mV by 4.0 mV" in again.out
+    decided = call("decide", folder, "--acceptance", limits, *who)
+    assert decided.code == 1, decided.err
+    assert "utside the limit ≤ 40 mV by 4.0 mV" in decided.out
     for name, most, words in (
         ("ripple", "40 mV", "has no result 'ripple'"),
         ("regulation", "40 mA", "is a current; regulation is a voltage"),
     ):
         limits.write_text(text % (name, most), encoding="utf-8")
-        refused = call("decide", found, "--acceptance", limits, *who)
+        refused = call("decide", folder, "--acceptance", limits, *who)
         assert refused.code != 0
         assert words in refused.err
-    other_rule = call("decide", found, "--rule", "guard_band_u", *who)
+    other_rule = call("decide", folder, "--rule", "guard_band_u", *who)
     assert other_rule.code == 1
 
 
@@ -321,8 +321,8 @@ acceptance: {limits: [{of: deviation, max: 0.3 K, source: me}]}
 """
 
 
-def test_a_limit_in_celsius_is_no_limit_of_a_difference(tmp_path):
-    """0.3 °C was 273.45 K, within which any deviation is."""
+def test_limit_of_a_difference_in_celsius_is_refused(tmp_path):
+    """0.3 °C was read as 273.45 K, a limit that any deviation meets."""
     paths = written(tmp_path, procedure=DEVIATION, station=CHAMBER)
     ran = call("run", paths[0], "--station", paths[1], "--unattended", "--runs", tmp_path / "runs")
     assert ran.code == 1, ran.err
@@ -343,11 +343,11 @@ def test_a_limit_in_celsius_is_no_limit_of_a_difference(tmp_path):
         assert "write '0.3 K' for a difference, else '273.45 K'" in refused.err
 
 
-def test_the_limit_with_least_to_spare_decides_among_those_that_are_sure(passed):
+def test_limit_with_the_least_margin_decides(passed):
     assert document(passed[1])["decision"]["of"] == "regulation"
 
 
-def test_the_panel_shows_the_result_on_which_the_verdict_rests(passed):
+def test_panel_shows_the_deciding_result(passed):
     result = analyse_run(passed[1], load_registry())
     ended = FinishedRun(
         folder=passed[1], outcome=Outcome.COMPLETED, reason="", error=None, result=result
@@ -355,22 +355,22 @@ def test_the_panel_shows_the_result_on_which_the_verdict_rests(passed):
     assert finished_view(ended).result == "load regulation: 44.0 ± 3.1 mV"  # 4 mV (1 - √0.05)
 
 
-def test_two_runs_are_compared_result_by_result(passed, tmp_path):
+def test_runs_are_compared_result_by_result(passed, tmp_path):
     station = STATION.replace("11.987 V", "11.986 V").replace("12.022 V", "12.042 V")
     procedure, bench = written(tmp_path, station=station)
     call("run", procedure, "--station", bench, "--unattended", "--runs", tmp_path / "runs")
     (other,) = (tmp_path / "runs").iterdir()
-    told = call("compare", passed[1], other).out
+    comparison = call("compare", passed[1], other).out
     # 1 mV and 20 mV apart, each known to 1.9 mV: E_n = 0.37 and 7.4
-    assert "within their combined U of 0.0027 V (E_n = 0.37)" in told
-    assert "voltage at bench.current = 1 A: 12.0220 and 12.0420 V: +0.0200 V, beyond" in told
+    assert "within their combined U of 0.0027 V (E_n = 0.37)" in comparison
+    assert "voltage at bench.current = 1 A: 12.0220 and 12.0420 V: +0.0200 V, beyond" in comparison
 
 
-def test_a_result_whose_instrument_is_not_registered_says_that_u_is_unknown(tmp_path):
+def test_result_without_a_registered_instrument_has_unknown_u(tmp_path):
     only = PROCEDURE[: PROCEDURE.index("  - readings:\n      of: bench.voltage\n      statistic")]
-    _, found = run(tmp_path, ("of: bench.voltage\n", "of: bench.ripple\n"), procedure=only)
-    assert "0.003, U unknown" in call("show", found).out
-    assert '<th scope="col">Limit</th>' not in (found / "report.html").read_text("utf-8")
+    _, folder = run(tmp_path, ("of: bench.voltage\n", "of: bench.ripple\n"), procedure=only)
+    assert "0.003, U unknown" in call("show", folder).out
+    assert '<th scope="col">Limit</th>' not in (folder / "report.html").read_text("utf-8")
 
 
 CURVE = """\
@@ -403,7 +403,7 @@ CURVE = """\
         ),
     ],
 )
-def test_a_mistake_in_a_curve_is_found_before_anything_moves(tmp_path, old, new, words):
+def test_check_finds_mistakes_in_a_curve(tmp_path, old, new, words):
     wrong = CURVE.replace(old, new)
     assert wrong != CURVE
     files = written(tmp_path, ("acceptance:\n", f"{wrong}acceptance:\n"))
@@ -413,22 +413,22 @@ def test_a_mistake_in_a_curve_is_found_before_anything_moves(tmp_path, old, new,
     assert re.search(r"supply\.yaml:\d+:\d+: error: ", called.err)
 
 
-def test_a_curve_over_a_set_point_is_a_result_with_its_fit_on_record(tmp_path):
+def test_slope_over_a_set_point_is_a_result(tmp_path):
     files = written(tmp_path, ("acceptance:\n", f"{CURVE}acceptance:\n"))
     called = call("run", files[0], "--station", files[1], "--unattended", "--runs", tmp_path / "r")
     assert called.code == 0, called.err
     (run,) = (tmp_path / "r").iterdir()
     document = json.loads((run / "result.json").read_text(encoding="utf-8"))
-    (found,) = [each for each in document["results"] if each["name"] == "resistance"]
+    (resistance,) = [result for result in document["results"] if result["name"] == "resistance"]
     # least squares by hand: mean current 2, sum of squares 14, sum of products -0.1215 V·A
     amperes, volts = (0, 1, 2, 5), (12.031, 12.022, 12.014, 11.987)
     products = sum((i - 2) * u for i, u in zip(amperes, volts, strict=True))
-    assert found["estimate"]["value"] == pytest.approx(1000 * products / 14, rel=1e-9)
+    assert resistance["estimate"]["value"] == pytest.approx(1000 * products / 14, rel=1e-9)
     assert document["revisions"]["fit polynomial"] == 1
     assert call("verify", run).code == 0
 
 
-def test_the_figure_of_a_curve_is_in_the_report_and_as_data_in_the_result(tmp_path):
+def test_figure_of_a_curve_is_in_report_and_result(tmp_path):
     files = written(tmp_path, ("acceptance:\n", f"{CURVE}acceptance:\n"))
     called = call("run", files[0], "--station", files[1], "--unattended", "--runs", tmp_path / "r")
     assert called.code == 0, called.err
@@ -441,7 +441,7 @@ def test_the_figure_of_a_curve_is_in_the_report_and_as_data_in_the_result(tmp_pa
     assert "Residuals of bench.voltage over bench.current" in page
 
 
-def test_a_slope_in_volts_per_ampere_is_no_statistic_of_readings_and_check_says_what_is(tmp_path):
+def test_slope_in_readings_is_refused_with_a_hint_to_curve(tmp_path):
     file, station = written(
         tmp_path, ("statistic: range", "statistic: slope"), ("unit: mV", "unit: V/A")
     )
@@ -500,10 +500,10 @@ analysis:
 """
 
 
-def test_a_leak_rate_by_a_fit_over_time_of_a_pressure_that_an_equation_corrects(tmp_path):
-    _, found = run(tmp_path, procedure=DECAY, station=LEAK)
-    *corrected, decay, leak = document(found)["results"]
-    times = [each["coordinates"]["elapsed"]["value"] for each in corrected]
+def test_leak_rate_by_a_fit_of_a_corrected_pressure(tmp_path):
+    _, folder = run(tmp_path, procedure=DECAY, station=LEAK)
+    *corrected, decay, leak = document(folder)["results"]
+    times = [result["coordinates"]["elapsed"]["value"] for result in corrected]
     assert np.diff(times) == pytest.approx(300, abs=1)
     kelvin = np.array([20.0, 20.5, 21.1, 21.4]) + 273.15
     pressures = np.array([3.000, 3.002, 3.005, 3.006]) * 1e5 * 293.15 / kelvin

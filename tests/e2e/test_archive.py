@@ -1,4 +1,4 @@
-"""The commands of the archive, as a person uses them, with their mistakes."""
+"""The commands of the archive as a person uses them, including mistakes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from unit.rigrunner_fleet.archive.helpers_archive import result_document, store_
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory):
+def archived_runs(tmp_path_factory):
     """Two runs and their archive; treat the folder as read-only."""
     folder = tmp_path_factory.mktemp("made") / "runs"
     store_run(folder, "one", inputs={"specimen": "SN-1", "lot": "L1"})
@@ -29,9 +29,9 @@ def made(tmp_path_factory):
 
 
 @pytest.fixture
-def indexed(made, tmp_path, monkeypatch):
+def indexed(archived_runs, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    shutil.copytree(made, tmp_path / "runs")
+    shutil.copytree(archived_runs, tmp_path / "runs")
     return tmp_path / "runs"
 
 
@@ -41,7 +41,7 @@ def runs(indexed):
     return indexed
 
 
-def test_an_index_says_what_it_found(runs):
+def test_index_reports_what_it_found(runs):
     (runs / "bad").mkdir()
     (runs / "bad" / "run.h5").write_text("no")
     done = call("archive", "index", "runs")
@@ -53,19 +53,19 @@ def test_an_index_says_what_it_found(runs):
 
 
 @pytest.mark.usefixtures("indexed")
-def test_a_search_is_a_table():
+def test_search_prints_a_table():
     done = call("archive", "search")
     assert done.code == 0
     assert re.search(
         r"^one +SN-1 +simulated +completed +pass +0.720 ± 0.010$", done.out, re.MULTILINE
     )
-    assert "\x1b" not in done.out, "no specimen steers the terminal"
+    assert "\x1b" not in done.out, "no specimen controls the terminal"
     assert done.err == "2 runs\n"
     assert call("archive", "search", "--specimen", "X*").err == "No matching runs.\n"
 
 
 @pytest.mark.usefixtures("indexed")
-def test_a_search_as_json_and_csv_has_every_column():
+def test_search_as_json_and_csv_has_every_column():
     (row,) = json.loads(call("archive", "search", "--verdict", "pass", "--json").out)
     assert (row["run_id"], row["torque_nm"], row["dof"]) == ("one", 0.72, "infinite")
     assert row["started_utc"] == "2026-03-01T12:00:00.000Z"
@@ -119,7 +119,7 @@ def test_options_narrow_a_search(options, found):
         (["export", "points", "a.xlsx"], "ends with .csv or .parquet"),
     ],
 )
-def test_a_mistake_ends_with_2_and_says_what_to_do(arguments, says):
+def test_mistake_exits_with_2_and_a_hint(arguments, says):
     done = call("archive", *arguments)
     assert done.code == 2, done.err
     assert says in done.err
@@ -128,7 +128,7 @@ def test_a_mistake_ends_with_2_and_says_what_to_do(arguments, says):
 
 
 @pytest.mark.usefixtures("indexed")
-def test_a_server_that_does_not_answer_is_an_error_without_its_password():
+def test_unreachable_server_is_reported_without_its_password():
     place = "postgresql://ann:secret@127.0.0.1:1/lab"
     done = call("archive", "search", "--database", place)
     assert done.code == 5
@@ -136,7 +136,7 @@ def test_a_server_that_does_not_answer_is_an_error_without_its_password():
     assert "secret" not in done.err
 
 
-def test_an_export_is_a_file(indexed):
+def test_export_writes_a_file(indexed):
     assert "Wrote points.csv: 4 rows." in call("archive", "export", "points", "points.csv").err
     with (indexed.parent / "points.csv").open(newline="") as file:
         assert [row["set_frequency_hz"] for row in csv.DictReader(file)] == ["10.0", "20.0"] * 2
@@ -144,7 +144,7 @@ def test_an_export_is_a_file(indexed):
     assert "2 rows" in done.err
 
 
-def test_an_export_has_no_formulas_unless_it_is_to_be_raw(indexed):
+def test_export_has_formulas_only_with_raw(indexed):
     store_run(indexed, "three", inputs={"specimen": "=1+1"})
     assert call("archive", "index", "runs").code == 0
     for raw, shown in (([], "'=1+1"), (["--raw"], "=1+1")):
@@ -156,7 +156,7 @@ def test_an_export_has_no_formulas_unless_it_is_to_be_raw(indexed):
 
 
 @pytest.mark.thorough
-def test_several_folders_and_rebuilding_in_one_database(indexed):
+def test_several_folders_in_one_database_and_rebuild(indexed):
     store_run(indexed.parent / "other", "three")
     database = ["--database", "lab.sqlite"]
     assert call("archive", "index", "runs", "other", *database).code == 0
@@ -168,7 +168,7 @@ def test_several_folders_and_rebuilding_in_one_database(indexed):
     assert [row["run_id"] for row in rows] == ["one", "two"]
 
 
-def test_the_variable_names_the_database(indexed, monkeypatch):
+def test_environment_variable_sets_the_database(indexed, monkeypatch):
     monkeypatch.setenv("RIGRUNNER_DATABASE", str(indexed.parent / "mine.sqlite"))
     assert "mine.sqlite" in call("archive", "search").err
     assert call("archive", "index").code == 0

@@ -28,20 +28,20 @@ def on_bench(folder, seed=1, procedure=None):
 
 
 def true_mean_nm(done):
-    return np.mean([each["breakaway_torque_nm"] for each in read_truth(done.folder).values()])
+    return np.mean([truth["breakaway_torque_nm"] for truth in read_truth(done.folder).values()])
 
 
-def test_it_is_run_decided_and_reported(tmp_path):
+def test_procedure_runs_and_is_decided_and_reported(tmp_path):
     called = call(
         "run", PROCEDURE, "--station", BENCH, "--runs", tmp_path, "--unattended", "--json"
     )
     assert called.code == ExitCode.PASS, called.err
-    found = json.loads(called.out)
-    assert found["decision"]["verdict"] == "pass"
-    assert "AS14101" in found["decision"]["limit_source"]
-    (point,) = found["points"]
+    result = json.loads(called.out)
+    assert result["decision"]["verdict"] == "pass"
+    assert "AS14101" in result["decision"]["limit_source"]
+    (point,) = result["points"]
     assert point["cycles"] == 10
-    assert all(check["ok"] for check in found["checks"]), found["checks"]
+    assert all(check["ok"] for check in result["checks"]), result["checks"]
     page = (next(tmp_path.iterdir()) / "report.html").read_text(encoding="utf-8")
     for words in ("No-load breakaway torque, slow rotation from rest", "each start from rest"):
         assert words in page
@@ -49,8 +49,8 @@ def test_it_is_run_decided_and_reported(tmp_path):
 
 
 @pytest.mark.thorough
-def test_the_stated_uncertainty_covers_the_true_mean_of_the_starts(tmp_path):
-    """95 % should; with 12 benches 3 misses are less likely than 2 %."""
+def test_stated_uncertainty_covers_the_true_mean(tmp_path):
+    """It should for 95 %; with 12 benches, 3 misses have a probability below 2 %."""
     missed = 0
     for seed in range(12):
         folder = tmp_path / str(seed)
@@ -62,7 +62,7 @@ def test_the_stated_uncertainty_covers_the_true_mean_of_the_starts(tmp_path):
     assert missed < 3
 
 
-def test_without_running_in_a_new_bearing_shows_more(tmp_path):
+def test_new_bearing_without_running_in_has_higher_torque(tmp_path):
     hasty = edited(
         find_procedure(PROCEDURE),
         tmp_path / "hasty.yaml",
@@ -75,7 +75,7 @@ def test_without_running_in_a_new_bearing_shows_more(tmp_path):
     assert fresh / ready == pytest.approx(1.2, abs=0.1)
 
 
-def test_a_swing_tester_cannot_do_it():
+def test_swing_tester_is_refused():
     called = call("check", PROCEDURE, "--station", "simulated")
     assert called.code == ExitCode.INVALID
     assert "a rotation_tester is needed, station 'simulated' has a swing_tester" in called.err

@@ -1,4 +1,4 @@
-"""What the two procedures on the card of the project give: run file, and raw beside compensated."""
+"""The two procedures on the card of the project: run file, raw and compensated torque."""
 
 from __future__ import annotations
 
@@ -18,29 +18,33 @@ TRUTH_NM = 0.7262
 
 @pytest.fixture(scope="module")
 def runs(demo):
-    """Both as they ship."""
+    """Return the runs of both shipped procedures."""
     return dict(zip(NAMES, (demo.no_load, demo.loaded), strict=True))
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_the_run_file_has_the_raw_torque_and_angle_of_each_frequency(runs, name):
+def test_run_file_has_raw_torque_and_angle_of_each_frequency(runs, name):
     with h5py.File(runs[name] / "run.h5") as file:
         recordings = file["entry/recordings"]
         assert len(recordings) == 12
         for group in recordings.values():
-            channels = {each.attrs.get("name") for each in group.values()}
+            channels = {column.attrs.get("name") for column in group.values()}
             assert {"tester.torque", "tester.angle"} <= channels
             assert group["time"].shape == (group.attrs["samples"],)
-        (slow,) = (each for each in recordings.values() if each.attrs["name"] == "001_1Hz")
-        (torque,) = (each for each in slow.values() if each.attrs.get("name") == "tester.torque")
+        (slow,) = (
+            recording for recording in recordings.values() if recording.attrs["name"] == "001_1Hz"
+        )
+        (torque,) = (
+            column for column in slow.values() if column.attrs.get("name") == "tester.torque"
+        )
         assert 0.5 < np.abs(torque[()]).max() < 8
         assert torque.attrs["units"] == "N·m"
 
 
-def test_the_report_compares_raw_and_compensated_torque(runs):
+def test_report_compares_raw_and_compensated_torque(runs):
     document = json.loads((runs[NAMES[1]] / "result.json").read_text(encoding="utf-8"))
     points = document["points"]
-    raw = [each["raw_peak"]["mean"]["value"] for each in points]
+    raw = [point["raw_peak"]["mean"]["value"] for point in points]
     assert raw[-1] > 2 * raw[0]  # inertia grows with the square of the frequency
     compensated = document["decision"]["result"]
     assert compensated["value"] == pytest.approx(
@@ -49,12 +53,12 @@ def test_the_report_compares_raw_and_compensated_torque(runs):
     page = (runs[NAMES[1]] / "report.html").read_text(encoding="utf-8")
     assert "mean raw peak of a swing, and what is left of it" in page  # the figure's caption
     text = re.sub(r"<[^>]+>", " ", page)
-    for each in (raw[0], raw[-1]):
-        assert f"{each:.3f}" in text
+    for peak in (raw[0], raw[-1]):
+        assert f"{peak:.3f}" in text
     assert f"{compensated['value']:.3f}" in text
 
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("name", NAMES)
-def test_it_verifies(runs, name):
+def test_run_verifies(runs, name):
     assert call("verify", runs[name]).code == 0

@@ -1,4 +1,4 @@
-"""A certificate of the demonstration: what ISO/IEC 17025:2017, 7.8 asks, item by item."""
+"""A certificate of the demonstration: the requirements of ISO/IEC 17025:2017, 7.8, by item."""
 
 from __future__ import annotations
 
@@ -51,14 +51,14 @@ def issued(demo, quick, lab, registry, tmp_path_factory):
     """
     require_pdf()
     out = tmp_path_factory.mktemp("out")
-    found = {}
+    documents = {}
     for language, run in zip(LANGUAGES, (demo.loaded, quick.loaded), strict=True):
-        one = issue(run, lab, out, registry=registry, language=language)
-        files = {path.suffix: path for path in one.files}
-        assert set(files) == {".json", ".html", ".pdf"}, one.notes
+        result = issue(run, lab, out, registry=registry, language=language)
+        files = {path.suffix: path for path in result.files}
+        assert set(files) == {".json", ".html", ".pdf"}, result.notes
         page = read_html(files[".html"].read_bytes())
-        found[language] = (one.certificate, page, files)
-    return found
+        documents[language] = (result.certificate, page, files)
+    return documents
 
 
 @pytest.fixture(scope="module")
@@ -136,10 +136,10 @@ ISO_17025 = {
 
 
 @pytest.mark.parametrize("item", ISO_17025)
-def test_the_standard_is_answered_item_by_item(english, item):
+def test_page_meets_each_item_of_the_standard(english, item):
     certificate, page, _ = english
     headline = certificate.results.headline
-    known = {
+    values = {
         "number": certificate.number,
         "method": certificate.method.sha256,
         "started": certificate.performance.started_utc[:19].replace("T", " "),
@@ -150,7 +150,7 @@ def test_the_standard_is_answered_item_by_item(english, item):
         "digest": certificate.evidence.run.digest_sha256,
         "file": certificate.evidence.run.file_sha256,
     }
-    words = [text.format(**known) for text in ISO_17025[item]]
+    words = [text.format(**values) for text in ISO_17025[item]]
     assert [text for text in words if text not in page.words] == []
 
 
@@ -189,31 +189,31 @@ IN_JSON = {
     "proof": "evidence.run.digest_sha256",
     "not a certificate": "restrictions",
 }
-"""Where each item stands in the JSON; None for a text that each page has, whatever the content."""
+"""The member of each item in the JSON; None for a text that is on every page."""
 
 
-def members_missing(content, item):
-    """Return the member of an item that the JSON lacks; '' where it is there."""
-    found = content
+def missing_member(content, item):
+    """Return the member of an item that the JSON lacks, or ''."""
+    value = content
     for name in (IN_JSON[item] or "").split("."):
-        if name and name not in found:
+        if name and name not in value:
             return IN_JSON[item]
-        found = found[name] if name else found
-    lacks = (IN_JSON[item] and found in (None, [], {})) or (
-        found == "" and "sampling" not in (IN_JSON[item] or "")
+        value = value[name] if name else value
+    lacks = (IN_JSON[item] and value in (None, [], {})) or (
+        value == "" and "sampling" not in (IN_JSON[item] or "")
     )
     return IN_JSON[item] if lacks else ""
 
 
-def test_every_item_has_its_place_in_the_json():
+def test_every_item_has_a_member_in_the_json():
     assert set(IN_JSON) == set(ISO_17025)
 
 
 @pytest.mark.parametrize("item", ISO_17025)
-def test_each_item_stands_in_the_json_and_is_missed_where_it_does_not(english, item):
+def test_each_item_is_in_the_json_and_its_absence_is_detected(english, item):
     _, _, files = english
     content = json.loads(files[".json"].read_bytes())
-    assert members_missing(content, item) == ""
+    assert missing_member(content, item) == ""
     if IN_JSON[item] is None:
         return
     *way, last = IN_JSON[item].split(".")
@@ -221,11 +221,11 @@ def test_each_item_stands_in_the_json_and_is_missed_where_it_does_not(english, i
     for name in way:
         place = place[name]
     del place[last]
-    assert members_missing(content, item) == IN_JSON[item]
+    assert missing_member(content, item) == IN_JSON[item]
 
 
 @pytest.mark.parametrize("item", ISO_17025)
-def test_the_documentation_lists_each_item_with_its_clause(item):
+def test_documentation_lists_each_item_with_its_clause(item):
     page = Path(__file__).parents[2] / "docs/evidence/iso-17025.md"
     assert f"| {item} |" in page.read_text(encoding="utf-8")
 
@@ -235,8 +235,8 @@ def test_the_documentation_lists_each_item_with_its_clause(item):
     [
         ("result.html.j2", "Conditions of validity"),
         *(
-            pytest.param(*each, marks=pytest.mark.thorough)
-            for each in (
+            pytest.param(*case, marks=pytest.mark.thorough)
+            for case in (
                 ("surroundings.html.j2", "No metrological traceability"),
                 ("deviations.html.j2", "Load not measured by a calibrated instrument"),
                 ("points.html.j2", "names no instrument for the load"),
@@ -246,18 +246,18 @@ def test_the_documentation_lists_each_item_with_its_clause(item):
         ),
     ],
 )
-def test_a_page_without_a_part_lacks_its_item(english, quick, tmp_path, template, words):
-    """Of a laboratory's template that leaves a part out the words are gone: the test can fail."""
+def test_empty_template_removes_its_item(english, quick, tmp_path, template, words):
+    """An empty template of the laboratory removes the words: the test can fail."""
     lab = make_letterhead(tmp_path / "letterhead")
     (lab / "templates").mkdir(exist_ok=True)
     (lab / "templates" / template).write_text("", encoding="utf-8")
     lacking = issue(quick.loaded, lab, tmp_path / "lacking", registry=without_pdf())
-    page = next(each for each in lacking.files if each.suffix == ".html")
+    page = next(path for path in lacking.files if path.suffix == ".html")
     assert words in english[1].words
     assert words not in read_html(page.read_bytes()).words
 
 
-def test_conditions_of_validity_and_traceability_are_in_german_too(issued):
+def test_conditions_of_validity_are_translated_to_german(issued):
     _, page, _ = issued["de"]
     for words in (
         "Voraussetzungen der Gültigkeit", "ohne Last hat, ist im Wert nicht enthalten",
@@ -281,14 +281,14 @@ def test_every_set_point_has_its_result_and_uncertainty(demo, english):
     result = json.loads((demo.loaded / "result.json").read_text(encoding="utf-8"))
     points = result["compensations"]["template_inverse"]["points"]
     assert len(certificate.results.points) == len(points) == 12
-    for found, wanted in zip(certificate.results.points, points, strict=True):
-        torque = wanted["torque"]
-        assert found.torque.value == pytest.approx(torque["value"], rel=1e-12)
-        assert found.torque.expanded_uncertainty == pytest.approx(
+    for point, expected in zip(certificate.results.points, points, strict=True):
+        torque = expected["torque"]
+        assert point.torque.value == pytest.approx(torque["value"], rel=1e-12)
+        assert point.torque.expanded_uncertainty == pytest.approx(
             torque["expanded_uncertainty_95"], rel=1e-12
         )
-        assert float(found.torque.printed) == round(torque["value"], found.torque.decimals)
-        assert f"{found.torque.printed} {found.torque.printed_uncertainty}" in page.words
+        assert float(point.torque.printed) == round(torque["value"], point.torque.decimals)
+        assert f"{point.torque.printed} {point.torque.printed_uncertainty}" in page.words
 
 
 def test_json_stands_alone_and_inside_both_forms(english):
@@ -306,7 +306,7 @@ def test_json_stands_alone_and_inside_both_forms(english):
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_every_page_has_the_number_and_which_page_it_is(issued, language):
+def test_every_page_has_certificate_and_page_number(issued, language):
     certificate, _, files = issued[language]
     pages = [page.extract_text() for page in PdfReader(files[".pdf"]).pages]
     assert 3 <= len(pages) <= 6
@@ -323,7 +323,7 @@ def test_every_page_has_the_number_and_which_page_it_is(issued, language):
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_the_pdf_is_tagged_and_has_title_language_and_bookmarks(issued, language):
+def test_pdf_is_tagged_with_title_language_and_bookmarks(issued, language):
     certificate, page, files = issued[language]
     reader = PdfReader(files[".pdf"])
     root = reader.trailer["/Root"]
@@ -341,8 +341,8 @@ def test_the_pdf_is_tagged_and_has_title_language_and_bookmarks(issued, language
 def structure_types(node):
     node = node.get_object()
     if isinstance(node, list):
-        for each in node:
-            yield from structure_types(each)
+        for child in node:
+            yield from structure_types(child)
     elif isinstance(node, dict):
         if "/S" in node:
             yield node["/S"]
@@ -351,15 +351,15 @@ def structure_types(node):
 
 
 def flat(outline):
-    for each in outline:
-        if isinstance(each, list):
-            yield from flat(each)
+    for entry in outline:
+        if isinstance(entry, list):
+            yield from flat(entry)
         else:
-            yield each
+            yield entry
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_a_reader_who_cannot_see_is_told_all(issued, language):
+def test_page_is_accessible_to_screen_readers(issued, language):
     certificate, page, _ = issued[language]
     assert page.all("html")[0]["lang"] == language
     assert all("scope" in cell for cell in page.all("th"))
@@ -374,7 +374,7 @@ def test_a_reader_who_cannot_see_is_told_all(issued, language):
         assert shown.replace(".", comma) in figure["alt"]
 
 
-def test_german_is_german(issued):
+def test_german_page_has_no_english_words(issued):
     _, page, _ = issued["de"]
     english = {"Result", "Method", "Instruments", "Limit", "Verdict", "Issued"}
     words = set(re.findall(r"[A-Za-z]+", page.words))
@@ -383,7 +383,7 @@ def test_german_is_german(issued):
 
 
 @pytest.mark.thorough
-def test_the_same_run_gives_the_same_bytes(quick, registry, tmp_path):
+def test_same_run_gives_the_same_bytes(quick, registry, tmp_path):
     first, second = (
         issue(
             quick.loaded,
@@ -393,13 +393,13 @@ def test_the_same_run_gives_the_same_bytes(quick, registry, tmp_path):
         )
         for name in ("a", "b")
     )
-    for one, other in zip(first.files[:2], second.files[:2], strict=True):
-        assert one.suffix in {".json", ".html"}
-        assert one.read_bytes() == other.read_bytes()
+    for path, second_path in zip(first.files[:2], second.files[:2], strict=True):
+        assert path.suffix in {".json", ".html"}
+        assert path.read_bytes() == second_path.read_bytes()
 
 
 @pytest.mark.thorough
-def test_without_asking_for_it_no_specimen_is_made(quick, lab, tmp_path):
+def test_specimen_certificate_needs_its_option(quick, lab, tmp_path):
     with pytest.raises(UsageError, match=r"not approved and its data are simulated") as caught:
         issue(quick.loaded, lab, tmp_path, not_for_certification=False)
     assert "--not-for-certification" in caught.value.hint
@@ -423,25 +423,25 @@ CELL = Instrument(
 )  # fmt: skip
 
 
-def test_a_load_without_a_known_instrument_is_not_certified(source):
+def test_load_without_a_calibrated_instrument_is_not_certified(source):
     torque = source.result.run.instruments["tester.torque"]
-    known = {"tester.torque": torque}
-    _refuse_beyond_calibration(with_run(source, instruments=known | {"tester.load": CELL}))
+    registered = {"tester.torque": torque}
+    _refuse_beyond_calibration(with_run(source, instruments=registered | {"tester.load": CELL}))
     for cell, why in (
         (None, "no instrument for it is in the station's register; .* ±0.5 %, by default"),
         (CELL.model_copy(update={"certificate": ""}), "names no calibration certificate of LC-1"),
         (CELL.model_copy(update={"accuracy_": None}), "does not say how accurate LC-1 is"),
     ):
-        entries = known | ({} if cell is None else {"tester.load": cell})
+        entries = registered | ({} if cell is None else {"tester.load": cell})
         lacking = with_run(source, instruments=entries)
         with pytest.raises(UsageError, match=f"tester.load: .*{why}"):
             _refuse_beyond_calibration(lacking)
-        (told,) = [each for each in _deviations(lacking) if each.kind == "load"]
-        assert told.where == "tester.load"
+        (deviation,) = [deviation for deviation in _deviations(lacking) if deviation.kind == "load"]
+        assert deviation.where == "tester.load"
 
 
 def test_peaks_beyond_the_calibrated_range_are_not_certified(source):
-    """Of peaks at 109 % of the range nothing is certified; a specimen says how far they went."""
+    """Peaks at 109 % of the range are not certified; a specimen states them."""
     greatest = max(
         float(point.peak_nm[point.peak_kept].max())
         for point in TorqueDetails.of(source.result).loaded
@@ -453,7 +453,7 @@ def test_peaks_beyond_the_calibrated_range_are_not_certified(source):
             update={"range_": CalibratedRange(min=far, max=parse_quantity(f"{limit:.9f} N·m"))}
         )
         changed = with_run(source, instruments={"tester.torque": narrow, "tester.load": CELL})
-        beyond = [each for each in _deviations(changed) if each.kind == "range"]
+        beyond = [deviation for deviation in _deviations(changed) if deviation.kind == "range"]
         assert bool(beyond) == refused
         if not refused:
             _refuse_beyond_calibration(changed)
@@ -463,24 +463,24 @@ def test_peaks_beyond_the_calibrated_range_are_not_certified(source):
             _refuse_beyond_calibration(changed)
 
 
-def test_traceability_is_claimed_where_torque_and_load_are_calibrated(source):
+def test_traceability_is_claimed_if_torque_and_load_are_calibrated(source):
     torque = source.result.run.instruments["tester.torque"]
     paper = torque.model_copy(update={"certificate": "D-K-2", "calibration": None})
     entries = {"tester.torque": paper, "tester.load": CELL}
     run = replace(source.result.run, instruments=entries, partners={})
     result = replace(source.result, run=run)
-    found = traceability_of(result, tuple(instruments_of(run)))
-    assert (found.claimed, found.certificates) == (True, ("D-K-2", "D-K-1"))
+    traceability = traceability_of(result, tuple(instruments_of(run)))
+    assert (traceability.claimed, traceability.certificates) == (True, ("D-K-2", "D-K-1"))
     alone = replace(run, instruments={"tester.torque": paper})
     result = replace(result, run=alone)
     assert not traceability_of(result, tuple(instruments_of(alone))).claimed
 
 
-def test_ambient_conditions_that_nobody_measured_are_a_deviation(source):
+def test_unmeasured_ambient_conditions_are_a_deviation(source):
     deviations = deviations_of(source.stored, source.result, Order(), (), ())
-    assert [each.kind for each in deviations].count("conditions") == 1
+    assert [deviation.kind for deviation in deviations].count("conditions") == 1
     stated = deviations_of(source.stored, source.result, Order(conditions="23 °C"), (), ())
-    assert "conditions" not in [each.kind for each in stated]
+    assert "conditions" not in [deviation.kind for deviation in stated]
 
 
 def _deviations(source):
@@ -489,20 +489,20 @@ def _deviations(source):
 
 
 @pytest.mark.parametrize("outcome", ["aborted", "error"])
-def test_a_run_that_was_not_completed_gets_none(source, outcome):
+def test_incomplete_run_is_not_certified(source, outcome):
     info = replace(source.stored.info, outcome=outcome, reason="guard opened")
-    broken = replace(source, stored=replace(source.stored, info=info))
+    interrupted = replace(source, stored=replace(source.stored, info=info))
     with pytest.raises(DataError, match=f"ended as '{outcome}': guard opened"):
-        certifiable(broken)
+        certifiable(interrupted)
 
 
-def test_a_run_without_a_result_gets_none(quick, lab, tmp_path, registry):
+def test_run_without_a_result_is_not_certified(quick, lab, tmp_path, registry):
     with pytest.raises(DataError, match="has no result to certify"):
         issue(quick.no_load, lab, tmp_path, registry=registry)
 
 
 @pytest.mark.thorough
-def test_the_command_asks_why_there_is_to_be_a_further_copy(quick, tmp_path):
+def test_further_copy_needs_a_reason(quick, tmp_path):
     lab = make_letterhead(tmp_path / "letterhead")
     order = ("--customer", "Muster", "--customer-contact", "x", "--item", "bearing")
     order += ("--item-condition", "new", "--received", "2026-02-27", "--not-for-certification")
@@ -512,11 +512,11 @@ def test_the_command_asks_why_there_is_to_be_a_further_copy(quick, tmp_path):
     assert "making the pages: 1 of" in first.err
     assert "SPECIMEN-DEMO-2026-0001 is issued: 3 files" in first.err
     for more in ((), ("--lang", "de"), ("--customer", "Another")):
-        again = call("certify", quick.loaded, *order, *where, *more)
-        assert again.code == 2
-        assert "SPECIMEN-DEMO-2026-0001 exists" in again.err
-        assert "amend it" in again.err
-        assert "--further-copy REASON" in again.err
+        refused = call("certify", quick.loaded, *order, *where, *more)
+        assert refused.code == 2
+        assert "SPECIMEN-DEMO-2026-0001 exists" in refused.err
+        assert "amend it" in refused.err
+        assert "--further-copy REASON" in refused.err
     reason = ("--further-copy", "asked for in German", "--lang", "de")
     further = call("certify", quick.loaded, *order, *where, *reason)
     assert further.code == 0, further.err
@@ -530,7 +530,7 @@ def test_the_command_asks_why_there_is_to_be_a_further_copy(quick, tmp_path):
 
 
 @pytest.mark.thorough
-def test_the_command_issues_amends_and_refuses_a_second_amendment(quick, tmp_path):
+def test_command_issues_and_amends_once(quick, tmp_path):
     lab = make_letterhead(tmp_path / "letterhead")
     order = ("--customer", "Mustre", "--customer-contact", "x", "--item", "bearing")
     order += ("--item-condition", "new", "--received", "2026-02-27")
@@ -558,9 +558,9 @@ def test_the_command_issues_amends_and_refuses_a_second_amendment(quick, tmp_pat
     page = read_html((tmp_path / "out" / "SPECIMEN-DEMO-2026-0002.html").read_bytes())
     for words in (original["number"], "misspelt", "Mustre", "customer.name", "replaces"):
         assert words in page.words
-    again = call(*amend)
-    assert again.code == 2
-    assert "was already replaced by SPECIMEN-DEMO-2026-0002" in again.err
+    refused = call(*amend)
+    assert refused.code == 2
+    assert "was already replaced by SPECIMEN-DEMO-2026-0002" in refused.err
     with open(first, "a", encoding="utf-8") as file:  # noqa: PTH123  (a printed path)
         file.write(" ")
     assert "has changed since it was issued" in call(*amend).err

@@ -31,27 +31,27 @@ def document(path):
     return json.loads((path / "result.json").read_text(encoding="utf-8"))
 
 
-def test_the_demo_leaves_two_sealed_runs_and_a_report(demo):
+def test_demo_leaves_two_sealed_runs_and_a_report(demo):
     for run in (demo.no_load, demo.loaded):
         names = {entry.name for entry in run.iterdir()}
         assert names == {"run.h5", "result.json", "report.html", "run.log"}
     assert str(demo.loaded / "report.html") in demo.called.out
 
 
-def test_the_demo_shows_raw_beside_compensated_for_each_frequency(demo):
+def test_demo_prints_raw_and_compensated_torque_by_frequency(demo):
     rows = re.findall(r"^ +(\d+) Hz +([\d.]+) +(.*)$", demo.called.out, re.MULTILINE)
     assert [int(row[0]) for row in rows[-len(SWEEP) :]] == SWEEP
     raw_at_35_hz = float(rows[-1][1])
-    # The paper's simulation gives 5.7 N·m at the sensor; support friction comes on top of it.
+    # The paper's simulation gives 5.7 N·m at the sensor, without support friction.
     assert 5.7 < raw_at_35_hz < 9
     assert all(len(line) <= 80 for line in demo.called.out.splitlines() if " Hz " in line)
 
 
-def test_the_headline_is_the_bearings_torque(demo):
-    found = document(demo.loaded)["headline"]
+def test_headline_is_the_torque_of_the_bearing(demo):
+    headline = document(demo.loaded)["headline"]
     truth_nm = 0.7262  # of the paper's simulation, and the simulated rig's own
-    assert found["compensated"]["value"] == pytest.approx(truth_nm, abs=0.02)
-    assert found["raw_peak"]["value"] > 2
+    assert headline["compensated"]["value"] == pytest.approx(truth_nm, abs=0.02)
+    assert headline["raw_peak"]["value"] > 2
 
 
 def test_the_runs_are_listed(demo):
@@ -66,7 +66,7 @@ def test_the_runs_are_listed(demo):
     assert [len(run["recordings"]) for run in listed] == [12, 12]
 
 
-def test_a_run_that_cannot_be_read_is_listed_too(demo, tmp_path):
+def test_unreadable_run_is_listed(demo, tmp_path):
     shutil.copytree(demo.no_load, tmp_path / "broken")
     (tmp_path / "broken" / "run.h5").chmod(0o644)
     (tmp_path / "broken" / "run.h5").write_bytes(b"not HDF5")
@@ -75,7 +75,7 @@ def test_a_run_that_cannot_be_read_is_listed_too(demo, tmp_path):
     assert "unreadable" in called.out
 
 
-def test_a_folder_without_runs_is_no_error(tmp_path):
+def test_missing_folder_of_runs_is_not_an_error(tmp_path):
     called = call("runs", "--runs", tmp_path / "none")
     assert called.code == ExitCode.PASS
     assert called.out == ""
@@ -97,7 +97,7 @@ def test_a_run_is_shown(demo, by):
     assert "template_inverse" in called.out
 
 
-def test_a_run_is_shown_to_programs(demo):
+def test_run_is_shown_as_json(demo):
     shown = json.loads(call("show", demo.loaded, "--json").out)
     assert shown["sealed"] is True
     assert shown["partner_runs"]["no_load"]["run"] == demo.no_load.name
@@ -111,14 +111,14 @@ def test_an_unknown_run_gets_a_suggestion(demo):
     assert f"did you mean '{demo.loaded.name}'?" in called.err
 
 
-def test_the_stored_run_gives_the_same_result(quick):
+def test_stored_run_gives_the_same_result(quick):
     called = call("analyse", quick.loaded, "--json")
     assert called.code == ExitCode.PASS
     assert json.loads(called.out) == document(quick.loaded)
 
 
 @pytest.mark.thorough
-def test_a_new_analysis_is_a_new_file(demo, tmp_path):
+def test_analysis_is_written_to_a_new_file(demo, tmp_path):
     out = tmp_path / "again.json"
     assert call("analyse", demo.loaded, "--out", out).code == ExitCode.PASS
     assert json.loads(out.read_text(encoding="utf-8")) == document(demo.loaded)
@@ -127,7 +127,7 @@ def test_a_new_analysis_is_a_new_file(demo, tmp_path):
     assert "never overwritten" in called.err
 
 
-def test_a_file_that_exists_is_refused_before_the_analysis(tmp_path):
+def test_existing_output_file_is_refused_before_the_analysis(tmp_path):
     out = tmp_path / "result.json"
     out.touch()
     called = call("analyse", "no-such-run", "--out", out)
@@ -137,7 +137,7 @@ def test_a_file_that_exists_is_refused_before_the_analysis(tmp_path):
 
 @pytest.mark.thorough
 @pytest.mark.usefixtures("drawn_figures")
-def test_the_report_is_written_again_with_the_same_bytes(demo, tmp_path):
+def test_report_is_reproduced_byte_for_byte(demo, tmp_path):
     out = tmp_path / "again.html"
     called = call("report", demo.loaded, "--out", out)
     assert called.code == ExitCode.PASS
@@ -146,13 +146,13 @@ def test_the_report_is_written_again_with_the_same_bytes(demo, tmp_path):
 
 
 @pytest.mark.parametrize("procedure", [NO_LOAD, LOADED])
-def test_the_shipped_procedures_can_be_run_on_the_shipped_station(procedure):
+def test_shipped_procedures_fit_the_shipped_station(procedure):
     called = call("check", procedure, "--station", "simulated")
     assert called.code == ExitCode.PASS, called.err
     assert "can be run on simulated" in called.out
 
 
-def test_the_plan_shows_actions_torque_time_and_disk():
+def test_plan_shows_actions_torque_time_and_disk_space():
     called = call("plan", LOADED, "--station", "simulated")
     assert called.code == ExitCode.PASS, called.err
     assert "35 Hz" in called.out
@@ -162,7 +162,7 @@ def test_the_plan_shows_actions_torque_time_and_disk():
     assert sum(step["estimated_s"] for step in planned["steps"]) == planned["estimated_s"]
 
 
-def test_without_a_no_load_run_the_message_says_what_is_needed(tmp_path):
+def test_missing_no_load_run_is_reported_with_the_option(tmp_path):
     called = call("run", LOADED, "--station", "simulated", "--runs", tmp_path, "--unattended")
     assert called.code == ExitCode.DATA
     assert "SSPB-NLI" in called.err
@@ -171,19 +171,19 @@ def test_without_a_no_load_run_the_message_says_what_is_needed(tmp_path):
 
 
 @pytest.mark.thorough
-def test_a_run_is_compensated_with_the_run_that_is_named(demo, tmp_path):
+def test_run_is_compensated_with_the_given_no_load_run(demo, tmp_path):
     called = call(
         "run", LOADED, "--station", "simulated", "--runs", tmp_path, "--unattended",
         "--no-load", demo.no_load, "--set", "specimen=SN-17", "--json",
     )  # fmt: skip
     assert called.code == ExitCode.PASS, called.err
-    found = json.loads(called.out)
-    assert found["run"]["inputs"]["specimen"] == "SN-17"
-    assert found["no_load_run"]["id"] == demo.no_load.name
+    result = json.loads(called.out)
+    assert result["run"]["inputs"]["specimen"] == "SN-17"
+    assert result["no_load_run"]["id"] == demo.no_load.name
     assert next(tmp_path.iterdir()).name.endswith("SN-17")
 
 
-def test_a_loaded_run_cannot_serve_as_the_no_load_run(demo, tmp_path):
+def test_loaded_run_is_refused_as_no_load_run(demo, tmp_path):
     called = call(
         "run", LOADED, "--station", "simulated", "--runs", tmp_path, "--unattended",
         "--no-load", demo.loaded,
@@ -212,14 +212,14 @@ def test_an_unknown_input_gets_a_suggestion(tmp_path):
         (["show", "nothing"], "there is no run 'nothing'"),
     ],
 )
-def test_a_slip_of_the_fingers_is_a_usage_error_that_helps(words, said):
+def test_mistyped_argument_is_a_usage_error_with_a_hint(words, said):
     called = call(*words)
     assert called.code in (ExitCode.USAGE, ExitCode.INVALID)
     assert said in called.err
     assert called.out == ""
 
 
-def test_every_problem_of_a_file_is_told_with_its_place(tmp_path):
+def test_problems_of_a_file_are_reported_with_their_place(tmp_path):
     text = find_procedure(LOADED).read_text(encoding="utf-8")
     text = text.replace("  load: 1000 N\n", "  load: 1000 Nm\n").replace("settle:", "setle:")
     path = tmp_path / "bad.yaml"
@@ -244,7 +244,7 @@ def test_a_plugins_settings_are_shown():
     assert "coefficients" in schema["properties"]
 
 
-def test_python_m_rigrunner_is_the_same_program():
+def test_python_m_rigrunner_works():
     done = subprocess.run(
         [sys.executable, "-m", "rigrunner", "--version"], capture_output=True, text=True, check=True
     )
@@ -259,7 +259,7 @@ def test_python_m_rigrunner_is_the_same_program():
         pytest.param(signal.SIGINT, ExitCode.INTERRUPTED, marks=pytest.mark.thorough),
     ],
 )
-def test_a_signal_stops_a_run_and_leaves_a_sealed_folder(tmp_path, number, code):
+def test_signal_stops_a_run_and_leaves_a_sealed_folder(tmp_path, number, code):
     words = ["run", NO_LOAD, "--station", "simulated", "--unattended", "--realtime"]
     with subprocess.Popen(
         [sys.executable, "-m", "rigrunner", *words, "--runs", str(tmp_path)],
@@ -288,7 +288,7 @@ def wait_for_line(stream, word):
     raise AssertionError(f"the run ended before '{word}'")
 
 
-def test_a_file_of_another_kind_is_told():
+def test_file_of_another_kind_is_refused():
     called = call("check", find_station("simulated"))
     assert called.code == ExitCode.INVALID
     assert "hint: this is a file of the kind 'station'; 'procedure' is needed" in called.err

@@ -75,23 +75,23 @@ def station(tmp_path):
 def problems(procedure, station):
     with pytest.raises(InvalidFileError) as caught:
         plan_run(procedure, station, load_registry(), SimulatedClock())
-    return "\n".join(str(each) for each in caught.value.problems)
+    return "\n".join(str(problem) for problem in caught.value.problems)
 
 
-def test_a_run_on_parts_records_what_the_same_rig_records_as_one(tmp_path, station):
+def test_composite_records_the_same_as_one_device(tmp_path, station):
     procedure = quick_procedure(tmp_path, "no_load_inertia_sweep", QUICK)
     parts = run(procedure, tmp_path / "parts", station=station)
     whole = run(procedure, tmp_path / "whole")
     assert parts.error is None
-    found, wanted = read(parts.folder), read(whole.folder)
-    assert len(found.recordings) == len(wanted.recordings) == 2
-    for mine, theirs in zip(found.recordings, wanted.recordings, strict=True):
+    by_parts, as_one = read(parts.folder), read(whole.folder)
+    assert len(by_parts.recordings) == len(as_one.recordings) == 2
+    for part_recording, recording in zip(by_parts.recordings, as_one.recordings, strict=True):
         for name in ("tester.angle", "tester.torque"):
-            assert np.array_equal(mine.channels[name], theirs.channels[name])
-        assert mine.conditions["tester.temperature"] == 294.65
-        assert mine.conditions["tester.load"] == pytest.approx(0.0, abs=20.0)
-    assert found.header.provenance["device tester/room"] == "Therm T1 R-7"
-    assert "SIM-0001 (simulated)" in found.header.provenance["device tester/rig"]
+            assert np.array_equal(part_recording.channels[name], recording.channels[name])
+        assert part_recording.conditions["tester.temperature"] == 294.65
+        assert part_recording.conditions["tester.load"] == pytest.approx(0.0, abs=20.0)
+    assert by_parts.header.provenance["device tester/room"] == "Therm T1 R-7"
+    assert "SIM-0001 (simulated)" in by_parts.header.provenance["device tester/rig"]
 
 
 @pytest.mark.parametrize(
@@ -104,24 +104,24 @@ def test_a_run_on_parts_records_what_the_same_rig_records_as_one(tmp_path, stati
         ("angle: rig.angle", "angle: angle", (":28:16:", "is not of the form part.name")),
     ],
 )
-def test_what_is_wrong_with_a_part_is_told_where_it_stands(tmp_path, station, old, new, told):
+def test_problem_of_a_part_is_reported_with_its_place(tmp_path, station, old, new, told):
     place, message = told
     text = station.read_text()
     assert old in text
     station.write_text(text.replace(old, new, 1))
-    found = problems(quick_procedure(tmp_path, "no_load_inertia_sweep"), station)
-    assert message in found
-    assert place in found, found
+    output = problems(quick_procedure(tmp_path, "no_load_inertia_sweep"), station)
+    assert message in output
+    assert place in output, output
 
 
-def test_a_channel_of_a_part_that_does_not_stream_is_no_column_of_a_recording(tmp_path, station):
+def test_channel_that_does_not_stream_cannot_be_recorded(tmp_path, station):
     recorded = ("channels: [tester.angle, tester.torque]", "channels: [tester.temperature]")
-    told = problems(quick_procedure(tmp_path, "no_load_inertia_sweep", recorded), station)
-    assert "tester.temperature cannot be recorded: it is read as a single value" in told
-    assert "as a condition" in told
+    output = problems(quick_procedure(tmp_path, "no_load_inertia_sweep", recorded), station)
+    assert "tester.temperature cannot be recorded: it is read as a single value" in output
+    assert "as a condition" in output
 
 
-def test_what_is_only_read_is_averaged_by_reading_it_again(tmp_path, station):
+def test_channel_that_does_not_stream_is_averaged_by_reading(tmp_path, station):
     measured = (
         "- record: {channels: [tester.angle, tester.torque], cycles: 30}",
         "- measure: {name: room, channels: [tester.temperature], duration: 1 s}",
@@ -136,7 +136,7 @@ def test_what_is_only_read_is_averaged_by_reading_it_again(tmp_path, station):
     assert first.duration_s == 1.0
 
 
-def test_it_is_known_which_part_gives_a_channel(tmp_path, station):
+def test_source_of_each_channel_is_known(tmp_path, station):
     procedure = quick_procedure(tmp_path, "no_load_inertia_sweep")
     registry = plan_run(procedure, station, load_registry(), SimulatedClock()).registry
     settings = parse(station.read_text(encoding="utf-8"), "s").part(SETTINGS)
@@ -225,7 +225,7 @@ def two_clocks(folder, latency):
 
 
 @pytest.mark.thorough
-def test_clocks_that_are_not_well_known_give_no_result(tmp_path):
+def test_poorly_aligned_clocks_give_no_result(tmp_path):
     done = two_clocks(tmp_path, "10 ms")
     assert done.error is None
     recording = read(done.folder).recordings[0]
@@ -233,8 +233,8 @@ def test_clocks_that_are_not_well_known_give_no_result(tmp_path):
     assert recording.conditions["tester.angle_alignment_u"] == pytest.approx(0.01 / np.sqrt(6))
     assert recording.units["tester.angle_alignment_u"] == "s"
     assert recording.conditions["tester.angle_clock_rate"] == pytest.approx(0.0, abs=1e-6)
-    found = TorqueDetails.of(done.result).compensations["template_inverse"]
-    assert "two clocks, aligned to 4.1 ms" in found.not_applicable
+    compensation = TorqueDetails.of(done.result).compensations["template_inverse"]
+    assert "two clocks, aligned to 4.1 ms" in compensation.not_applicable
     assert done.result.headline is None
     assert TorqueDetails.of(done.result).compensations["paper_peak"].points  # it needs no angle
     assert done.exit_code == ExitCode.UNDECIDED
@@ -244,12 +244,12 @@ def test_clocks_that_are_not_well_known_give_no_result(tmp_path):
 
 
 @pytest.mark.thorough
-def test_clocks_that_are_well_known_give_the_result_of_one(tmp_path):
+def test_well_aligned_clocks_give_the_result_of_one_clock(tmp_path):
     done = two_clocks(tmp_path, "0.02 ms")
     assert done.error is None
-    found = TorqueDetails.of(done.result).compensations["template_inverse"]
-    assert found.not_applicable == ""
-    assert found.checks[-1].ok
-    for point in found.points:
+    compensation = TorqueDetails.of(done.result).compensations["template_inverse"]
+    assert compensation.not_applicable == ""
+    assert compensation.checks[-1].ok
+    for point in compensation.points:
         assert any(c.name == "alignment of the clocks" and c.u > 0 for c in point.components)
     assert done.result.headline.value == pytest.approx(0.7262, abs=2 * done.result.headline.u)

@@ -1,4 +1,4 @@
-"""The page of the coverage study has the population of the code, and tables of one study."""
+"""The page of the coverage study has the population of the code and consistent tables."""
 
 from __future__ import annotations
 
@@ -30,23 +30,27 @@ MINUTE_S = 60.0
 
 
 def population_rows(instrument: Instrument, limits: Limits) -> list[list[str]]:
-    """Return what is drawn evenly between which values, in the order of HEADER."""
+    """Return the uniformly drawn quantities and their ranges, in the order of HEADER."""
     return [
-        *(_range(BOTH, each) for each in rigs.COMMON),
-        *(_range(name, each) for name, ranges in rigs.RANGES.items() for each in ranges),
+        *(_range(BOTH, drawn_range) for drawn_range in rigs.COMMON),
+        *(
+            _range(name, drawn_range)
+            for name, ranges in rigs.RANGES.items()
+            for drawn_range in ranges
+        ),
         *_measuring(),
         *_stated(instrument, limits),
     ]
 
 
 def law_rows() -> list[list[str]]:
-    """Return the laws of friction of each simulator, each as likely as the others."""
+    """Return the laws of friction of each simulator, equally likely."""
     return [[name, ", ".join(laws)] for name, laws in rigs.LAWS.items()]
 
 
-def _range(simulator: str, each: Range) -> list[str]:
-    unit = f"times {each.times}" if each.times else each.unit
-    return [simulator, each.setting, f"{each.low:g}", f"{each.high:g}", unit]
+def _range(simulator: str, drawn: Range) -> list[str]:
+    unit = f"times {drawn.times}" if drawn.times else drawn.unit
+    return [simulator, drawn.setting, f"{drawn.low:g}", f"{drawn.high:g}", unit]
 
 
 def _measuring() -> Iterator[list[str]]:
@@ -59,7 +63,7 @@ def _measuring() -> Iterator[list[str]]:
 
 
 def _stated(instrument: Instrument, limits: Limits) -> Iterator[list[str]]:
-    """Yield what the budget states: the register's limits, and those of the methods' settings."""
+    """Yield the limits in the budget: those of the register and of the methods' settings."""
     limit = instrument.half_width
     drift = "zero drift, in the long run"
     yield _either_way("sensor gain error", 100 * limit("gain"), "%")
@@ -92,25 +96,25 @@ def rows_after(words):
     return [[cell.strip() for cell in line.strip("|").split("|")] for line in table[0].splitlines()]
 
 
-def test_the_population_is_that_of_the_code():
+def test_population_matches_the_code():
     header, _, *rows = rows_after("## The rigs")
     assert header == list(HEADER)
     assert rows == population_rows(torque_instrument(tools().station), limits())
     assert f"at {', '.join(f'{f:g}' for f in FREQUENCIES_HZ)} Hz" in PAGE
 
 
-def test_the_laws_are_those_of_the_code():
+def test_laws_match_the_code():
     assert rows_after("follows one of these laws")[2:] == law_rows()
 
 
-def test_every_figure_is_there():
+def test_every_figure_exists():
     for name in FIGURES:
         assert f"../images/{name}.svg" in PAGE
         assert (DOCS / f"images/{name}.svg").exists()
 
 
 @pytest.mark.parametrize("title", ["Errors in mN·m, and how", "By the bearing's law"])
-def test_intervals_of_runs_belong_to_their_counts(title):
+def test_intervals_match_their_counts(title):
     header, _, *rows = rows_after(f"### {title}")
     assert header == list(ROW_HEADER)
     for row in rows:

@@ -41,11 +41,11 @@ def run(tmp_path_factory):
     procedure, station = written(folder, procedure=PROCEDURE, station=STATION)
     called = call("run", procedure, "--station", station, "--unattended", "--runs", folder / "r")
     assert called.code == 0, called.err
-    (found,) = (folder / "r").iterdir()
-    return found
+    (run_folder,) = (folder / "r").iterdir()
+    return run_folder
 
 
-def test_the_report_has_the_formula_and_its_parameters(run):
+def test_report_has_the_formula_and_its_parameters(run):
     page = (run / "report.html").read_text(encoding="utf-8")
     assert page.count('alttext="voltage = c0 + c1*current"') == 2
     # by least squares of 12.031, 12.022, 12.014 and 11.987 V over 0, 1, 2 and 5 A
@@ -55,10 +55,10 @@ def test_the_report_has_the_formula_and_its_parameters(run):
     (figure, *_) = json.loads((run / "result.json").read_text(encoding="utf-8"))["figures"]
     assert figure["x"]["unit"] == "mA"
     points = figure["series"][1]["points"]
-    assert [each["x"] for each in points] == pytest.approx([0, 1000, 2000, 5000])
+    assert [point["x"] for point in points] == pytest.approx([0, 1000, 2000, 5000])
 
 
-def test_a_certificate_states_the_results_and_no_curve(run, tmp_path):
+def test_certificate_has_the_results_but_no_curve(run, tmp_path):
     with drawn():
         called = call(
             "certify", run, "--letterhead", make_letterhead(tmp_path / "letterhead"),

@@ -1,7 +1,7 @@
 """The shipped procedures on a National Instruments station: the real library, no driver below it.
 
-The stand-in for the driver is fed by the rig's model. It proves that the channels, their scales and
-their common clock come out right at the other end; what a driver and a device do, it cannot show.
+The fake driver is fed by the rig's model. This shows that the channels, their scales and their
+common clock are right at the other end; it cannot show what a real driver and device do.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ REST = """\
 
 
 class Model:
-    """What the driver's inputs see of the rig, that its outputs drive."""
+    """The rig as seen by the driver's inputs and driven by its outputs."""
 
     def __init__(self, clock):
         self.rig = make_rig(RigParameters())
@@ -88,10 +88,10 @@ class Model:
         state, count = self._state(), round(LONGEST_S * self.rig.sensors.sample_rate_hz)
         self.repetition += 1
         rng = noise_source(1, state, self.repetition)
-        found = sample_channels(self.rig, state, count, self.errors, rng)
+        samples = sample_channels(self.rig, state, count, self.errors, rng)
         self.now = {
-            "torque": found["torque"],
-            "angle": -found["angle"],
+            "torque": samples["torque"],
+            "angle": -samples["angle"],
             "load": np.full(count, state.load_n / N_PER_V),
             "temperature": np.full(count, 2.3),
         }
@@ -122,7 +122,7 @@ def station(tmp_path):
 
 
 @pytest.mark.thorough
-def test_the_procedures_end_in_the_right_result(tmp_path, clock, model, station):
+def test_procedures_give_the_true_result(tmp_path, clock, model, station):
     no_load = quick_procedure(tmp_path, "no_load_inertia_sweep")
     bare = run(no_load, tmp_path / "runs", station=station, clock=clock)
     assert bare.error is None
@@ -132,17 +132,17 @@ def test_the_procedures_end_in_the_right_result(tmp_path, clock, model, station)
     truth = true_starting_torque_nm(RigParameters(), 1000.0, 20.0)
     assert abs(done.result.headline.value - truth) < 2 * done.result.headline.u
     stored = read(done.folder)
-    known = stored.recordings[0]
-    assert known.conditions["tester.torque_filter_delay"] == pytest.approx(0.0031)
-    assert known.units["tester.torque_filter_corner"] == "Hz"
-    assert known.conditions["tester.temperature"] == pytest.approx(273.15 + 23)
-    assert "tester.angle_alignment_u" not in known.conditions  # one clock
+    recording = stored.recordings[0]
+    assert recording.conditions["tester.torque_filter_delay"] == pytest.approx(0.0031)
+    assert recording.units["tester.torque_filter_corner"] == "Hz"
+    assert recording.conditions["tester.temperature"] == pytest.approx(273.15 + 23)
+    assert "tester.angle_alignment_u" not in recording.conditions  # one clock
     assert "NI 9237 1A2B3C4 NI-DAQmx 26.0.0" in stored.header.provenance["device tester"]
     assert model.driver.outputs == {"frequency": 0.0, "load": 0.0}
     assert model.driver.open_tasks == 0
 
 
-def test_samples_that_are_lost_end_the_run_with_the_rig_safe(tmp_path, clock, model, station):
+def test_lost_samples_end_the_run_safely(tmp_path, clock, model, station):
     procedure = quick_procedure(tmp_path, "no_load_inertia_sweep")
     plain, reads = model._begin, []
 

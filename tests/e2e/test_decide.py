@@ -1,4 +1,4 @@
-"""Limits and decisions by the command line: refused, decided, decided again."""
+"""Limits and decisions on the command line: refused, decided, decided again."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def folder(quick_copy):
 
 
 @pytest.mark.parametrize("station", [(), ("--station", "simulated")])
-def test_the_no_load_limits_of_as14101_are_refused_for_a_loaded_swing(tmp_path, station):
+def test_no_load_limits_are_refused_for_a_loaded_swing(tmp_path, station):
     text = find_procedure("starting_torque_1000n").read_text(encoding="utf-8")
     mixed = tmp_path / "mixed.yaml"
     start, end = text.index("      max: 0.95"), text.index("  rule:")
@@ -57,7 +57,7 @@ def test_the_no_load_limits_of_as14101_are_refused_for_a_loaded_swing(tmp_path, 
     assert "the result is the load-induced torque at the reversals of a swing" in called.err
 
 
-def test_a_stored_run_is_decided_again_and_the_record_is_shown(folder, tmp_path):
+def test_stored_run_is_decided_again_and_the_decision_shown(folder, tmp_path):
     limits = tmp_path / "limits.yaml"
     limits.write_text(SEVERAL, encoding="utf-8")
 
@@ -76,11 +76,11 @@ def test_a_stored_run_is_decided_again_and_the_record_is_shown(folder, tmp_path)
     assert "decided again in decision-2.json  PASS by A. Person" in shown.out
     assert "decided again in decision-3.json  FAIL by A. Person" in shown.out
     document = json.loads(call("show", folder, "--json").out)
-    assert [each["acceptance"]["rule"] for each in document["later_decisions"]] == [
+    assert [decision["acceptance"]["rule"] for decision in document["later_decisions"]] == [
         "simple",
         "non_binary",
     ]
-    assert document["result"]["decision"]["verdict"] == "pass", "the first one stays"
+    assert document["result"]["decision"]["verdict"] == "pass", "the first decision stays"
     assert call("report", folder).code == ExitCode.PASS
     page = (folder / "report.html").read_text(encoding="utf-8")
     assert "decision-3.json" in page
@@ -104,12 +104,12 @@ def test_a_stored_run_is_decided_again_and_the_record_is_shown(folder, tmp_path)
         (("--rule", "non_binary", "--by", "A. Person"), "Missing option '--reason'"),
     ],
 )
-def test_what_cannot_be_decided_is_told(folder, arguments, words):
+def test_invalid_decision_is_refused(folder, arguments, words):
     called = call("decide", folder, *arguments)
     assert (called.code, words in called.err) == (ExitCode.USAGE, True), called.err
 
 
-def test_a_file_that_is_no_acceptance_is_told_with_its_line(folder, tmp_path):
+def test_invalid_acceptance_file_is_refused_with_its_line(folder, tmp_path):
     limits = tmp_path / "limits.yaml"
     limits.write_text(SEVERAL.replace("rule: non_binary", "rule: none"), encoding="utf-8")
     called = call("decide", folder, "--acceptance", limits, *WHO)

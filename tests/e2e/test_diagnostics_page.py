@@ -1,4 +1,4 @@
-"""The page of the checks says what the code does, and its tables come from the study."""
+"""The page of the checks matches the code, and its tables are consistent."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ from rigrunner_bearings.torque.one_setup import LIMITS as SETUP_LIMITS
 
 AGREEMENT = (consistency.NAME, "at most the Birge ratio of 1 % chance")
 CHECKS = (
-    *((each.name, each.allowed) for each in LIMITS),
+    *((limit.name, limit.allowed) for limit in LIMITS),
     AGREEMENT,
-    *((each.name, each.allowed) for each in (*SETUP_LIMITS, *METHOD_LIMITS)),
+    *((limit.name, limit.allowed) for limit in (*SETUP_LIMITS, *METHOD_LIMITS)),
 )
 APART = {consistency.NAME, "torque that grows with speed", BUILD_UP.name}
 """Newer than the study of false alarms, or skipped on its stations, as the page says."""
@@ -45,38 +45,38 @@ def test_every_check_is_listed_with_its_limit():
     assert [(row[0], row[1]) for row in rows] == list(CHECKS)
 
 
-def test_every_check_has_its_rate_of_false_alarms():
+def test_every_check_has_a_false_alarm_rate():
     header, _, *rows = rows_of("False alarms")
     assert header == list(ALARM_HEADER)
     assert {row[0] for row in rows} == {name for name, _ in CHECKS} - APART
 
 
-def test_every_break_is_listed_as_the_code_has_it():
+def test_breaks_match_the_code():
     header, _, *rows = rows_of("Broken rigs")
     assert header == list(BREAK_HEADER)
-    expected = [(each.name, each.extent, each.seen_by or NOTHING) for each in BREAKS]
+    expected = [(fault.name, fault.extent, fault.seen_by or NOTHING) for fault in BREAKS]
     assert [tuple(row[:3]) for row in rows] == expected
 
 
-def test_every_break_that_no_check_sees_is_explained():
+def test_every_undetected_break_is_explained():
     listed = {row[0]: row[1] for row in rows_of("What no check sees")[2:]}
-    assert listed == {each.name: each.unseen for each in BREAKS if not each.seen_by}
+    assert listed == {fault.name: fault.unseen for fault in BREAKS if not fault.seen_by}
 
 
-def test_the_population_is_that_of_the_code():
+def test_population_matches_the_code():
     listed = [tuple(row) for row in rows_of("The rigs")[2:]]
     expected = [
-        (simulator, each.setting, f"{each.low:g}", f"{each.high:g}", _unit(each))
+        (simulator, drawn.setting, f"{drawn.low:g}", f"{drawn.high:g}", _unit(drawn))
         for simulator, ranges in POPULATIONS.items()
-        for each in ranges
+        for drawn in ranges
     ]
     assert listed == expected
     text = PAGE.read_text(encoding="utf-8")
     assert f"{CYCLES} cycles at {', '.join(f'{f:g}' for f in FREQUENCIES_HZ)} Hz" in text
 
 
-def _unit(each):
-    return f"times {each.times}" if each.times else each.unit
+def _unit(drawn):
+    return f"times {drawn.times}" if drawn.times else drawn.unit
 
 
 @pytest.mark.parametrize("title", ["False alarms", "Broken rigs"])
@@ -87,7 +87,7 @@ def test_intervals_belong_to_their_counts(title):
     assert REFUSED in text or title == "False alarms"
     for hits, of, _ in shares:
         assert share_text(Share(int(hits), int(of))) in text
-    assert {"".join(each) for each in shares} == {
+    assert {"".join(share) for share in shares} == {
         share_text(Share(int(hits), int(of))).replace("/", "").replace(" (", "(")
         for hits, of, _ in shares
     }

@@ -1,4 +1,4 @@
-"""The page on the architecture shows the code as it is."""
+"""The architecture page matches the code."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import pytest
 from helpers_docs import ROOT
 
 DOCS = ROOT / "docs"
-AGAIN = "python docs/images/architecture.py docs"
+REGENERATE = "python docs/images/architecture.py docs"
 made = runpy.run_path(str(DOCS / "images/architecture.py"))
 OF_BEARINGS = re.compile(r"swing|bearing|crank|no.load|compensation", re.IGNORECASE)
 NAMES_BEARINGS = {
@@ -26,9 +26,9 @@ NAMES_BEARINGS = {
     "certificate/content.py": "fills the fields of certificates of 0.1.0",
     "yamlfile/upgrade.py": "procedures of 0.1.0 have one analysis without a name",
 }
-"""Modules of the core that name what is of bearings, each with its reason."""
+"""Modules of the core that use words of bearings, each with its reason."""
 OF_TORQUE = re.compile(r"(?<!tester[._])(?<!press\.)torque", re.IGNORECASE)
-"""But for channels in examples: 'tester.torque', 'press.torque', in a file 'tester_torque'."""
+"""Except channels in examples: 'tester.torque', 'press.torque', in a file 'tester_torque'."""
 FROM = re.compile(r"^ *from ([\w.]+) import (\([^)]*\)|.*)$", re.MULTILINE)
 NAMES_TORQUE = {
     "api/__init__.py": "a field with a unit of torque",
@@ -46,12 +46,12 @@ NAMES_TORQUE = {
 """Modules of the core that name torque, each with its reason."""
 
 
-def test_the_drawing_is_that_of_the_code():
+def test_drawing_matches_the_code():
     drawn = (DOCS / "images/architecture.svg").read_text(encoding="utf-8")
-    assert drawn == made["drawing"](), AGAIN
+    assert drawn == made["drawing"](), REGENERATE
 
 
-def test_no_line_of_the_drawing_passes_behind_a_box():
+def test_no_line_of_the_drawing_crosses_a_box():
     boxes = made["_places"](made["floors"]())
     lines = made["arrows"](made["packages"]())
     hidden = [
@@ -64,18 +64,18 @@ def test_no_line_of_the_drawing_passes_behind_a_box():
     assert hidden == []
 
 
-def test_the_table_is_that_of_the_code():
+def test_table_matches_the_code():
     text = (DOCS / "architecture.md").read_text(encoding="utf-8")
-    assert text == made["page"](text), AGAIN
+    assert text == made["page"](text), REGENERATE
 
 
-def test_every_package_has_its_box_and_no_arrow_goes_up():
+def test_every_package_has_a_box_and_no_arrow_points_up():
     floor_of = {name: row for row, names in enumerate(made["floors"]()) for name in names}
-    there = {path.stem for path in (ROOT / "runner/rigrunner").glob("*.py")} | {
+    packages = {path.stem for path in (ROOT / "runner/rigrunner").glob("*.py")} | {
         path.parent.name for path in (ROOT / "runner/rigrunner").glob("*/__init__.py")
     }
-    there |= {path.parent.name for path in (ROOT / "runner").glob("rigrunner_*/__init__.py")}
-    assert set(floor_of) == there - {"__init__"}
+    packages |= {path.parent.name for path in (ROOT / "runner").glob("rigrunner_*/__init__.py")}
+    assert set(floor_of) == packages - {"__init__"}
     arrows = made["arrows"](made["packages"]())
     for start, end in arrows:
         if end in made["GUESTS"]:
@@ -84,9 +84,9 @@ def test_every_package_has_its_box_and_no_arrow_goes_up():
         assert (end, start) not in arrows
 
 
-def test_plugins_and_reports_may_import_api_and_signal_alone():
+def test_plugins_and_reports_may_import_only_api_signal_and_plots():
     rules = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]
-    kept_out = next(
+    forbidden = next(
         set(contract["forbidden_modules"])
         for contract in rules["importlinter"]["contracts"]
         if contract["name"].endswith("only rigrunner.api, rigrunner.signal and rigrunner.plots")
@@ -97,22 +97,22 @@ def test_plugins_and_reports_may_import_api_and_signal_alone():
         for name in row
     }
     used = {"rigrunner.api", "rigrunner.signal", "rigrunner.plots"}
-    assert kept_out == floors - used - {"rigrunner.moved"}  # which the first two stand on
+    assert forbidden == floors - used - {"rigrunner.moved"}  # which the first two import
 
 
-def test_the_arrows_reach_all_that_is_imported_and_no_more():
+def test_arrows_cover_exactly_the_imports():
     parts = made["packages"]()
     arrows = made["arrows"](parts)
 
     def reached(name, without=None):
-        found, todo = set(), [name]
-        while todo:
-            here = todo.pop()
+        reachable, pending = set(), [name]
+        while pending:
+            package = pending.pop()
             for start, end in arrows:
-                if start == here and (start, end) != without and end not in found:
-                    found.add(end)
-                    todo.append(end)
-        return found
+                if start == package and (start, end) != without and end not in reachable:
+                    reachable.add(end)
+                    pending.append(end)
+        return reachable
 
     for name, part in parts.items():
         assert part.imports <= reached(name)
@@ -130,8 +130,8 @@ def test_imports_are_read_as_python_reads_them(tmp_path):
     assert part.imports == {"engine", "plan", "rig", "rigrunner_panel"}
 
 
-def test_a_room_hands_out_what_others_use_and_no_more():
-    """Of `api`, the kit and notebooks the users are plugins and notebooks of others."""
+def test_packages_export_only_what_others_use():
+    """Except `api`, the kit and notebooks: their users are plugins and notebooks of others."""
     public = ("rigrunner.api", "rigrunner_testing", "rigrunner_fleet.notebook")
     used, handed_out = set(), {}
     for folder in ("runner", "plugins", "reports", "tests"):
@@ -140,7 +140,7 @@ def test_a_room_hands_out_what_others_use_and_no_more():
             text = re.sub(r" #.*", "", path.read_text(encoding="utf-8"))
             for module, names in FROM.findall(text):
                 if module != room:
-                    used |= {(module, each) for each in re.findall(r"(?<! as )\b\w+", names)}
+                    used |= {(module, name) for name in re.findall(r"(?<! as )\b\w+", names)}
             if path.stem == "__init__" and "\n__all__ = " in text:
                 (listed,) = (
                     node.value
@@ -157,25 +157,27 @@ def test_a_room_hands_out_what_others_use_and_no_more():
     ] == []
 
 
-def test_what_silences_a_check_says_why():
-    """After a mark of ruff in brackets, after one of mypy as a comment."""
-    bare = re.compile(r"# noqa: [A-Z0-9, ]+$|# noqa(?!: [A-Z])|# type: ignore(\[[a-z-, ]+\])?$")
+def test_every_suppressed_check_states_its_reason():
+    """In brackets after a `noqa`, as a comment after a `type: ignore`."""
+    unexplained = re.compile(
+        r"# noqa: [A-Z0-9, ]+$|# noqa(?!: [A-Z])|# type: ignore(\[[a-z-, ]+\])?$"
+    )
     sources = [
         path
         for folder in ("runner", "plugins", "reports")
         for path in (ROOT / folder).rglob("*.py")
     ]
-    silent = [
+    unexplained_lines = [
         f"{path.relative_to(ROOT)}:{number}"
         for path in sources
         for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1)
-        if bare.search(line.rstrip())
+        if unexplained.search(line.rstrip())
     ]
     assert len(sources) > 500
-    assert silent == []
+    assert unexplained_lines == []
 
 
-def test_a_room_is_listed_with_the_rooms_that_it_uses():
+def test_packages_are_listed_with_their_imports():
     rows = made["rooms_table"]().splitlines()
     jobs = next(row for row in rows if row.startswith("| `rigrunner_panel.jobs` |"))
     assert jobs.endswith("| `process`, `view` |")
@@ -183,21 +185,21 @@ def test_a_room_is_listed_with_the_rooms_that_it_uses():
 
 
 def test_the_drawing_has_a_box_for_each_package():
-    root = ET.fromstring(made["drawing"]())  # noqa: S314  (made just now)
+    root = ET.fromstring(made["drawing"]())  # noqa: S314  (generated just now)
     texts = {text.text for text in root.iter("{http://www.w3.org/2000/svg}text")}
     assert set(made["packages"]()) <= texts
 
 
 def test_no_box_hides_another():
-    made_of_rows = made["_places"](made["floors"]())
+    boxes = made["_places"](made["floors"]())
     rows = {}
-    for left, top, width in made_of_rows.values():
+    for left, top, width in boxes.values():
         rows.setdefault(top, []).append((left, left + width))
     for row in map(sorted, rows.values()):
         assert all(end < begin for (_, end), (begin, _) in pairwise(row))
 
 
-def test_a_page_without_the_mark_is_refused():
+def test_page_without_the_marker_is_refused():
     with pytest.raises(SystemExit, match="has no line"):
         made["page"]("# Architecture\n")
 
@@ -205,11 +207,11 @@ def test_a_page_without_the_mark_is_refused():
 @pytest.mark.parametrize(
     ("words", "reasons"), [(OF_BEARINGS, NAMES_BEARINGS), (OF_TORQUE, NAMES_TORQUE)]
 )
-def test_the_core_names_nothing_of_bearings(words, reasons):
+def test_core_does_not_use_words_of_bearings(words, reasons):
     core = ROOT / "runner/rigrunner"
-    naming = {
+    modules = {
         path.relative_to(core).as_posix()
         for path in core.rglob("*.py")
         if words.search(path.read_text(encoding="utf-8"))
     }
-    assert naming == set(reasons), "use another example, or move it to the bearings"
+    assert modules == set(reasons), "use another example, or move it to the bearings"

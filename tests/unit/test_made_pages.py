@@ -1,4 +1,4 @@
-"""The pages that are made from models and commands are those of the code."""
+"""The pages generated from models and commands match the code."""
 
 from __future__ import annotations
 
@@ -17,39 +17,39 @@ helps = runpy.run_path(str(REFERENCE / "help_page.py"))
 requests = runpy.run_path(str(REFERENCE / "requests_page.py"))
 
 
-def test_the_pages_of_keys_are_those_of_the_schemas():
+def test_key_pages_match_the_schemas():
     for name, text in language["pages"]().items():
-        again = "python docs/reference/language_pages.py docs/reference"
-        assert (REFERENCE / name).read_text(encoding="utf-8") == text, again
+        command = "python docs/reference/language_pages.py docs/reference"
+        assert (REFERENCE / name).read_text(encoding="utf-8") == text, command
 
 
-def test_the_page_of_helps_is_that_of_the_commands():
-    again = "python docs/reference/help_page.py docs/reference"
-    assert (REFERENCE / "help.md").read_text(encoding="utf-8") == helps["page"](), again
+def test_help_page_matches_the_commands():
+    command = "python docs/reference/help_page.py docs/reference"
+    assert (REFERENCE / "help.md").read_text(encoding="utf-8") == helps["page"](), command
 
 
-def test_the_page_of_requests_is_that_of_the_panel():
-    again = "python docs/reference/requests_page.py docs/reference"
+def test_requests_page_matches_the_panel():
+    command = "python docs/reference/requests_page.py docs/reference"
     assert (REFERENCE / "panel-requests.md").read_text(encoding="utf-8") == requests["page"](), (
-        again
+        command
     )
 
 
 @pytest.mark.parametrize("name", language["LANGUAGES"])
 def test_every_key_of_every_model_is_on_its_page(name):
-    """Found by a walk of its own over the schema."""
+    """Found by a separate walk over the schema."""
     schema = json.loads((ROOT / f"procedures/{name}.schema.json").read_text(encoding="utf-8"))
 
     def keys(node):
         if isinstance(node, dict):
-            # what only refines another key by a condition is no key of its own
+            # a condition that only refines another key is not a key itself
             yield from node.get("properties", {})
-            for key, each in node.items():
+            for key, value in node.items():
                 if key not in {"if", "then"}:
-                    yield from keys(each)
+                    yield from keys(value)
         elif isinstance(node, list):
-            for each in node:
-                yield from keys(each)
+            for item in node:
+                yield from keys(item)
 
     (page,) = (text for file, text in language["pages"]().items() if file.endswith(name + ".md"))
     assert set(keys(schema)) == set(re.findall(r"^\| `(\w+)` \|", page, re.MULTILINE))
@@ -61,7 +61,7 @@ def test_every_command_has_its_section():
     assert list(dict.fromkeys(tops)) == list(rigrunner.summaries)
 
 
-def test_a_value_is_told_in_words():
+def test_value_types_are_described_in_words():
     page = language["Language"]("procedure", "a procedure")
     assert page._value({"type": "integer", "minimum": 1}) == "whole number, at least 1"
     assert page._value({"enum": ["yes", "no", True, False]}) == "`yes`, `no`"

@@ -1,4 +1,4 @@
-"""Names of 0.1.0 that plugins made then use, and what any package says of names that it took."""
+"""Names of 0.1.0 that old plugins use, and names that any package may declare as moved."""
 
 from __future__ import annotations
 
@@ -22,62 +22,65 @@ PROPERTIES = {
 }
 NAMES = sorted(old for old, new in TABLE.items() if ":" in new and old not in PROPERTIES)
 MODULES = sorted(set(TABLE) - set(NAMES) - PROPERTIES - {"rigrunner.testing.pytest_plugin"})
-TAKEN = {"rigrunner.signal.gone": "json.decoder", "rigrunner.api.Gone": "json.encoder:JSONEncoder"}
+MOVED_NAMES = {
+    "rigrunner.signal.gone": "json.decoder",
+    "rigrunner.api.Gone": "json.encoder:JSONEncoder",
+}
 
 
 @pytest.fixture
-def imported_anew():
-    """Give a function that imports a module under a name that nothing has imported yet.
+def fresh_import():
+    """Return a function that imports a module under a name that nothing has imported yet.
 
-    Afterwards that name alone is forgotten: what it imported stays, since a second copy of
-    its classes would be others than those that plugins hold.
+    Afterwards only that name is removed: what it imported stays, since a second copy of
+    its classes would differ from those that plugins hold.
     """
-    asked = []
+    names = []
 
     def imported(name):
-        asked.append(name)
+        names.append(name)
         sys.modules.pop(name, None)
         return importlib.import_module(name)
 
     yield imported
-    for name in asked:
+    for name in names:
         sys.modules.pop(name, None)
 
 
 @pytest.mark.parametrize("old", MODULES)
-def test_a_module_is_found_at_its_old_place_with_a_warning(old, imported_anew):
+def test_old_module_is_imported_with_a_warning(old, fresh_import):
     with pytest.warns(DeprecationWarning, match=f"import {TABLE[old]} instead"):
-        found = imported_anew(old)
-    assert found is importlib.import_module(TABLE[old])
+        module = fresh_import(old)
+    assert module is importlib.import_module(TABLE[old])
     with pytest.raises(AttributeError):
-        _ = found.nothing_like_that
+        _ = module.nothing_like_that
 
 
 @pytest.mark.parametrize("old", NAMES)
-def test_a_name_is_found_at_its_old_place_with_a_warning(old):
+def test_old_name_is_imported_with_a_warning(old):
     (module, _, name), (new, _, new_name) = old.rpartition("."), TABLE[old].partition(":")
     with pytest.warns(DeprecationWarning, match=f"import {new_name} from {new}: ") as warned:
-        exec(f"from {module} import {name}", found := {})  # noqa: S102
-    assert found[name] is getattr(importlib.import_module(new), new_name)
-    assert {each.filename for each in warned} == {"<string>"}, "whose import it is"
+        exec(f"from {module} import {name}", namespace := {})  # noqa: S102
+    assert namespace[name] is getattr(importlib.import_module(new), new_name)
+    assert {warning.filename for warning in warned} == {"<string>"}, "whose import it is"
 
 
 @pytest.mark.parametrize("module", sorted({old.rpartition(".")[0] for old in NAMES}))
-def test_any_other_name_is_unknown(module):
+def test_unknown_names_raise(module):
     with pytest.raises(AttributeError, match="has no attribute 'CompensationRecords'"):
         _ = importlib.import_module(module).CompensationRecords
     with pytest.raises(ModuleNotFoundError):
         importlib.import_module(f"{module}.nothing_like_that")
 
 
-def test_any_package_may_take_names_with_it(monkeypatch, imported_anew):
-    points = [EntryPoint("stranger", f"{__name__}:TAKEN", moved.GROUP)]
+def test_any_package_may_declare_moved_names(monkeypatch, fresh_import):
+    points = [EntryPoint("stranger", f"{__name__}:MOVED_NAMES", moved.GROUP)]
     monkeypatch.setattr("importlib.metadata.entry_points", lambda **_: points)
     monkeypatch.setitem(sys.modules, __name__, sys.modules[__name__])
     moved.places.cache_clear()
     try:
         with pytest.warns(DeprecationWarning, match="import json.decoder instead"):
-            assert imported_anew("rigrunner.signal.gone") is importlib.import_module("json.decoder")
+            assert fresh_import("rigrunner.signal.gone") is importlib.import_module("json.decoder")
         with pytest.warns(DeprecationWarning, match="import JSONEncoder from json.encoder"):
             exec("from rigrunner.api import Gone", {})  # noqa: S102
         with pytest.raises(AttributeError):

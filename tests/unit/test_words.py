@@ -33,7 +33,7 @@ REPLACED = {
     "told of": "reported",
     "held     ": "OK",
 }
-"""A phrase, in any case, and what stands in its place."""
+"""A phrase, in any case, and its replacement."""
 
 FOLDERS = ("runner", "plugins", "reports", "procedures", "docs")
 SUFFIXES = {".py", ".md", ".json", ".yaml", ".js", ".jinja", ".j2", ".html", ".css"}
@@ -41,7 +41,7 @@ SUFFIXES = {".py", ".md", ".json", ".yaml", ".js", ".jinja", ".j2", ".html", ".c
 
 @cache
 def texts():
-    """Return each text by its path, in small letters and with plain apostrophes."""
+    """Return each text by its path, in lower case and with plain apostrophes."""
     return {
         str(path.relative_to(ROOT)): path.read_text(encoding="utf-8").replace("\u2019", "'").lower()
         for path in paths()
@@ -51,21 +51,21 @@ def texts():
 def paths():
     for folder in FOLDERS:
         for path in sorted((ROOT / folder).rglob("*")):
-            apart = {"vendor", "decisions"} & set(path.parts)
-            if path.suffix in SUFFIXES and not apart:
+            excluded = {"vendor", "decisions"} & set(path.parts)
+            if path.suffix in SUFFIXES and not excluded:
                 yield path
     yield ROOT / "README.md"
 
 
 @pytest.mark.parametrize("phrase", REPLACED)
-def test_no_text_has_a_phrase_that_was_replaced(phrase):
+def test_no_text_has_a_replaced_phrase(phrase):
     first, *_ = phrase.lower().split()
     words = re.sub(r"(?<=\w)\\ (?=\w)", r"\\s+", re.escape(phrase.lower()))  # a line may end there
-    wanted = re.compile(rf"(?<!\w){words}(?!\w)")
-    found = [
+    pattern = re.compile(rf"(?<!\w){words}(?!\w)")
+    places = [
         f"{path}:{text[: match.start()].count(chr(10)) + 1}"
         for path, text in texts().items()
         if first in text
-        for match in wanted.finditer(text)
+        for match in pattern.finditer(text)
     ]
-    assert found == [], f"say instead: {REPLACED[phrase]}"
+    assert places == [], f"say instead: {REPLACED[phrase]}"
