@@ -55,17 +55,17 @@ RUN_ELSEWHERE = {
     "run by the reader alone: there is no such rig where this page is tested",
     "run by the reader alone: the extras are there where this page is tested",
 }
-IN_AN_ENVIRONMENT_OF_ITS_OWN = {ROOT / "docs/tutorial/first-device-plugin.md"}
-"""It installs what it makes: test_new_plugin.py runs it."""
+IN_ITS_OWN_ENVIRONMENT = {ROOT / "docs/tutorial/first-device-plugin.md"}
+"""It installs the package that it creates: test_new_plugin.py runs it."""
 SCRIPTS = [
     ROOT / "README.md",
-    *sorted(set(ROOT.glob("docs/tutorial/*.md")) - IN_AN_ENVIRONMENT_OF_ITS_OWN),
+    *sorted(set(ROOT.glob("docs/tutorial/*.md")) - IN_ITS_OWN_ENVIRONMENT),
     *sorted(ROOT.glob("docs/how-to/*.md")),
     ROOT / "docs/evidence/coming-from.md",
 ]
 
 
-def named(path):
+def relative_name(path):
     return str(path.relative_to(ROOT))
 
 
@@ -105,15 +105,15 @@ LONG = [
 
 
 def script(page):
-    """Return a page as a parameter: those that take long are thorough."""
-    return pytest.param(page, id=named(page), marks=[pytest.mark.thorough] * (page in LONG))
+    """Return a page as a parameter; slow ones are marked thorough."""
+    return pytest.param(page, id=relative_name(page), marks=[pytest.mark.thorough] * (page in LONG))
 
 
 @pytest.mark.parametrize("page", [script(page) for page in SCRIPTS])
 def test_every_block_of_the_page_works(page, request, served, tmp_path):
-    """In one shell, as a reader has it: each block begins in the folder in which the last ended."""
+    """In one shell, as for a reader: each block starts in the folder in which the last ended."""
     blocks = code_blocks(page)
-    if any(".pdf\n" in each.code for each in blocks if each.language == "text"):
+    if any(".pdf\n" in block.code for block in blocks if block.language == "text"):
         require_pdf()
     install_entry_points(blocks, tmp_path)
     folder, output = tmp_path, ""
@@ -133,64 +133,64 @@ def test_every_block_of_the_page_works(page, request, served, tmp_path):
                 copied = copy_of(request.getfixturevalue("demo"))
                 block = replace(block, code=DEMO.sub(copied, block.code))  # noqa: PLW2901  (the same)
             where = f"{page}:{block.line}"
-            output, folder = executed(block, folder, where, lies_in=tmp_path, served=served)
+            output, folder = run_block(block, folder, where, lies_in=tmp_path, served=served)
 
 
-RUN_BY_A_TEST_OF_ITS_OWN = {ROOT / "docs/reference/run-file.md"}
+RUN_BY_ANOTHER_TEST = {ROOT / "docs/reference/run-file.md"}
 
 
 @pytest.mark.parametrize(
     "page",
-    [script(page) for page in sorted({*pages()} - {*SCRIPTS, *IN_AN_ENVIRONMENT_OF_ITS_OWN})],
+    [script(page) for page in sorted({*pages()} - {*SCRIPTS, *IN_ITS_OWN_ENVIRONMENT})],
 )
 def test_every_block_of_the_other_pages_works(page, tmp_path):
-    """But for what is shown as text: output, and studies that take hours, with their day."""
+    """Except blocks of text: output, and studies that take hours, with their date."""
     for block in code_blocks(page):
-        where = f"{named(page)}:{block.line}"
+        where = f"{relative_name(page)}:{block.line}"
         if block.elsewhere:
             assert block.elsewhere in RUN_ELSEWHERE, where
         elif block.language == "json":
             json.loads(block.code)
-        elif block.language not in {"yaml", "text"} and page not in RUN_BY_A_TEST_OF_ITS_OWN:
+        elif block.language not in {"yaml", "text"} and page not in RUN_BY_ANOTHER_TEST:
             execute(block, tmp_path, where)
 
 
 DEMO = re.compile(r"^rigrunner demo(?: --dir (?P<folder>\S+))?", re.MULTILINE)
-"""`.ci/run` does it twice as it stands; here its folder is copied, as it takes the longest."""
+"""`.ci/run` runs it twice unchanged; here its folder is copied, as it takes longest."""
 
 
 LAB_RUNS = (
     "rigrunner run procedures/no_load_inertia_sweep.yaml --station station.yaml --unattended\n"
     "rigrunner run procedures/starting_torque_1000n.yaml --station station.yaml --unattended\n"
 )
-"""`test_lab.py` does them as they stand in a new lab folder; here their runs are copied."""
+"""`test_lab.py` runs them unchanged in a new lab folder; here their runs are copied."""
 
 
 def copy_of(demo):
-    return lambda found: (
-        f"cp -r {shlex.quote(str(demo.folder))} {found['folder'] or 'rigrunner-demo'}"
+    return lambda match: (
+        f"cp -r {shlex.quote(str(demo.folder))} {match['folder'] or 'rigrunner-demo'}"
     )
 
 
 @pytest.fixture(scope="module")
 def served():
-    """The folder of a `rigrunner` that need not be imported for each command."""
+    """Yield the folder of a `rigrunner` that is not imported again for each command."""
     with served_command() as folder:
         yield folder
 
 
 def execute(block, folder, where):
-    return executed(block, folder, where, lies_in=folder)[0]
+    return run_block(block, folder, where, lies_in=folder)[0]
 
 
-def executed(block, folder, where, lies_in, served=None):
-    """Run a block in a folder; return what it printed, and the folder in which it ended."""
-    ended = lies_in.with_name(f"{lies_in.name}-ended-in")
+def run_block(block, folder, where, lies_in, served=None):
+    """Run a block in a folder; return its output, and the folder in which it ended."""
+    pwd = lies_in.with_name(f"{lies_in.name}-ended-in")
     runners = {
-        "sh": ["bash", "-euo", "pipefail", "-c", f"{block.code}\npwd > {shlex.quote(str(ended))}"],
+        "sh": ["bash", "-euo", "pipefail", "-c", f"{block.code}\npwd > {shlex.quote(str(pwd))}"],
         "python": [sys.executable, "-c", block.code],
     }
-    assert block.language in runners, f"{where}: nobody knows how to run '{block.language}'"
+    assert block.language in runners, f"{where}: no runner for '{block.language}'"
     path = (served, Path(sys.executable).parent, os.environ["PATH"])
     with drawn() if block.language == "python" else nullcontext():  # it may save its own figures
         environment = dict(os.environ)
@@ -211,12 +211,12 @@ def executed(block, folder, where, lies_in, served=None):
     )
     assert done.returncode == 0, f"{where} ended with {done.returncode}\n{done.stdout}"
     if block.language == "sh":
-        folder = Path(ended.read_text(encoding="utf-8").rstrip("\n"))
+        folder = Path(pwd.read_text(encoding="utf-8").rstrip("\n"))
     return done.stdout, folder
 
 
 def install_entry_points(blocks, folder):
-    """Do what `pip install` would do for the plugin that a page declares, without the network."""
+    """Install the entry points of a page's plugin as `pip install` would, without a network."""
     for block in blocks:
         if block.file == "pyproject.toml":
             project = tomllib.loads(block.code).get("project")
@@ -234,15 +234,15 @@ def install_entry_points(blocks, folder):
             (info / "entry_points.txt").write_text("\n".join(lines) + "\n")
 
 
-def test_ci_runs_the_readme_commands_as_they_stand():
+def test_ci_runs_the_readme_commands_unchanged():
     first = code_blocks(ROOT / "README.md")[0]
     assert first.elsewhere == RUN_BY_CI
     assert first.code.splitlines() == [
         "python3 -m venv .venv && .venv/bin/pip install . && .venv/bin/rigrunner demo",
         "python3 -m venv .venv && .venv/bin/pip install -e '.[test]' && .venv/bin/pytest",
     ]
-    (again,) = code_blocks(ROOT / "docs/index.md")
-    assert again.code == first.code.splitlines(keepends=True)[0]
+    (index_block,) = code_blocks(ROOT / "docs/index.md")
+    assert index_block.code == first.code.splitlines(keepends=True)[0]
     script = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
     extract = re.search(r"^page_block\(\).*?^}", script, re.MULTILINE | re.DOTALL)[0]
     shown = subprocess.run(
@@ -254,81 +254,85 @@ def test_ci_runs_the_readme_commands_as_they_stand():
     assert "run_readme_command 2" in script
 
 
-def test_ci_installs_offline_as_the_page_says():
+def test_ci_installs_offline_as_documented():
     page = "docs/how-to/install-offline.md"
     blocks = code_blocks(ROOT / page)
     assert [block.elsewhere for block in blocks] == [RUN_BY_CI] * 2
     script = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
     extract = re.search(r"^page_block\(\).*?^}", script, re.MULTILINE | re.DOTALL)[0]
     for number, block in enumerate(blocks, 1):
-        shown = subprocess.run(
+        printed = subprocess.run(
             ["bash", "-c", f"{extract}\npage_block {page} {number}"],
             env=os.environ | {"root": str(ROOT)}, capture_output=True, text=True, check=True,
         )  # fmt: skip
-        assert shown.stdout == block.code
+        assert printed.stdout == block.code
         assert f"page_block $page {number}" in script
 
 
-@pytest.mark.parametrize("page", pages(), ids=named)
-def test_every_link_leads_somewhere(page):
+@pytest.mark.parametrize("page", pages(), ids=relative_name)
+def test_every_link_has_a_target(page):
     missing = [
         target for target in links(page) if not (page.parent / target.partition("#")[0]).exists()
     ]
     assert missing == []
 
 
-def test_the_readme_is_short():
+def test_readme_is_short():
     page = ROOT / "README.md"
     assert len(page.read_text(encoding="utf-8").splitlines()) <= 110
     assert len(links(page)) <= 3 * 3 + 2 + 10  # three doors, two pictures, ten more
 
 
-def test_the_list_of_decisions_leads_to_every_decision():
+def test_every_decision_is_listed():
     index = ROOT / "docs/decisions/README.md"
-    reached = {(index.parent / target).resolve() for target in links(index)}
-    assert {page.resolve() for page in index.parent.glob("0*.md")} - reached == set()
+    linked = {(index.parent / target).resolve() for target in links(index)}
+    assert {page.resolve() for page in index.parent.glob("0*.md")} - linked == set()
 
 
-def test_the_list_of_the_site_leads_to_every_page_of_docs():
-    """The site has an error where it does not; this test needs no Sphinx."""
+def test_every_page_is_listed_on_the_site():
+    """The build of the site would fail otherwise; this test needs no Sphinx."""
     text = (ROOT / "docs/index.md").read_text(encoding="utf-8")
     listed = re.findall(r"^[\w-]+(?:/[\w-]+)?$", text, re.MULTILINE)
     assert len(listed) == len(set(listed))
-    there = {path.relative_to(ROOT / "docs").with_suffix("") for path in ROOT.glob("docs/**/*.md")}
-    assert set(map(Path, listed)) == {path for path in there if on_the_site(path)} - {Path("index")}
+    existing = {
+        path.relative_to(ROOT / "docs").with_suffix("") for path in ROOT.glob("docs/**/*.md")
+    }
+    assert set(map(Path, listed)) == {path for path in existing if on_the_site(path)} - {
+        Path("index")
+    }
 
 
 def on_the_site(path):
     return path.parts[0] not in {"decisions", "evidence", "dependencies", "dependencies.md"}
 
 
-def test_pages_of_the_site_lead_to_no_page_that_is_not_on_it():
+def test_pages_of_the_site_link_only_to_its_pages():
     folder = (ROOT / "docs").resolve()
     of_the_site = {page for page in folder.glob("**/*.md") if on_the_site(page.relative_to(folder))}
-    beyond = [
-        f"{named(page)}: {target}"
+    outside = [
+        f"{relative_name(page)}: {target}"
         for page in of_the_site
         for target in links(page)
         if target.partition("#")[0].endswith(".md")
         and (page.parent / target.partition("#")[0]).resolve() not in of_the_site
     ]
-    assert beyond == [], "decisions and evidence are in the sources alone, README is index.md"
+    assert outside == [], "decisions and evidence are in the sources alone, README is index.md"
 
 
-@pytest.mark.parametrize("page", pages(), ids=named)
-def test_every_yaml_block_is_yaml(page):
+@pytest.mark.parametrize("page", pages(), ids=relative_name)
+def test_every_yaml_block_is_valid(page):
     for block in code_blocks(page):
         if block.language == "yaml":
             yaml.safe_load(block.code)
 
 
-def test_the_exit_codes_of_the_page_are_those_of_the_code():
+def test_documented_exit_codes_match_the_code():
     text = (ROOT / "docs/reference/exit-codes.md").read_text(encoding="utf-8")
     rows = re.findall(r"^\| (\d+) \| ([A-Z]+) \|", text, re.MULTILINE)
     assert {(int(code), name) for code, name in rows} == {(c.value, c.name) for c in ExitCode}
 
 
-def test_every_step_and_its_terms_are_on_the_page_of_the_language():
+def test_every_step_and_option_is_documented():
     text = (ROOT / "docs/reference/procedure-language.md").read_text(encoding="utf-8")
     rows = re.findall(r"^\| `(\w+)` \|", text, re.MULTILINE)
     options = ["timeout", "retries", "repeatable", "limits", "on_fail"]
@@ -336,19 +340,19 @@ def test_every_step_and_its_terms_are_on_the_page_of_the_language():
     assert rows[-len(options) :] == options
 
 
-def test_every_hook_is_on_its_page():
+def test_every_hook_is_documented():
     text = (ROOT / "docs/reference/hooks.md").read_text(encoding="utf-8")
     rows = set(re.findall(r"^\| `(rigrunner_\w+)` \|", text, re.MULTILINE))
     assert rows == {name for name in vars(HookSpecs) if name.startswith("rigrunner_")}
 
 
-def test_every_path_of_the_run_file_page_is_in_a_run_file(demo):
+def test_documented_paths_match_a_run_file(demo):
     text = (ROOT / "docs/reference/run-file.md").read_text(encoding="utf-8")
     paths = re.findall(r"^\| `(/[\w/*]*)` \|", text, re.MULTILINE)
     with h5py.File(demo.loaded / "run.h5") as file:
-        there = {"/", *(f"/{name}" for name in names_of(file))}
+        existing = {"/", *(f"/{name}" for name in names_of(file))}
         assert file.attrs["rigrunner_format"] == 4
-    tops = {path for path in there if path.count("/") == 2} | {"/", "/entry"}
+    tops = {path for path in existing if path.count("/") == 2} | {"/", "/entry"}
     of_some_runs = {
         "/entry/imported",
         "/entry/no_load_after",
@@ -359,13 +363,13 @@ def test_every_path_of_the_run_file_page_is_in_a_run_file(demo):
 
 def scripts_of_the_run_file_page():
     blocks = code_blocks(ROOT / "docs/reference/run-file.md")
-    found = [one for one in blocks if one.language == "python"]
-    for block in found:
+    scripts = [block for block in blocks if block.language == "python"]
+    for block in scripts:
         assert "rigrunner" not in block.code.replace('"rigrunner: manifest/1"', "")
-    return found
+    return scripts
 
 
-def test_the_script_of_the_run_file_page_finds_the_manifest_to_be_right(demo, tmp_path):
+def test_documented_script_checks_the_manifest(demo, tmp_path):
     block, _ = scripts_of_the_run_file_page()
     (tmp_path / "run.h5").write_bytes((demo.loaded / "run.h5").read_bytes())
     assert execute(block, tmp_path, "run-file.md") == "all objects are as the manifest says\n"
@@ -375,7 +379,7 @@ def test_the_script_of_the_run_file_page_finds_the_manifest_to_be_right(demo, tm
 
 
 @pytest.mark.parametrize("version", ["now", 1])
-def test_a_short_script_without_rigrunner_reads_all_of_a_run(version, demo, tmp_path):
+def test_documented_script_reads_a_run_without_rigrunner(version, demo, tmp_path):
     _, block = scripts_of_the_run_file_page()
     lines = [line for line in block.code.splitlines() if line.strip()]
     assert len(lines) <= 30

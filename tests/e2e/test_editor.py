@@ -1,6 +1,6 @@
-"""Editors complete, complain of and explain procedures and stations: yaml-language-server is asked.
+"""Editors complete, check and explain procedures and stations, by yaml-language-server.
 
-RIGRUNNER_REQUIRE_YAML_SERVER=1 turns the skip where there is no server into a failure.
+RIGRUNNER_REQUIRE_YAML_SERVER=1 makes a missing server a failure instead of a skip.
 """
 
 from __future__ import annotations
@@ -120,7 +120,7 @@ def server(tmp_path_factory):
 
 
 class Editor:
-    """A text in the editor; '‸' in it is where the cursor stands."""
+    """A text in the editor; '‸' in it is the position of the cursor."""
 
     numbers = count()
 
@@ -129,12 +129,12 @@ class Editor:
         self.path = server.folder / folder / f"{next(self.numbers)}.yaml"
         self._cursor = (before.count("\n"), len(before.rpartition("\n")[2])) if at else None
         self._server = server
-        self.complaints = server.open(self.path, before + after)
+        self.diagnostics = server.open(self.path, before + after)
 
-    def offered(self):
+    def completions(self):
         return {item["label"]: item for item in self._server.completions(self.path, *self._cursor)}
 
-    def explained(self):
+    def hover(self):
         return self._server.hover(self.path, *self._cursor)
 
 
@@ -143,19 +143,23 @@ def edited(text, old, new):
     return text.replace(old, new)
 
 
-def told(complaints):
+def positions(diagnostics):
     return [
-        (one["range"]["start"]["line"] + 1, one["range"]["start"]["character"] + 1, one["message"])
-        for one in complaints
+        (
+            diagnostic["range"]["start"]["line"] + 1,
+            diagnostic["range"]["start"]["character"] + 1,
+            diagnostic["message"],
+        )
+        for diagnostic in diagnostics
     ]
 
 
 @pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
-def test_what_is_shipped_is_not_complained_of(server, path):
+def test_shipped_files_have_no_diagnostics(server, path):
     text = path.read_text(encoding="utf-8")
     assert text.startswith("# yaml-language-server: $schema=")
     folder = path.parent.relative_to(PROCEDURES)
-    assert told(Editor(server, text, folder).complaints) == []
+    assert positions(Editor(server, text, folder).diagnostics) == []
 
 
 @pytest.mark.parametrize(
@@ -165,9 +169,9 @@ def test_what_is_shipped_is_not_complained_of(server, path):
         ("{gain: 0.3 %, offset: 0.02 N·m, drift: 0.02 N·m, nonlinearity: 0.05 %}", "0.5 % FS"),
     ],
 )
-def test_a_whole_register_is_not_complained_of(server, old, new):
+def test_complete_register_has_no_diagnostics(server, old, new):
     text = edited(REGISTER, old, new)
-    assert told(Editor(server, text).complaints) == []
+    assert positions(Editor(server, text).diagnostics) == []
     assert parse_station(text, "s.yaml").model.instruments
 
 
@@ -175,17 +179,17 @@ def test_a_whole_register_is_not_complained_of(server, old, new):
     ("old", "new"),
     [("measures: force", "measures: forze"), ("k: 2", "k: two"), ("id: LC-3", "idd: LC-3")],
 )
-def test_a_mistake_in_the_register_is_underlined(server, old, new):
+def test_mistake_in_the_register_is_reported(server, old, new):
     wrong = edited(REGISTER, old, new)
-    assert told(Editor(server, wrong).complaints)
+    assert positions(Editor(server, wrong).diagnostics)
 
 
 OWN_ANALYSIS = "write-an-analysis"
-"""Its procedure names an analysis of its own, which the shipped schema does not know."""
+"""Its procedure names its own analysis, which the shipped schema does not know."""
 
 
 def pages_with_files():
-    for page in (each for each in pages() if each.stem != OWN_ANALYSIS):
+    for page in (page for page in pages() if page.stem != OWN_ANALYSIS):
         for block in code_blocks(page):
             language = re.match(
                 r"(?:# yaml-language.*\n)?rigrunner: (procedure(?=/2)|station(?=/1))", block.code
@@ -200,13 +204,13 @@ WIDE = MODELINE + (ROOT / "tests/e2e/language/wide.yaml").read_text(encoding="ut
 
 
 @pytest.mark.parametrize("text", [PROCEDURE, STATION, WIDE], ids=["procedure", "station", "wide"])
-def test_what_is_spoiled_below_is_good_as_it_is(server, text):
-    assert told(Editor(server, text).complaints) == []
+def test_unspoiled_examples_have_no_diagnostics(server, text):
+    assert positions(Editor(server, text).diagnostics) == []
 
 
 @pytest.mark.parametrize("text", list(pages_with_files()))
-def test_what_the_pages_show_is_not_complained_of(server, text):
-    assert told(Editor(server, text).complaints) == []
+def test_files_on_pages_have_no_diagnostics(server, text):
+    assert positions(Editor(server, text).diagnostics) == []
 
 
 ERROR_LIMIT = "expected a limit of error with its unit, such as '0.5 % FS'"
@@ -261,22 +265,22 @@ WRONG_STATIONS = [
 ]  # fmt: skip
 
 
-def assert_told(server, text, place, message):
+def assert_reported(server, text, place, message):
     before = text[: text.index(place)]
     line, column = before.count("\n") + 1, len(before.rpartition("\n")[2]) + 1
-    first = told(Editor(server, text).complaints)[0]
+    first = positions(Editor(server, text).diagnostics)[0]
     assert first[2].startswith(message)
     assert first[:2] == (line, column)
 
 
 @pytest.mark.parametrize(("old", "new", "place", "message"), WRONG_PROCEDURES)
-def test_a_mistake_in_a_procedure_is_underlined(server, old, new, place, message):
-    assert_told(server, edited(PROCEDURE, old, new), place, message)
+def test_mistake_in_a_procedure_is_reported(server, old, new, place, message):
+    assert_reported(server, edited(PROCEDURE, old, new), place, message)
 
 
 @pytest.mark.parametrize(("old", "new", "place", "message"), WRONG_STATIONS)
-def test_a_mistake_in_a_station_is_underlined(server, old, new, place, message):
-    assert_told(server, edited(STATION, old, new), place, message)
+def test_mistake_in_a_station_is_reported(server, old, new, place, message):
+    assert_reported(server, edited(STATION, old, new), place, message)
 
 
 STEP = "        - settle: {cycles: 5}\n"
@@ -300,30 +304,30 @@ STEP = "        - settle: {cycles: 5}\n"
         ("acceptance:", "‸\nacceptance:", "description", "Purpose and method"),
     ],
 )
-def test_what_may_stand_here_is_offered_with_its_help(server, old, new, label, words):
-    offered = Editor(server, edited(PROCEDURE, old, new)).offered()
-    assert words in str(offered[label]["documentation"])
+def test_completions_have_their_help(server, old, new, label, words):
+    completions = Editor(server, edited(PROCEDURE, old, new)).completions()
+    assert words in str(completions[label]["documentation"])
 
 
-def test_a_plugin_is_offered_with_and_without_settings(server):
+def test_plugin_is_completed_with_and_without_settings(server):
     editor = Editor(server, edited(PROCEDURE, "        - energy\n", "        - ‸\n"))
     items = server.completions(editor.path, *editor._cursor)
-    written = {item["insertText"].split("\n")[0] for item in items}
-    assert {"energy", "energy:"} <= written
+    inserted = {item["insertText"].split("\n")[0] for item in items}
+    assert {"energy", "energy:"} <= inserted
 
 
-def test_a_steps_needed_keys_are_written_with_it(server):
-    offered = Editor(server, edited(PROCEDURE, STEP, "        - ‸\n")).offered()
-    written = offered["zero"]["textEdit"]["newText"]
-    assert re.search(r"channel: .*\n\s+within: ", written)
-    assert "duration" not in written
+def test_completion_of_a_step_inserts_its_required_keys(server):
+    completions = Editor(server, edited(PROCEDURE, STEP, "        - ‸\n")).completions()
+    inserted = completions["zero"]["textEdit"]["newText"]
+    assert re.search(r"channel: .*\n\s+within: ", inserted)
+    assert "duration" not in inserted
 
 
-def test_the_settings_of_the_chosen_device_are_offered(server):
+def test_settings_of_the_chosen_device_are_completed(server):
     text = edited(STATION, "settings: {seed: 1}", "settings:\n      ‸")
-    offered = Editor(server, text).offered()
-    assert "drive_line" in offered
-    assert "manifest" not in offered
+    completions = Editor(server, text).completions()
+    assert "drive_line" in completions
+    assert "manifest" not in completions
 
 
 @pytest.mark.parametrize(
@@ -340,5 +344,5 @@ def test_the_settings_of_the_chosen_device_are_offered(server):
         ("analysis:\n", "anal‸ysis:\n", "Analyses of the recorded data"),
     ],
 )
-def test_what_stands_here_is_explained(server, old, new, words):
-    assert words in Editor(server, edited(PROCEDURE, old, new)).explained()
+def test_hover_explains_keys_and_names(server, old, new, words):
+    assert words in Editor(server, edited(PROCEDURE, old, new)).hover()

@@ -1,4 +1,4 @@
-"""What `rigrunner check` says of a model in a procedure: line and column, within a second."""
+"""`rigrunner check` on a model in a procedure: line and column, within a second."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def checked(folder, model):
     return called, time.perf_counter() - began
 
 
-def test_a_model_that_fits(tmp_path):
+def test_valid_model_passes(tmp_path):
     called, _ = checked(tmp_path, "n = r / U")
     assert called.code == 0, called.err
     station = tmp_path / "station.yaml"
@@ -66,12 +66,12 @@ def test_a_model_that_fits(tmp_path):
     ],
     ids=range(9),
 )
-def test_a_model_that_is_refused(tmp_path, model, line, column, message):
+def test_invalid_model_is_refused_with_its_column(tmp_path, model, line, column, message):
     called, seconds = checked(tmp_path, model)
     assert called.code == 3
     assert f"supply.yaml:{line}:{column}: error: analysis[0].equation.model: " in called.err
     assert message in called.err
-    assert seconds < 10  # a second on a machine that does nothing else
+    assert seconds < 10  # one second on an idle machine
 
 
 @pytest.mark.parametrize(
@@ -90,13 +90,13 @@ def test_a_model_that_is_refused(tmp_path, model, line, column, message):
     ],
     ids=["unused", "twice", "unknown"],
 )
-def test_parts_that_do_not_fit_together_are_refused_where_they_stand(tmp_path, more, at, message):
+def test_inconsistent_keys_are_refused_with_their_place(tmp_path, more, at, message):
     called, _ = checked(tmp_path, f"r / U\n      {more}")
     assert called.code == 3
     assert f"supply.yaml:{at}: error: analysis[0].equation.{message}" in called.err
 
 
-def test_a_channel_that_no_step_measures_and_one_without_a_register_entry(tmp_path):
+def test_unmeasured_and_unregistered_channels_are_refused(tmp_path):
     procedure = PROCEDURE.replace("MODEL", "r / U")
     wrong = procedure.replace("bench.ripple}", "bench.rippel}")
     called = call("check", *_with_station(tmp_path, wrong))
@@ -108,7 +108,7 @@ def test_a_channel_that_no_step_measures_and_one_without_a_register_entry(tmp_pa
     assert "bench.ripple enters the result 'noise', which has a limit" in called.err
 
 
-def test_a_limit_of_a_refused_analysis_is_no_second_mistake(tmp_path):
+def test_limit_of_a_refused_analysis_is_not_reported(tmp_path):
     limited = PROCEDURE.replace("MODEL", "r / U").replace("bench.ripple}", "of.bench.ripple}") + (
         "acceptance: {rule: simple, limits: [{of: noise, worst: yes, max: 1 %, source: a}]}\n"
     )

@@ -59,8 +59,8 @@ def issued(tmp_path_factory):
 
 
 def form(issued, suffix):
-    (found,) = issued[2].glob(f"*{suffix}")
-    return found
+    (path,) = issued[2].glob(f"*{suffix}")
+    return path
 
 
 def verified(path, issued):
@@ -69,29 +69,29 @@ def verified(path, issued):
         return call("verify", path, *words)
 
 
-def test_the_content_has_the_equation_and_the_budget_of_the_deciding_value(issued):
+def test_content_has_equation_and_budget_of_the_deciding_value(issued):
     (model,) = json.loads(form(issued, ".json").read_text(encoding="utf-8"))["models"]
     (equation,) = model["equations"]
     assert (equation["symbol"], equation["text"]) == ("P", "U**2 / R")
     assert model["coordinates"]["bench.current"]["value"] == 1.0  # the greater power
     volts, ohms = 12.022, 10.0
-    lines = {each["name"].split(",")[0].split(" ")[0]: each for each in model["budget"]}
+    lines = {line["name"].split(",")[0].split(" ")[0]: line for line in model["budget"]}
     assert len(lines) == 2
-    found = sorted(each["contribution"] for each in lines.values())
+    contributions = sorted(line["contribution"] for line in lines.values())
     # GUM 5.1.2 by hand: |2 U / R| 2 mV / sqrt(3), and (U / R)^2 0.1 Ω / sqrt(3)
     by_hand = 2 * volts / ohms * 0.002 / sqrt(3), (volts / ohms) ** 2 * 0.1 / sqrt(3)
-    assert found == pytest.approx(by_hand, rel=1e-6)
+    assert contributions == pytest.approx(by_hand, rel=1e-6)
 
 
 @pytest.mark.thorough
-def test_every_form_shows_them_and_verifies(issued):
+def test_every_form_shows_equation_and_budget_and_verifies(issued):
     page = form(issued, ".html").read_text(encoding="utf-8")
     section = page.split('<section id="models">')[1].split("</section>")[0]
     assert 'alttext="P = U**2 / R"' in section
     assert "<mfrac>" in section
     assert "Unsicherheitsbudget von P, bench.current = 1 A" in section
     shares = [
-        float(each.replace(",", ".")) for each in re.findall(r"<td>(\d+,\d)</td></tr>", section)
+        float(share.replace(",", ".")) for share in re.findall(r"<td>(\d+,\d)</td></tr>", section)
     ]
     assert sum(shares) == pytest.approx(100, abs=0.1)
     text = text_of(form(issued, ".pdf").read_bytes())
@@ -102,7 +102,7 @@ def test_every_form_shows_them_and_verifies(issued):
 
 
 @pytest.mark.parametrize("what", ["equation", "budget"])
-def test_a_changed_model_does_not_verify(issued, tmp_path, what):
+def test_changed_model_does_not_verify(issued, tmp_path, what):
     path = tmp_path / form(issued, ".html").name
     path.write_bytes(form(issued, ".html").read_bytes())
 

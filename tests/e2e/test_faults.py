@@ -1,4 +1,4 @@
-"""The table of faults says what the engine does: each of its rows is done on the simulated rig."""
+"""The table of faults matches the engine: each row is tried on the simulated rig."""
 
 from __future__ import annotations
 
@@ -60,41 +60,41 @@ def planned(folder, kind, call, *, once, terms=""):
         plugin=("plugin: swing_tester_sim", "plugin: fault"),
         settings=("{seed: 1}", settings),
     )
-    alone = INTERLOCKS.sub("", station.read_text(encoding="utf-8"))  # they read, too
-    station.write_text(alone, encoding="utf-8")
+    text = INTERLOCKS.sub("", station.read_text(encoding="utf-8"))  # interlocks read too
+    station.write_text(text, encoding="utf-8")
     return plan_run(procedure, station, load_registry(), SimulatedClock(START))
 
 
-def answer(plan):
-    """Run, and return the error's name and what became of it in the words of the table."""
-    rig, heard = Rig(plan.devices, plan.clock), []
+def reaction(plan):
+    """Run, and return the name of the error and the outcome in the words of the table."""
+    rig, log = Rig(plan.devices, plan.clock), []
     try:
         rig.connect()
     except DeviceError as error:
         return type(error).__name__, "not begun"
     summary = run_plan(
-        plan.plan, rig, Bus([heard.append]), plan.clock, UnattendedAnswers(), threading.Event(), "r"
+        plan.plan, rig, Bus([log.append]), plan.clock, UnattendedAnswers(), threading.Event(), "r"
     )
     rig.close()
-    good = {e.recording for e in heard if isinstance(e, StepEnded) and e.ok}
+    good = {e.recording for e in log if isinstance(e, StepEnded) and e.ok}
     if summary.outcome is Outcome.COMPLETED:
-        lost = "001_1Hz" not in good and "001_1Hz_try2" not in good
-        assert bool(summary.passed_over) is lost
-        return "none", "point lost" if lost else "completed"
+        is_lost = "001_1Hz" not in good and "001_1Hz_try2" not in good
+        assert bool(summary.passed_over) is is_lost
+        return "none", "point lost" if is_lost else "completed"
     assert summary.outcome is Outcome.ERROR
     safe = "safe" if summary.safe else "not safe"
     return type(summary.error).__name__, f"run ends, {safe}"
 
 
 @pytest.mark.parametrize("row", ROWS, ids=lambda row: f"{row[0]} in {row[1]}")
-def test_the_engine_answers_as_the_table_says(row, tmp_path):
-    kind, call, error, alone, with_retries, going_on = row
-    assert answer(planned(tmp_path, kind, call, once=True)) == (error, alone)
+def test_engine_reacts_as_the_table_states(row, tmp_path):
+    kind, call, error, alone, with_retries, continuing = row
+    assert reaction(planned(tmp_path, kind, call, once=True)) == (error, alone)
     if with_retries != "-":
-        tried = planned(tmp_path, kind, call, once=True, terms=", retries: 1")
-        assert answer(tried)[1] == with_retries
-        passed = planned(tmp_path, kind, call, once=False, terms=", on_fail: continue")
-        assert answer(passed)[1] == going_on
+        retried = planned(tmp_path, kind, call, once=True, terms=", retries: 1")
+        assert reaction(retried)[1] == with_retries
+        continued = planned(tmp_path, kind, call, once=False, terms=", on_fail: continue")
+        assert reaction(continued)[1] == continuing
 
 
 def test_the_table_has_every_kind_of_fault():
@@ -104,13 +104,13 @@ def test_the_table_has_every_kind_of_fault():
     assert [line.split("`")[1] for line in kinds.splitlines()[2:]] == list(NATURES)
 
 
-def test_what_failed_is_kept_as_incomplete_and_the_next_try_is_the_recording(tmp_path):
+def test_failed_attempt_is_incomplete_and_the_next_one_counts(tmp_path):
     plan = planned(tmp_path, "gap", "stream", once=True, terms=", retries: 1")
     finished = execute(
         plan, runs=tmp_path / "runs", inputs={}, partners={}, answers=UnattendedAnswers(),
         stop=threading.Event(), listeners=(),
     )  # fmt: skip
     stored = read(finished.folder)
-    names = [each.name for each in stored.recordings]
+    names = [recording.name for recording in stored.recordings]
     assert names[0] == "001_1Hz_try2"
     assert "001_1Hz" not in names

@@ -1,4 +1,4 @@
-"""The tables of silent errors are those of one study, of the faults that the code has."""
+"""The tables of silent errors are consistent, and cover the faults in the code."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ def table_of(title):
     return header, rows
 
 
-def test_every_fault_is_listed_as_the_code_has_it_and_every_case_is_counted():
+def test_faults_match_the_code_and_all_cases_are_counted():
     header, rows = table_of("Fault by fault")
     assert header == list(HEADER)
-    assert [row[:2] for row in rows] == [[each.name, each.extent] for each in FAULTS]
+    assert [row[:2] for row in rows] == [[fault.name, fault.extent] for fault in FAULTS]
     for row in rows:
         cases, failed, refused, flagged, *silent = (int(row[i]) for i in (2, 3, 4, 5, 7, 8, 9))
         assert failed + refused + flagged + sum(silent) == cases
     assert sum(int(row[2]) for row in rows) >= AT_LEAST
 
 
-def test_none_is_far_beyond_what_it_states_and_few_are_beyond():
+def test_no_result_is_far_beyond_its_uncertainty():
     _, rows = table_of("Fault by fault")
     within, beyond, far = (sum(int(row[i]) for row in rows) for i in (7, 8, 9))
     header, (faulty, clean) = table_of("Undetected wrong results")
@@ -39,15 +39,15 @@ def test_none_is_far_beyond_what_it_states_and_few_are_beyond():
     assert far == 0
     share = Share(beyond, within + beyond)
     assert faulty[:4] == ["with a fault", str(share.of), share_text(share), "0"]
-    hits, of = (int(each) for each in clean[2].split(" ")[0].split("/"))
+    hits, of = (int(part) for part in clean[2].split(" ")[0].split("/"))
     assert clean[2] == share_text(Share(hits, of))
     assert clean[3] == "0"
-    # No more often than clean rigs, as far as so many of both can tell.
+    # No more often than on rigs without a fault, within the statistics of both.
     assert share.interval[0] <= Share(hits, of).interval[1]
 
 
-def test_faults_that_no_data_can_show_are_listed_with_the_reason():
+def test_undetectable_faults_are_listed_with_the_reason():
     header, rows = table_of("Faults that data cannot show")
     assert header == list(UNSEEN_HEADER)
     listed = [(row[0], row[1], int(row[2]), row[-1]) for row in rows]
-    assert listed == [(each.name, each.extent, UNSEEN_CASES, each.unseen) for each in UNSEEN]
+    assert listed == [(fault.name, fault.extent, UNSEEN_CASES, fault.unseen) for fault in UNSEEN]

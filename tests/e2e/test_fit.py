@@ -1,4 +1,4 @@
-"""`rigrunner fit`: certified data sets as a user has them, and slips with their place."""
+"""`rigrunner fit`: certified data sets as CSV files, and mistakes with their place."""
 
 from __future__ import annotations
 
@@ -34,19 +34,19 @@ def table(folder, nist):
     ("name", "fit", "least"),
     [("Filip", "polynomial: {degree: 10}", 13), ("Longley", LONGLEY, 13), ("Misra1a", MISRA, 10.5)],
 )
-def test_certified_data_as_a_user_has_them(name, fit, least, tmp_path):
+def test_fits_of_certified_data(name, fit, least, tmp_path):
     nist = strd["read"](name)
     path, regressors = table(tmp_path, nist)
     done = call("fit", path, "--y", "y", *regressors, "--fit", fit, "--json")
     assert done.code == 0, done.err
-    found = list(json.loads(done.out)["coefficients"].values())
-    estimates = [each["value"] for each in found]
-    deviations = [each["standard_uncertainty"] for each in found]
+    coefficients = list(json.loads(done.out)["coefficients"].values())
+    estimates = [coefficient["value"] for coefficient in coefficients]
+    deviations = [coefficient["standard_uncertainty"] for coefficient in coefficients]
     assert strd["digits"](estimates, nist.estimates) >= least
     assert strd["digits"](deviations, nist.standard_deviations) >= min(least, 10.5)
 
 
-def test_it_is_shown_as_a_table(tmp_path):
+def test_fit_is_shown_as_a_table(tmp_path):
     path = tmp_path / "points.csv"
     path.write_text("speed,torque,u\n" + "".join(f"{k},{1 + 2 * k},0.1\n" for k in range(9)))
     fit = "polynomial: {degree: 1, weighted: yes}"
@@ -77,7 +77,7 @@ XY = ("--y", "y", "--x", "x")
         ("x,y\n1,2\n", ("--y", "y"), 2, "--x"),
     ],
 )
-def test_slips_have_their_place(text, words, code, message, tmp_path):
+def test_mistakes_are_reported_with_their_place(text, words, code, message, tmp_path):
     path = tmp_path / "t.csv"
     path.write_text(text)
     done = call("fit", path, *words)
@@ -85,8 +85,8 @@ def test_slips_have_their_place(text, words, code, message, tmp_path):
     assert message in done.err
 
 
-def test_a_fit_of_a_table_has_the_names_of_its_columns(tmp_path):
+def test_formula_has_the_names_of_the_columns(tmp_path):
     wear = tmp_path / "wear.csv"
     wear.write_text("load,wear\n1,2\n2,4.1\n3,5.9\n4,8.2\n", encoding="utf-8")
-    found = call("fit", wear, "--y", "wear", "--x", "load")
-    assert found.out.startswith("wear = c0 + c1·load + c2·load²\n")
+    called = call("fit", wear, "--y", "wear", "--x", "load")
+    assert called.out.startswith("wear = c0 + c1·load + c2·load²\n")

@@ -1,6 +1,6 @@
-"""What `verify` says of forged, replaced and sealed certificates: docs/evidence/forgeries.md.
+"""`verify` on forged, replaced and sealed certificates: docs/evidence/forgeries.md.
 
-Each case stands in that table by its name, with its first line and exit code.
+Each case is in that table by its name, with its first line and exit code.
 """
 
 from __future__ import annotations
@@ -34,17 +34,17 @@ pytestmark = pytest.mark.thorough
 
 PAGE = Path(__file__).parents[2] / "docs" / "evidence" / "forgeries.md"
 SEED = 17025
-EACH = {"JSON": 50, "HTML": 50, "PDF": 50, RUN_FILE: 10}
-"""So many bytes; of a run file fewer, as a process of its own reads each."""
+BYTE_COUNTS = {"JSON": 50, "HTML": 50, "PDF": 50, RUN_FILE: 10}
+"""Number of changed bytes; fewer of a run file, as a separate process reads each."""
 CASES = {}
 
 
 @dataclass(frozen=True)
 class Issued:
-    """A run with a certificate of each of two laboratories, the second one amended, and a key."""
+    """A run with certificates of two laboratories, the second one amended, and a key."""
 
     folder: Path
-    """Of the certificates; to be copied."""
+    """The folder of the certificates, to be copied."""
     runs: Path
     letterhead: Path
     other_letterhead: Path
@@ -52,7 +52,7 @@ class Issued:
     original: str
     other: str
     amendment: str
-    """Of the other one."""
+    """The amendment of the other certificate."""
 
 
 @pytest.fixture(scope="module")
@@ -63,7 +63,7 @@ def issued(quick_copy):
     labs = [letterhead(folder / name) for name in ("lab", "other")]
     entries = labs[1] / "letterhead.yaml"
     entries.write_text(entries.read_text("utf-8").replace("prefix: DEMO", "prefix: OTHER"), "utf-8")
-    original, other = (issue(run_folder, each, folder / "out")[0] for each in labs)
+    original, other = (issue(run_folder, lab, folder / "out")[0] for lab in labs)
     assert "OTHER" in other.stem
     amend = ("--reason", "misspelt", "--by", "Z. Head", "--customer", "Example Ltd")
     done = call("amend", other, *amend, "--letterhead", labs[1], "--out", folder / "amended")
@@ -75,7 +75,7 @@ def issued(quick_copy):
 
 @dataclass(frozen=True)
 class Copies:
-    """Copies of all that was issued, for one case."""
+    """Copies of all issued files, for one case."""
 
     issued: Issued
     folder: Path
@@ -84,7 +84,7 @@ class Copies:
         return self.folder / f"{number or self.issued.original}{suffix}"
 
     def keep(self, *suffixes):
-        """Take away all forms but these."""
+        """Remove all forms except these."""
         for suffix in FORMS.keys() - set(suffixes):
             self.path(suffix).unlink()
 
@@ -95,7 +95,7 @@ class Copies:
         return call("verify", self.path(form, number), *runs, *with_own, *words)
 
     def sign(self):
-        """Sign, and return what verifying with that key alone says."""
+        """Sign, and return the result of `verify` with that key alone."""
         key, own = self.issued.key, self.issued.letterhead
         words = ("--key", key, "--by", "Z. Head", "--letterhead", own)
         done = call("sign", self.path(".json"), *words)
@@ -111,13 +111,13 @@ def copies(issued, tmp_path):
 
 
 def case(name):
-    """Enter a case under its name in the table."""
+    """Register a case under its name in the table."""
 
-    def entered(function):
+    def register(function):
         CASES[name] = function
         return function
 
-    return entered
+    return register
 
 
 @case("as issued, with the letterhead")
@@ -282,9 +282,9 @@ def replaced_then_sealed(copies):
 @case("numbers by another revision of a method")
 def other_revision(copies):
     def claim(content):
-        known = json.loads(content)
-        known["evidence"]["revisions"]["analysis"] = 99
-        return (json.dumps(known, ensure_ascii=False, indent=1) + "\n").encode()
+        document = json.loads(content)
+        document["evidence"]["revisions"]["analysis"] = 99
+        return (json.dumps(document, ensure_ascii=False, indent=1) + "\n").encode()
 
     resealed(copies.path(".json"), claim)
     copies.keep(".json")
@@ -297,12 +297,12 @@ def table():
     return {name: (int(code), words) for name, words, code in rows}
 
 
-def test_the_table_has_every_case():
+def test_table_has_every_case():
     assert set(table()) == {*CASES, *BYTES}
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_a_case_of_the_table(name, copies):
+def test_case_matches_the_table(name, copies):
     done = CASES[name](copies)
     first = (done.out or done.err).splitlines()[0]
     code, words = table()[name]
@@ -311,13 +311,14 @@ def test_a_case_of_the_table(name, copies):
 
 
 BYTES = {
-    f"{count} random bytes, one at a time, of the {form}": form for form, count in EACH.items()
+    f"{count} random bytes, one at a time, of the {form}": form
+    for form, count in BYTE_COUNTS.items()
 }
 
 
 @pytest.mark.parametrize("name", BYTES)
-def test_each_changed_byte_of_the_table(name, copies):
-    """Of the documents by what `verify` does first, and of the run file by `verify` itself."""
+def test_each_changed_byte_is_detected(name, copies):
+    """Documents by the first stage of `verify`, the run file by `verify` itself."""
     code, words = table()[name]
     assert (code, words) == (1, "DOES NOT MATCH")
     rng, form = random.Random(SEED), BYTES[name]  # noqa: S311  (seeded, to be repeated)
@@ -328,7 +329,7 @@ def test_each_changed_byte_of_the_table(name, copies):
     else:
         original = path = copies.path(f".{form.lower()}")
     content = original.read_bytes()
-    for _ in range(EACH[form]):
+    for _ in range(BYTE_COUNTS[form]):
         changed = bytearray(content)
         changed[rng.randrange(len(changed))] ^= rng.randrange(1, 256)
         path.write_bytes(changed)
@@ -336,6 +337,6 @@ def test_each_changed_byte_of_the_table(name, copies):
             done = copies.verify(path, own=False)
             assert (done.code, done.out.startswith(words)) == (code, True), done
         else:
-            found = Verification()
-            read_contents(found, [Form(path, bytes(changed))])
-            assert (found.exit_code, found.conclusion.startswith(words)) == (code, True)
+            verified = Verification()
+            read_contents(verified, [Form(path, bytes(changed))])
+            assert (verified.exit_code, verified.conclusion.startswith(words)) == (code, True)

@@ -58,12 +58,12 @@ class Lab:
     def run(self, procedure):
         return call(*self.arguments(procedure))
 
-    def found(self):
+    def run_folder(self):
         (folder,) = (self.folder / "runs").glob("*SSPB-END*")
         return folder
 
     def document(self):
-        return json.loads((self.found() / "result.json").read_text(encoding="utf-8"))
+        return json.loads((self.run_folder() / "result.json").read_text(encoding="utf-8"))
 
 
 @pytest.fixture(scope="module")
@@ -71,76 +71,82 @@ def ended(tmp_path_factory):
     lab = Lab(tmp_path_factory.mktemp("endurance"), SHORT)
     called = lab.run("friction_endurance.yaml")
     assert called.code == 0, called.err
-    return lab, read(lab.found())
+    return lab, read(lab.run_folder())
 
 
 def results(lab, name):
-    found = [each for each in lab.document()["results"] if each["name"] == name]
-    return {each["coordinates"]["cycles"]["value"]: each["estimate"]["value"] for each in found}
+    named = [result for result in lab.document()["results"] if result["name"] == name]
+    return {
+        result["coordinates"]["cycles"]["value"]: result["estimate"]["value"] for result in named
+    }
 
 
-def test_torque_and_temperature_are_results_over_the_cycles(ended):
+def test_friction_and_temperature_are_results_over_cycles(ended):
     lab, _ = ended
     friction, temperature = results(lab, "friction"), results(lab, "temperature")
-    started = [5.0 + 50 * number for number in range(12)]  # 5 while it comes to 10 Hz in 1 s
+    started = [5.0 + 50 * number for number in range(12)]  # 5 in the ramp to 10 Hz in 1 s
     assert list(friction) == list(temperature) == started
     assert friction[505.0] > 1.01 * friction[5.0]  # the bearing wears by steps of 500 cycles
     assert all(later > before for before, later in pairwise(temperature.values()))
 
 
-def test_each_fifth_block_is_kept_whole_and_of_all_the_statistics(ended):
+def test_every_fifth_block_is_kept_and_statistics_of_all(ended):
     _, stored = ended
-    wear = [each for each in stored.recordings if each.coordinates["phase"] == "wear"]
-    assert [each.coordinates["block"] for each in wear] == [1, 6, 11]
-    assert [each.cycles for each in wear] == [5, 255, 505]
+    wear = [
+        recording for recording in stored.recordings if recording.coordinates["phase"] == "wear"
+    ]
+    assert [recording.coordinates["block"] for recording in wear] == [1, 6, 11]
+    assert [recording.cycles for recording in wear] == [5, 255, 505]
     rows = [row for row in stored.measurements if row.name == "recorded"]
     assert [row.coordinates["block"] for row in rows] == list(range(1, 13))
     assert [row.cycles for row in rows] == [5 + 50 * number for number in range(12)]
 
 
-def test_without_a_limit_it_ends_after_all_blocks_and_says_so(ended):
+def test_run_without_reaching_a_limit_notes_its_end(ended):
     _, stored = ended
     notes = [getattr(event, "text", "") for event in stored.events]
-    assert any(each.endswith("not above 55 °C after all 12 times") for each in notes)
-    assert any(each.endswith("not above 2.1 N·m after 12 of 12 times") for each in notes)
+    assert any(note.endswith("not above 55 °C after all 12 times") for note in notes)
+    assert any(note.endswith("not above 2.1 N·m after 12 of 12 times") for note in notes)
 
 
-def test_the_run_file_has_the_cycles(ended):
+def test_run_file_has_the_cycles(ended):
     lab, stored = ended
-    with h5py.File(lab.found() / "run.h5") as file:
+    with h5py.File(lab.run_folder() / "run.h5") as file:
         table = file["entry/measurements/recorded"]
         assert list(table["cycles"]) == [row.cycles for row in stored.measurements]
         kept = file["entry/recordings/_001_10Hz_wear_block1"]
         assert kept.attrs["cycles"] == 5
 
 
-def test_the_verdict_is_from_the_final_recordings_alone(ended):
+def test_verdict_is_from_the_final_recordings_only(ended):
     lab, stored = ended
     document = lab.document()
-    final = [each for each in stored.recordings if each.coordinates["phase"] == "final"]
+    final = [
+        recording for recording in stored.recordings if recording.coordinates["phase"] == "final"
+    ]
     assert len(final) == 12
     used = [point["recording"] for point in document["points"]]
-    assert used == [each.name for each in final]
+    assert used == [recording.name for recording in final]
     assert document["verdict"]["verdict"] == "pass"
-    judged = document["decision"]["result"]
-    value, u_95 = judged["value"], judged["expanded_uncertainty_95"]
+    result = document["decision"]["result"]
+    value, u_95 = result["value"], result["expanded_uncertainty_95"]
     assert value == pytest.approx(1.075 * NEW_NM, abs=u_95)
-    assert value - NEW_NM > u_95  # the new bearing's would be another
+    assert value - NEW_NM > u_95  # a new bearing would differ
 
 
-def test_the_report_shows_both_over_the_cycles(ended):
+def test_report_shows_friction_and_temperature(ended):
     lab, _ = ended
-    page = (lab.found() / "report.html").read_text(encoding="utf-8")
+    page = (lab.run_folder() / "report.html").read_text(encoding="utf-8")
     assert "effective torque of the swing" in page
     assert "temperature of the bearing" in page
-    assert call("verify", lab.found()).code == 0
+    assert call("verify", lab.run_folder()).code == 0
 
 
-def test_it_ends_at_the_limit_and_is_judged_all_the_same(tmp_path):
+def test_run_ended_by_temperature_is_decided(tmp_path):
     lab = Lab(tmp_path / "warm", (*SHORT, ("too_warm: 55 °C", "too_warm: 23.5 °C")))
     called = lab.run("friction_endurance.yaml")
     assert called.code == 0, called.err
-    stored = read(lab.found())
+    stored = read(lab.run_folder())
     rows = [row for row in stored.measurements if row.name == "recorded"]
     warm = [row.values["tester.temperature.mean"] - 273.15 for row in rows]
     assert 1 < len(rows) < 12
@@ -150,21 +156,21 @@ def test_it_ends_at_the_limit_and_is_judged_all_the_same(tmp_path):
     assert lab.document()["verdict"]["verdict"] == "pass"
 
 
-def test_it_ends_by_its_friction_and_is_judged_all_the_same(tmp_path):
+def test_run_ended_by_friction_is_decided(tmp_path):
     lab = Lab(tmp_path / "stiff", (*SHORT, ("too_stiff: 2.1 N·m", "too_stiff: 1.88 N·m")))
     called = lab.run("friction_endurance.yaml")
     assert called.code == 0, called.err
-    rows = [row for row in read(lab.found()).measurements if row.name == "recorded"]
+    rows = [row for row in read(lab.run_folder()).measurements if row.name == "recorded"]
     rms_nm = [row.values["tester.torque.rms"] for row in rows]
     assert len(rows) == 11, "the bearing wears by a step at 500 cycles, in the eleventh block"
     assert max(rms_nm[:-1]) < 1.88 < rms_nm[-1]
-    notes = " ".join(getattr(event, "text", "") for event in read(lab.found()).events)
+    notes = " ".join(getattr(event, "text", "") for event in read(lab.run_folder()).events)
     assert "above 1.88 N·m after 11 of 12 times" in notes
     assert lab.document()["verdict"]["verdict"] == "pass"
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="kill -9 needs a Unix")
-def test_kill_9_loses_no_finished_block_and_the_cycles_continue(tmp_path):
+def test_kill_9_loses_no_finished_block(tmp_path):
     lab = Lab(tmp_path / "killed", (("block: 50 s", "block: 20 s"), ("at_most: 50", "at_most: 30"),
                                     ("keep_every: 10", "keep_every: 5"),
                                     ("too_stiff: 2.1 N·m", "too_stiff: 5 N·m")))  # fmt: skip
@@ -173,43 +179,43 @@ def test_kill_9_loses_no_finished_block_and_the_cycles_continue(tmp_path):
         list(map(str, program)), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
     )
     try:
-        promised = _finished_blocks(lab, running, at_least=7)
+        finished_blocks = _finished_blocks(lab, running, at_least=7)
     finally:
         os.kill(running.pid, signal.SIGKILL)
         running.wait()
-    left = read(lab.found())
-    assert not left.info.sealed
-    kept = [row.coordinates["block"] for row in left.measurements]
-    assert kept[: len(promised)] == promised
-    assert kept == list(range(1, len(kept) + 1))
-    assert len(kept) < 30
-    take_up(lab.found())
-    stored = read(lab.found())
+    interrupted = read(lab.run_folder())
+    assert not interrupted.info.sealed
+    blocks = [row.coordinates["block"] for row in interrupted.measurements]
+    assert blocks[: len(finished_blocks)] == finished_blocks
+    assert blocks == list(range(1, len(blocks) + 1))
+    assert len(blocks) < 30
+    take_up(lab.run_folder())
+    stored = read(lab.run_folder())
     assert stored.info.outcome == "completed"
     rows = [row for row in stored.measurements if row.name == "recorded"]
     assert [row.coordinates["block"] for row in rows] == list(range(1, 31))
-    before = {row.coordinates["block"]: row for row in left.measurements}
-    for row in rows[: len(kept)]:
+    before = {row.coordinates["block"]: row for row in interrupted.measurements}
+    for row in rows[: len(blocks)]:
         assert row.values == before[row.coordinates["block"]].values
         assert row.cycles == before[row.coordinates["block"]].cycles
     cycles = [row.cycles for row in rows]
     assert all(later - earlier >= 200 for earlier, later in pairwise(cycles)), cycles
-    whole = [each.coordinates["block"] for each in stored.recordings
-             if each.coordinates["phase"] == "wear"]  # fmt: skip
+    whole = [recording.coordinates["block"] for recording in stored.recordings
+             if recording.coordinates["phase"] == "wear"]  # fmt: skip
     assert whole == [1, 6, 11, 16, 21, 26]
-    document = json.loads((lab.found() / "result.json").read_text(encoding="utf-8"))
+    document = json.loads((lab.run_folder() / "result.json").read_text(encoding="utf-8"))
     assert document["verdict"]["verdict"] in {"pass", "fail"}
-    assert call("verify", lab.found()).code == 0
+    assert call("verify", lab.run_folder()).code == 0
 
 
 def _finished_blocks(lab, running, at_least):
-    """Return the blocks that are on record once there are so many; while the run continues."""
+    """Return the recorded blocks once there are enough of them, while the run continues."""
     until = time.monotonic() + 120
     while time.monotonic() < until:
         assert running.poll() is None, "the run was over too soon"
         time.sleep(0.02)
         try:
-            rows = read(lab.found()).measurements
+            rows = read(lab.run_folder()).measurements
         except (DataError, ValueError, OSError):
             continue
         if len(rows) >= at_least:
@@ -229,5 +235,5 @@ def test_25_000_cycles(tmp_path):
     estimate = lab.document()["decision"]["result"]
     worn_nm = NEW_NM * (1 + 0.06 * 25_000 / 10_000)
     assert estimate["value"] == pytest.approx(worn_nm, abs=estimate["expanded_uncertainty_95"])
-    size = sum(each.stat().st_size for each in lab.found().rglob("*") if each.is_file())
+    size = sum(path.stat().st_size for path in lab.run_folder().rglob("*") if path.is_file())
     assert size < 50e6

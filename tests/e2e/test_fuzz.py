@@ -1,4 +1,4 @@
-"""Nearly good files, and all that ever crashed a reader: read or refused, never worse.
+"""Nearly valid files, and all that ever crashed a reader, are read or refused.
 
 A short form of `python tests/fuzz/fuzz.py`.
 """
@@ -38,13 +38,13 @@ INPUTS = examples(60)
 
 @pytest.fixture(scope="module")
 def reader():
-    made = Reader()
-    yield made
-    made.end()
+    shared_reader = Reader()
+    yield shared_reader
+    shared_reader.end()
 
 
 @pytest.mark.parametrize("target", TARGETS, ids=lambda target: target.name)
-def test_nearly_good_files_are_read_or_refused(reader, target):
+def test_nearly_valid_files_are_read_or_refused(reader, target):
     tally = fuzz(reader, target, INPUTS, seed=2)
 
     assert not tally.crashes
@@ -52,7 +52,7 @@ def test_nearly_good_files_are_read_or_refused(reader, target):
 
 
 @pytest.mark.parametrize("target", TARGETS, ids=lambda target: target.name)
-def test_the_files_to_begin_from_are_good_ones(target, tmp_path):
+def test_seed_files_are_valid(target, tmp_path):
     seeds = seeds_of(target)
 
     assert seeds
@@ -61,15 +61,15 @@ def test_the_files_to_begin_from_are_good_ones(target, tmp_path):
 
 
 @pytest.mark.parametrize("path", CORPUS, ids=lambda path: f"{path.parent.name}/{path.name}")
-def test_what_once_crashed_a_reader_is_refused(path, tmp_path):
-    target = next(each for each in TARGETS if each.name.replace(" ", "_") == path.parent.name)
+def test_files_that_once_crashed_a_reader_are_refused(path, tmp_path):
+    target = next(t for t in TARGETS if t.name.replace(" ", "_") == path.parent.name)
 
     outcome, where = verdict(target, path.read_bytes(), tmp_path)
 
     assert outcome in GOOD, where
 
 
-def test_what_takes_long_or_changes_other_files_is_a_fault(tmp_path, monkeypatch):
+def test_slow_readers_and_changes_of_other_files_are_faults(tmp_path, monkeypatch):
     def read(path):
         end_s = time.process_time() + float(path.read_text("utf-8"))
         while time.process_time() < end_s:
@@ -82,8 +82,8 @@ def test_what_takes_long_or_changes_other_files_is_a_fault(tmp_path, monkeypatch
     assert measured(target, b"0", tmp_path, ["open /x"])[:2] == (ELSEWHERE, "open /x")
 
 
-def test_changes_of_other_files_programs_and_calls_are_noticed(tmp_path):
-    """In a program of its own: what watches a process does so until its end."""
+def test_changes_of_other_files_and_calls_are_detected(tmp_path):
+    """In a separate program: the watch of a process lasts until its end."""
     (tmp_path / "own").mkdir()
     (tmp_path / "link").symlink_to(tmp_path)
     text = """
@@ -115,11 +115,11 @@ def test_changes_of_other_files_programs_and_calls_are_noticed(tmp_path):
     subprocess.run([sys.executable, "-c", lines], cwd=tmp_path, env=path, check=True)
 
 
-def test_the_corpus_is_there():
+def test_corpus_is_not_empty():
     assert CORPUS
 
 
-def test_the_page_on_security_has_every_reader_and_no_crash():
+def test_security_page_has_every_reader_and_no_crash():
     page = (FUZZ.parent.parent / "docs/evidence/security.md").read_text(encoding="utf-8")
     rows = [
         [cell.strip() for cell in line.strip("|").split("|")]
@@ -130,5 +130,5 @@ def test_the_page_on_security_has_every_reader_and_no_crash():
     for _, files, read, refused, *more in rows[2:]:
         assert int(files) == int(read) + int(refused)
         assert more[: len(OUTCOMES) - 2] == ["0"] * (len(OUTCOMES) - 2)
-    named = re.findall(r"`(tests/[^`]+)`", page)
-    assert all((FUZZ.parent.parent / name).exists() for name in named)
+    cited = re.findall(r"`(tests/[^`]+)`", page)
+    assert all((FUZZ.parent.parent / name).exists() for name in cited)

@@ -1,4 +1,4 @@
-"""The shipped procedure of a gauge study, from its sessions on the simulated rig to the report."""
+"""The shipped gauge study, from its sessions on the simulated rig to the report."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ pytestmark = pytest.mark.thorough
 
 TORQUES_NM = {"SN-1": 0.68, "SN-2": 0.7262, "SN-3": 0.78}
 SHIFTS_NM = {"A. Turner": 0.0, "B. Meyer": 0.012}
-"""What the second person's mounting adds, which the simulated bearing does not know of itself."""
+"""The effect of the second person's mounting, which the simulated bearing does not have."""
 ONLY_10_HZ = "[8 Hz, 10 Hz, 20 Hz, 30 Hz]"
 
 
 @pytest.fixture(scope="module")
 def study(tmp_path_factory):
-    """A no-load run and six sessions; each has a seed of its own."""
+    """A no-load run and six sessions, each with another seed."""
     folder = tmp_path_factory.mktemp("gauge")
     clock, runs = SimulatedClock(START), folder / "runs"
     sweep = quick_procedure(
@@ -51,20 +51,20 @@ def study(tmp_path_factory):
     return runs
 
 
-def test_sessions_become_a_study(study, tmp_path):
+def test_sessions_give_a_study(study, tmp_path):
     report = tmp_path / "gauge.html"
     done = call("gauge-rr", "--procedure", "SSPB-GRR", "--runs", study, "--json", "--out", report)
     assert done.code == 0, done.err
-    found = json.loads(done.out)
-    assert found["parts"] == list(TORQUES_NM)
-    assert found["operators"] == list(SHIFTS_NM)
-    readings = np.array(found["readings"])
+    report_data = json.loads(done.out)
+    assert report_data["parts"] == list(TORQUES_NM)
+    assert report_data["operators"] == list(SHIFTS_NM)
+    readings = np.array(report_data["readings"])
     assert readings.shape == (3, 2, 3)
     true = np.add.outer(list(TORQUES_NM.values()), list(SHIFTS_NM.values()))
-    # of six means one may well be beyond U: these rigs have no growth of friction under load
-    assert readings.mean(axis=2) == pytest.approx(true, abs=1.5 * found["expanded"])
-    components = found["analysis"]["components"]
-    # two operators 12 mN·m apart and three parts: their deviations, estimated from as few
+    # one of six means may exceed U: these rigs have no growth of friction under load
+    assert readings.mean(axis=2) == pytest.approx(true, abs=1.5 * report_data["expanded"])
+    components = report_data["analysis"]["components"]
+    # two operators 12 mN·m apart and three parts: deviations estimated from so few
     assert components["operator"] == pytest.approx(0.012 / 2**0.5, rel=0.2)
     assert components["part"] == pytest.approx(np.std(list(TORQUES_NM.values()), ddof=1), rel=0.1)
     assert components["repeatability"] < 0.004
@@ -73,34 +73,36 @@ def test_sessions_become_a_study(study, tmp_path):
     assert "B. Meyer" in page
 
 
-def test_the_study_enters_u_of_the_next_result(study, tmp_path):
-    """The lines go into the station as printed; two operators leave one degree of freedom."""
-    said = call("gauge-rr", "--procedure", "SSPB-GRR", "--runs", study)
-    found = json.loads(call("gauge-rr", "--procedure", "SSPB-GRR", "--runs", study, "--json").out)
-    lines = re.search(r"^  gauge_study:\n(?:    .*\n)+", said.out, re.MULTILINE)[0]
+def test_study_enters_u_of_the_next_result(study, tmp_path):
+    """The printed lines go into the station; two operators leave one degree of freedom."""
+    printed = call("gauge-rr", "--procedure", "SSPB-GRR", "--runs", study)
+    study_data = json.loads(
+        call("gauge-rr", "--procedure", "SSPB-GRR", "--runs", study, "--json").out
+    )
+    lines = re.search(r"^  gauge_study:\n(?:    .*\n)+", printed.out, re.MULTILINE)[0]
     station = station_file(tmp_path, ("  inertia: 0.00233", f"{lines}  inertia: 0.00233"))
     sweep = quick_procedure(tmp_path, "no_load_inertia_sweep")
     run(sweep, tmp_path / "runs")
     loaded = quick_procedure(tmp_path, "starting_torque_1000n")
     results = {
-        name: run(loaded, tmp_path / "runs", station=each).result
-        for name, each in (("plain", None), ("named", station))
+        name: run(loaded, tmp_path / "runs", station=station_file_path).result
+        for name, station_file_path in (("plain", None), ("named", station))
     }
-    components = found["analysis"]["components"]
+    components = study_data["analysis"]["components"]
     reproducibility = np.hypot(components["operator"], components["interaction"])
-    budget = {each.name: each for each in results["named"].means[0].components}
+    budget = {component.name: component for component in results["named"].means[0].components}
     source = "(SSPB-GRR, 3 parts, 2 operators, 3 trials)"
     by_persons = budget[f"reproducibility {source}"]
     assert by_persons.u == pytest.approx(reproducibility, rel=0.01)
     assert 1.0 <= by_persons.dof < 1.5
-    mounted = budget[f"scatter between mountings {source}"]
-    assert mounted.u == pytest.approx(components["repeatability"], rel=0.01)
-    alone = results["plain"].headline.u
-    expected = np.sqrt(alone**2 + by_persons.u**2 + mounted.u**2)
+    mounting = budget[f"scatter between mountings {source}"]
+    assert mounting.u == pytest.approx(components["repeatability"], rel=0.01)
+    without_study = results["plain"].headline.u
+    expected = np.sqrt(without_study**2 + by_persons.u**2 + mounting.u**2)
     assert results["named"].headline.u == pytest.approx(expected, rel=1e-3)
 
 
-def test_the_procedure_asks_to_mount_before_each_trial(study):
+def test_procedure_asks_for_mounting_before_each_trial(study):
     (session, *_) = (
         study / name for name in sorted(p.name for p in study.iterdir()) if "GRR" in name
     )

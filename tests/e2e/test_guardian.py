@@ -1,4 +1,4 @@
-"""The guardian: whatever ends or holds up the process of a run, the rig is made safe, and told."""
+"""The guardian makes the rig safe, and reports it, if the process of a run ends or hangs."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ pytestmark = [
 PROGRAM = (sys.executable, "-m", "rigrunner")
 PATIENCE_S = 120.0
 LIMIT_S, GRACE_S = 10.0, 10.0
-"""How long the guardian of these stations waits for a beat, and after SIGTERM."""
+"""The guardian's patience on these stations, for a heartbeat and after SIGTERM."""
 ENERGISED_THEN_ASKED = """\
 rigrunner: procedure/2
 id: ASKS
@@ -45,7 +45,7 @@ main:
 
 
 class Run:
-    """A run of its own process, on a supply of its own."""
+    """A run in its own process, with its own supply."""
 
     def __init__(
         self, folder, name, *words, trouble="", station=(GUARDED,), procedure="", locks="rigs"
@@ -76,26 +76,26 @@ class Run:
 
     def until_energised(self):
         self.until(lambda: self.lab.stands()[0] == 40.0 or self.process.poll() is not None)
-        assert self.process.poll() is None, self.told()
+        assert self.process.poll() is None, self.output()
         return self
 
     def until_waiting(self):
-        """Return when no call of a driver is under way: one that is stopped halfway times out."""
-        self.until(lambda: any(_is_wait(each) for each in read(self.folder()).events))
+        """Wait until no driver call is in progress: one stopped halfway would time out."""
+        self.until(lambda: any(_is_wait(event) for event in read(self.folder()).events))
         return self
 
     def until_safe(self):
         self.until(lambda: self.lab.stands() == (0.0, 0.0))
 
     def guardian(self):
-        for each in psutil.Process(self.process.pid).children():
-            with suppress(psutil.Error):  # it has ended just now
-                if "rigrunner.run.guardian.main" in each.cmdline():
-                    return each
+        for child in psutil.Process(self.process.pid).children():
+            with suppress(psutil.Error):  # it may just have ended
+                if "rigrunner.run.guardian.main" in child.cmdline():
+                    return child
         return None
 
-    def told(self):
-        """Return all that the run and its guardian said, which ends with the guardian."""
+    def output(self):
+        """Return all output of the run and its guardian, which ends with the guardian."""
         return self.process.communicate(timeout=PATIENCE_S)[0]
 
     def folder(self):
@@ -106,16 +106,16 @@ class Run:
 @pytest.fixture
 def rigs(tmp_path, monkeypatch):
     monkeypatch.setenv("RIGRUNNER_LOCKS", str(tmp_path / "rigs"))
-    with ExitStack() as held:
-        yield lambda *words, **more: _held(held, Run(tmp_path, *words, **more))
+    with ExitStack() as stack:
+        yield lambda *words, **more: ended_at_exit(stack, Run(tmp_path, *words, **more))
 
 
 def _is_wait(event):
     return isinstance(event, StepStarted) and event.action == "wait"
 
 
-def _held(held, run):
-    held.callback(_end, run.process)
+def ended_at_exit(stack, run):
+    stack.callback(_end, run.process)
     return run
 
 
@@ -124,11 +124,11 @@ def _end(process):
     process.communicate()
 
 
-def assert_told(run, reason):
-    """Hold the run's folder, its journal, the marker and the terminal to what was done."""
-    said = run.told()
-    assert reason in said
-    assert "the rig is safe: every drive was read back at its safe value" in said
+def assert_reported(run, reason):
+    """Check run folder, journal, marker and terminal for what was done."""
+    output = run.output()
+    assert reason in output
+    assert "the rig is safe: every drive was read back at its safe value" in output
     for name in ("guardian.txt", "run.log"):
         text = (run.folder() / name).read_text(encoding="utf-8")
         assert reason in text
@@ -146,26 +146,26 @@ def assert_told(run, reason):
 
 
 @pytest.mark.parametrize("number", first(1, [signal.SIGKILL, signal.SIGABRT, signal.SIGSEGV]))
-def test_a_run_that_is_killed_leaves_a_safe_rig(rigs, number):
+def test_killed_run_leaves_a_safe_rig(rigs, number):
     run = rigs("killed", "--unattended").until_energised()
     run.process.send_signal(number)
     assert run.process.wait(PATIENCE_S) == -number
     run.until_safe()
-    assert_told(run, f"({run.process.pid}) died")
+    assert_reported(run, f"({run.process.pid}) died")
 
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("trouble", ["abort", "crash"])
-def test_a_driver_that_crashes_leaves_a_safe_rig(rigs, trouble):
+def test_crashing_driver_leaves_a_safe_rig(rigs, trouble):
     run = rigs("crashed", "--unattended", trouble=trouble)
     assert run.process.wait(PATIENCE_S) in (-signal.SIGABRT, -signal.SIGSEGV)
     run.until_safe()
-    assert_told(run, f"({run.process.pid}) died")
+    assert_reported(run, f"({run.process.pid}) died")
 
 
 @pytest.mark.thorough
-def test_what_hangs_is_ended_and_what_waits_is_left_alone(rigs):
-    """All at the same time: each takes as long as the guardian waits."""
+def test_hanging_runs_are_ended_and_waiting_ones_are_not(rigs):
+    """All at the same time, since each takes as long as the guardian waits."""
     hanging = [
         rigs("gil", "--unattended", trouble="gil", locks="1"),
         rigs("inline", "--unattended", trouble="sleep", station=(GUARDED, INLINE), locks="2"),
@@ -174,32 +174,32 @@ def test_what_hangs_is_ended_and_what_waits_is_left_alone(rigs):
         .until_waiting(),
     ]
     hanging[2].process.send_signal(signal.SIGSTOP)
-    asked = rigs("asked", procedure=ENERGISED_THEN_ASKED, locks="4").until_energised()
+    asking = rigs("asked", procedure=ENERGISED_THEN_ASKED, locks="4").until_energised()
     traced = rigs(
         "traced", "--unattended", procedure=ENERGISED_THEN_ASKED, locks="5"
     ).until_energised()
     with traced_by_a_debugger(traced.process.pid) as is_traced:
         traced.process.send_signal(signal.SIGSTOP)
-        began_s = time.monotonic()
+        start_s = time.monotonic()
         for run in hanging:
             run.until_safe()
             run.process.wait(PATIENCE_S)
-            assert "asked to end (SIGTERM)" in (said := run.told())
-            assert "NOT SAFE" not in said
-        assert hanging[0].process.returncode == -signal.SIGKILL  # SIGTERM cannot be heard
+            assert "asked to end (SIGTERM)" in (output := run.output())
+            assert "NOT SAFE" not in output
+        assert hanging[0].process.returncode == -signal.SIGKILL  # SIGTERM has no effect
         assert "hung, and was ended" in (hanging[0].folder() / "guardian.txt").read_text()
-        assert hanging[2].process.returncode == 20  # it heard SIGTERM when it was continued
+        assert hanging[2].process.returncode == 20  # SIGTERM was handled when it was continued
         (ended,) = [e for e in read(hanging[2].folder()).events if isinstance(e, RunEnded)]
         assert "SIGTERM" in ended.reason
-        time.sleep(max(0.0, LIMIT_S + GRACE_S + 8.0 - (time.monotonic() - began_s)))
-        for run in (asked, *[traced] * is_traced):
+        time.sleep(max(0.0, LIMIT_S + GRACE_S + 8.0 - (time.monotonic() - start_s)))
+        for run in (asking, *[traced] * is_traced):
             assert run.process.poll() is None
             assert run.lab.stands()[0] == 40.0
     traced.process.send_signal(signal.SIGCONT)
-    said = traced.told()
-    assert not is_traced or (traced.process.returncode, "asked to end" in said) == (0, False)
-    said = asked.process.communicate("yes\n", timeout=PATIENCE_S)[0]
-    assert (asked.process.returncode, "asked to end" in said) == (0, False)
+    output = traced.output()
+    assert not is_traced or (traced.process.returncode, "asked to end" in output) == (0, False)
+    output = asking.process.communicate("yes\n", timeout=PATIENCE_S)[0]
+    assert (asking.process.returncode, "asked to end" in output) == (0, False)
 
 
 INLINE = ("{file: supply.json}", "{file: supply.json, non_blocking: true}")
@@ -208,13 +208,13 @@ import ctypes, os, sys
 pid, libc = int(sys.argv[1]), ctypes.CDLL(None, use_errno=True)
 libc.ptrace.argtypes = [ctypes.c_long, ctypes.c_long, ctypes.c_void_p, ctypes.c_void_p]
 print(libc.ptrace(0x4206, pid, None, None), flush=True)  # PTRACE_SEIZE
-sys.stdin.read()  # it lets go when it ends
+sys.stdin.read()  # ends the trace on exit
 """
 
 
 @contextmanager
 def traced_by_a_debugger(pid):
-    """Hold a process as gdb does, from another process; give whether the system lets us."""
+    """Trace a process as gdb does, from another process; yield whether this is allowed."""
     with subprocess.Popen(
         [sys.executable, "-c", DEBUGGER, str(pid)],
         stdin=subprocess.PIPE,
@@ -225,32 +225,32 @@ def traced_by_a_debugger(pid):
         debugger.stdin.close()
 
 
-def test_a_guardian_that_is_killed_is_replaced_and_that_is_on_record(rigs):
+def test_killed_guardian_is_replaced_and_recorded(rigs):
     run = rigs("replaced", "--unattended", procedure=ENERGISED_THEN_ASKED).until_energised()
     first = run.guardian()
     first.kill()
-    run.until(lambda: (each := run.guardian()) is not None and each.pid != first.pid)
+    run.until(lambda: (guardian := run.guardian()) is not None and guardian.pid != first.pid)
     time.sleep(0.5)
     run.process.kill()
     run.until_safe()
-    said = run.told()
-    assert f"the guardian (process {first.pid}) ended with code -9; process " in said
-    assert "guards the rig now" in said
+    output = run.output()
+    assert f"the guardian (process {first.pid}) ended with code -9; process " in output
+    assert "guards the rig now" in output
 
 
 @pytest.mark.thorough
-def test_a_run_says_on_record_that_its_guardian_was_lost(rigs):
+def test_lost_guardian_is_recorded_in_the_run(rigs):
     run = rigs("lost", "--unattended", procedure=ENERGISED_THEN_ASKED).until_energised()
     first = run.guardian()
     first.kill()
-    run.told()
+    run.output()
     assert run.process.returncode == 0
     alarms = [e.text for e in read(run.folder()).events if isinstance(e, Alarm)]
     assert any(f"the guardian (process {first.pid}) ended with code -9" in text for text in alarms)
 
 
 @pytest.mark.thorough
-def test_nobody_can_take_the_rig_between_a_death_and_the_guardian(rigs):
+def test_rig_stays_locked_until_the_guardian_is_done(rigs):
     run = rigs("gap", "--unattended").until_energised()
     run.lab.put(is_held=True)
     run.process.kill()
@@ -262,7 +262,7 @@ def test_nobody_can_take_the_rig_between_a_death_and_the_guardian(rigs):
     assert "is in use" in second.stderr
     run.lab.put(is_held=False)
     run.until_safe()
-    run.told()
+    run.output()
     third = subprocess.run(
         [*PROGRAM, *map(str, run.words)], capture_output=True, text=True, check=False
     )
@@ -270,38 +270,38 @@ def test_nobody_can_take_the_rig_between_a_death_and_the_guardian(rigs):
     assert "The guardian made it safe" in third.stderr
 
 
-def test_a_guardian_ends_with_its_run_and_survives_what_a_terminal_sends(rigs):
+def test_guardian_ignores_terminal_signals_and_ends_with_its_run(rigs):
     run = rigs("ends", "--unattended").until_energised()
     guardian = run.guardian()
     for number in (signal.SIGINT, signal.SIGHUP, signal.SIGTERM, signal.SIGQUIT):
         guardian.send_signal(number)
     time.sleep(0.2)
     assert guardian.is_running()
-    said = run.told()
+    output = run.output()
     assert run.process.returncode == 0
-    assert "guardian:" not in said
+    assert "guardian:" not in output
     assert not psutil.pid_exists(guardian.pid)
     assert read_marker("ends") is None
     assert not (run.folder() / "guardian.txt").exists()
     assert not [e for e in read(run.folder()).events if isinstance(e, Intervention)]
 
 
-def test_a_rig_whose_lock_folder_was_deleted_is_made_safe_as_if_energised(rigs):
+def test_rig_without_lock_folder_is_made_safe(rigs):
     run = rigs("cleaned", "--unattended").until_energised()
     shutil.rmtree(run.locks)
     run.process.kill()
-    said = run.told()
-    assert "set-points not known. Making the rig safe." in said
-    assert "the rig is safe: every drive was read back at its safe value" in said
+    output = run.output()
+    assert "set-points not known. Making the rig safe." in output
+    assert "the rig is safe: every drive was read back at its safe value" in output
     assert run.lab.stands() == (0.0, 0.0)
 
 
 @pytest.mark.thorough
-def test_a_rig_whose_files_were_removed_during_the_run_stays_taken(rigs):
-    procedure = ENERGISED_THEN_ASKED.replace("12 s", "120 s")  # a slow machine takes its time
+def test_removed_lock_files_are_restored(rigs):
+    procedure = ENERGISED_THEN_ASKED.replace("12 s", "120 s")  # for a slow machine
     run = rigs("kept", "--unattended", procedure=procedure).until_energised()
-    for each in run.locks.iterdir():
-        each.unlink()
+    for path in run.locks.iterdir():
+        path.unlink()
     run.until(lambda: len(list(run.locks.glob("*.lock"))) == 2)
     second = subprocess.run(
         [*PROGRAM, *map(str, run.words)], capture_output=True, text=True, check=False
@@ -309,24 +309,24 @@ def test_a_rig_whose_files_were_removed_during_the_run_stays_taken(rigs):
     assert second.returncode == 4
     assert f"is in use: ASKS, process {run.process.pid}" in second.stderr
     run.process.kill()
-    assert "last set-points: psu.voltage 40 V. Making the rig safe." in run.told()
+    assert "last set-points: psu.voltage 40 V. Making the rig safe." in run.output()
     assert run.lab.stands() == (0.0, 0.0)
 
 
-def test_a_station_may_do_without_and_says_so(rigs):
+def test_station_without_a_guardian_records_it(rigs):
     run = rigs("none", "--unattended", station=()).until_energised()
     assert run.guardian() is None
-    said = run.told()
-    assert "there is no guardian, as the station says" in said
-    (put,) = [e for e in read(run.folder()).events if isinstance(e, Intervention)]
-    assert (put.action, put.by) == ("guardian", "station")
-    assert "there is no guardian" in put.subject
+    output = run.output()
+    assert "there is no guardian, as the station says" in output
+    (intervention,) = [e for e in read(run.folder()).events if isinstance(e, Intervention)]
+    assert (intervention.action, intervention.by) == ("guardian", "station")
+    assert "there is no guardian" in intervention.subject
 
 
 @pytest.mark.thorough
-def test_a_device_that_no_second_process_can_open_is_left_alone_and_that_is_told(rigs):
+def test_device_that_cannot_be_reopened_is_reported(rigs):
     run = rigs("alone", "--unattended", station=())  # for the lab alone
-    run.told()
+    run.output()
     lab = run.lab
     lab.add_station("station.yaml", "alone", GUARDED)
     lab.procedure.write_text(ENERGISED_THEN_ASKED, encoding="utf-8")
@@ -337,8 +337,8 @@ def test_a_device_that_no_second_process_can_open_is_left_alone_and_that_is_told
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as killed:
         run.until(lambda: lab.stands()[0] == 40.0)
         killed.kill()
-        said = killed.stderr.read()
-    assert "THE RIG IS NOT SAFE: psu: its plugin says that no second process can open it" in said
+        output = killed.stderr.read()
+    assert "THE RIG IS NOT SAFE: psu: its plugin says that no second process can open it" in output
     assert lab.stands()[0] == 40.0
     marker = read_marker("alone")
     assert not marker.safe_by
@@ -346,9 +346,9 @@ def test_a_device_that_no_second_process_can_open_is_left_alone_and_that_is_told
     assert marker.text.endswith("; no second process can open psu")
 
 
-def test_a_jog_that_is_killed_leaves_a_safe_rig(rigs, tmp_path):
+def test_killed_jog_leaves_a_safe_rig(rigs, tmp_path):
     run = rigs("jogged", "--unattended", station=())  # for the lab alone
-    run.told()
+    run.output()
     station = run.lab.add_station("guarded.yaml", "jogged", GUARDED)
     log = tmp_path / "jog.log"
     words = [*PROGRAM, "jog", str(station), "psu", "--log", str(log)]
@@ -361,9 +361,9 @@ def test_a_jog_that_is_killed_leaves_a_safe_rig(rigs, tmp_path):
     run.until(lambda: "guardian: the rig is safe" in log.read_text(encoding="utf-8"))
 
 
-def test_a_guardian_that_starts_after_its_owner_has_died_still_acts(rigs):
+def test_late_guardian_acts_after_its_owner_died(rigs):
     run = rigs("late", "--unattended", station=())  # for the lab alone
-    run.told()
+    run.output()
     lab = run.lab
     station = lab.add_station("guarded.yaml", "late", GUARDED)
     late = subprocess.run(
@@ -388,7 +388,7 @@ with ready_station(pathlib.Path(sys.argv[1])).hold("late") as held:
     with held.guarded("late", {"psu"}) as guardian, held.rig({"psu"}, guardian.pulse) as rig:
         rig.set("psu", "voltage", 40.0)
         child, owner = guardian._child.pid, os.getpid()
-        if os.fork() == 0:  # lets the guardian go on once its owner is dead
+        if os.fork() == 0:  # continues the guardian once its owner is dead
             while os.getppid() == owner:
                 time.sleep(0.01)
             os.kill(child, signal.SIGCONT)
@@ -398,7 +398,7 @@ with ready_station(pathlib.Path(sys.argv[1])).hold("late") as held:
 
 
 @pytest.mark.thorough
-def test_a_run_at_the_panel_has_a_guardian_too(tmp_path, monkeypatch):
+def test_run_at_the_panel_has_a_guardian(tmp_path, monkeypatch):
     monkeypatch.setenv("RIGRUNNER_LOCKS", str(tmp_path / "rigs"))
     lab = SupplyLab(tmp_path / "lab", "panel")
     lab.add_station("station.yaml", "panel", GUARDED)
@@ -419,9 +419,7 @@ def test_a_run_at_the_panel_has_a_guardian_too(tmp_path, monkeypatch):
 
 
 @pytest.mark.thorough
-def test_of_two_rigs_at_the_panel_the_killed_one_is_made_safe_and_the_other_runs_on(
-    tmp_path, monkeypatch
-):
+def test_killed_rig_at_the_panel_does_not_affect_the_other(tmp_path, monkeypatch):
     monkeypatch.setenv("RIGRUNNER_LOCKS", str(tmp_path / "rigs"))
     lab = SupplyLab(tmp_path / "lab", "first")
     lab.add_station("station.yaml", "first", GUARDED)
@@ -431,7 +429,7 @@ def test_of_two_rigs_at_the_panel_the_killed_one_is_made_safe_and_the_other_runs
     text = ENERGISED_THEN_ASKED.replace("wait: {time: 12 s}", "wait: {time: 0.1 s}")
     lab.procedure.write_text(text, encoding="utf-8")
 
-    def other_stands_at():
+    def other_voltage():
         return json.loads(other_state.read_text())["voltage"]
 
     with served(lab.folder, lab.runs) as server:
@@ -441,27 +439,27 @@ def test_of_two_rigs_at_the_panel_the_killed_one_is_made_safe_and_the_other_runs
         pair = ready(killed, "procedure.yaml")
         killed.post("run/start", 202, **pair, operator="Ann")
         killed.until(lambda state: state["prompt"])
-        doomed = rig_process(server)
+        killed_process = rig_process(server)
         pair = ready(other, "procedure.yaml", "other.yaml", "Bob")
         other.post("run/start", 202, **pair, operator="Bob")
         other.until(lambda state: state["prompt"])
-        assert (lab.stands()[0], other_stands_at()) == (40.0, 40.0)
+        assert (lab.stands()[0], other_voltage()) == (40.0, 40.0)
 
-        os.kill(doomed, signal.SIGKILL)
+        os.kill(killed_process, signal.SIGKILL)
         killed.phase("finished")
         until_s = time.monotonic() + PATIENCE_S
         while lab.stands() != (0.0, 0.0):
             assert time.monotonic() < until_s
             time.sleep(0.01)
-        assert (other.state["phase"], other_stands_at()) == ("asking", 40.0), "untouched"
-        # what the guardian has read back, with its time
-        found = killed.until(lambda state: state["readings"]["psu.voltage"]["value"] == 0.0)
-        (safe,) = (each for each in found["channels"] if each["name"] == "psu.voltage")
-        assert (safe["value"], safe["utc"] > found["job"]["started_utc"]) == (0.0, True)
+        assert (other.state["phase"], other_voltage()) == ("asking", 40.0), "untouched"
+        # the values that the guardian read back, with their time
+        state = killed.until(lambda state: state["readings"]["psu.voltage"]["value"] == 0.0)
+        (safe,) = (channel for channel in state["channels"] if channel["name"] == "psu.voltage")
+        assert (safe["value"], safe["utc"] > state["job"]["started_utc"]) == (0.0, True)
 
         other.answer()
         finished = other.phase("finished")["finished"]
-        assert (finished["outcome"], other_stands_at()) == ("completed", 0.0)
+        assert (finished["outcome"], other_voltage()) == ("completed", 0.0)
         assert read(lab.runs / finished["run"]).info.sealed
-        for each in screens:
-            each.close()
+        for screen in screens:
+            screen.close()

@@ -1,4 +1,4 @@
-"""kill -9 at random instants over recording and sealing: nothing that was finished is lost."""
+"""kill -9 at random instants of recording and sealing: nothing finished is lost."""
 
 from __future__ import annotations
 
@@ -35,13 +35,13 @@ def killed(tmp_path_factory) -> list[Path]:
     return [Path(json.loads(line)["folder"]) for line in done.stdout.splitlines()]
 
 
-def noted(place: Path) -> dict[str, list[str]]:
-    found = defaultdict(list)
+def notes_of(place: Path) -> dict[str, list[str]]:
+    notes = defaultdict(list)
     path = place / "notes"
     for line in path.read_text().splitlines() if path.exists() else []:
         run_id, what = line.split()
-        found[run_id].append(what)
-    return found
+        notes[run_id].append(what)
+    return notes
 
 
 def assert_complete(recording) -> None:
@@ -53,43 +53,43 @@ def assert_complete(recording) -> None:
 
 
 @pytest.mark.thorough
-def test_every_recording_that_was_reported_finished_is_there(killed):
+def test_every_recording_reported_as_finished_is_kept(killed):
     states = Counter()
     for place in killed:
-        notes = noted(place)
+        notes = notes_of(place)
         for folder in sorted(place.glob("run*")):
-            promised = notes.get(folder.name, [])
-            states[check(folder, promised)] += 1
+            reported = notes.get(folder.name, [])
+            states[check(folder, reported)] += 1
     print(f"{KILLS} kills: {dict(states)}")  # noqa: T201  (the table, for pytest -s)
     assert sum(states.values()) >= KILLS * 0.9
     assert states["sealed"]
     assert states["journal"]
 
 
-def check(folder: Path, promised: list[str]) -> str:
-    """Check one run folder as the kill left it, and once more after sealing what is left."""
+def check(folder: Path, reported: list[str]) -> str:
+    """Check one run folder after the kill, and again after sealing it."""
     try:
         run = read(folder)
     except DataError:
-        assert not promised
+        assert not reported
         with pytest.raises(DataError, match="is not a run"):
             read(folder)
         return "no header yet"
-    for one in run.recordings:
-        assert_complete(one)
-    names = [each for each in promised if each != "sealed"]
+    for stored in run.recordings:
+        assert_complete(stored)
+    names = [name for name in reported if name != "sealed"]
     assert list(run.info.recording_names)[: len(names)] == names
     assert len(run.recordings) - len(names) <= 1
     if run.info.sealed:
         assert run.info.outcome == "completed"
         return "sealed"
-    assert "sealed" not in promised
+    assert "sealed" not in reported
     seal(folder)
     after = read(folder)
     assert after.info.sealed
     assert after.digest == run.digest
     assert [*after.events] == [*run.events]
-    assert [one.samples for one in after.incomplete] == [one.samples for one in run.incomplete]
+    assert [part.samples for part in after.incomplete] == [part.samples for part in run.incomplete]
     return "journal"
 
 
@@ -122,22 +122,22 @@ for number in range(kills):
 
 
 @pytest.mark.thorough
-def test_a_kill_while_a_finished_recording_is_folded_loses_nothing_of_it(tmp_path):
+def test_kill_while_folding_loses_no_sample(tmp_path):
     kills = max(10, KILLS // 2)
     program = [sys.executable, "-c", FOLDS, str(tmp_path), str(kills)]
     subprocess.run(program, cwd=ROOT / "tests", check=True, timeout=300)
-    states, whole = Counter(), recording(samples=200_000)
+    states, original = Counter(), recording(samples=200_000)
     for folder in sorted(tmp_path.glob("run*")):
         files = {path.suffix for path in folder.rglob("0*")}
         states[" ".join(sorted(files))] += 1
         for _ in range(2):
             stored = read(folder)
             assert not stored.incomplete
-            (found,) = stored.recordings
-            for name, values in whole.channels.items():
-                assert np.asarray(found.channels[name]).tobytes() == values.tobytes()
+            (stored_recording,) = stored.recordings
+            for name, values in original.channels.items():
+                assert np.asarray(stored_recording.channels[name]).tobytes() == values.tobytes()
             if not stored.info.sealed:
                 seal(folder)
     print(f"{kills} kills: {dict(states)}")  # noqa: T201  (the table, for pytest -s)
     assert sum(states.values()) == kills
-    assert states[".samples .tmp"]  # killed in the middle of it
+    assert states[".samples .tmp"]  # killed while folding

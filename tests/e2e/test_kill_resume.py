@@ -1,4 +1,4 @@
-"""kill -9 at random instants of a run, its sealing and its resumption: none is lost or differs.
+"""kill -9 at random instants of a run, its sealing and its resumption: no run is lost or differs.
 
 A longer form: RIGRUNNER_KILLS=300 pytest -s tests/e2e/test_kill_resume.py, or the helper; see
 docs/reference/durability.md.
@@ -23,7 +23,7 @@ pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="kill -9 needs a
 
 
 @pytest.mark.thorough
-def test_every_killed_run_is_readable_and_resumed_to_the_numbers_of_an_undisturbed_one(tmp_path):
+def test_every_killed_run_resumes_to_the_same_numbers(tmp_path):
     program = [sys.executable, "-m", "e2e.helpers_kill_resume", tmp_path, str(KILLS), str(SEED)]
     one_thread = os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
     done = subprocess.run(
@@ -38,4 +38,4 @@ def test_every_killed_run_is_readable_and_resumed_to_the_numbers_of_an_undisturb
     kills = [json.loads(line) for line in done.stdout.splitlines()]
     print("\n".join(helpers_kill_resume.table(kills)))  # noqa: T201  (the table, for pytest -s)
     assert len(kills) >= KILLS
-    assert {one["what"] for one in kills} <= {"run", "resume"}
+    assert {kill["what"] for kill in kills} <= {"run", "resume"}

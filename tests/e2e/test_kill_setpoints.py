@@ -1,4 +1,4 @@
-"""kill -9 amid many points: none is lost that was said to be done, of a scan and of a sweep."""
+"""kill -9 during many points of a scan or sweep: no reported point is lost."""
 
 from __future__ import annotations
 
@@ -23,22 +23,22 @@ pytestmark = pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="kill -9 
 
 @pytest.mark.parametrize("way", ["scan", "sweep"])
 @pytest.mark.parametrize("seed", first(1, range(KILLS)))
-def test_every_point_that_was_reported_is_there(tmp_path, seed, way):
-    wanted = random.Random(seed).randrange(50, 2000)  # noqa: S311  (instants of kills)
-    reported = killed_after(wanted, tmp_path, way)
+def test_every_reported_point_is_stored(tmp_path, seed, way):
+    least_points = random.Random(seed).randrange(50, 2000)  # noqa: S311  (instants of kills)
+    reported = killed_after(least_points, tmp_path, way)
     (folder,) = (tmp_path / "runs").iterdir()
     run = read(folder)
-    found = [one.setpoints["press.load"] for one in run.measurements]
-    assert wanted <= len(reported) <= len(found) <= len(reported) + 1
-    assert found[: len(reported)] == reported
-    assert found == pytest.approx(helpers_setpoints.loads_n(POINTS)[: len(found)], rel=1e-5)
-    for one in run.measurements:
-        assert one.values == {"press.torque": 1e-3 * one.setpoints["press.load"]}
+    loads = [row.setpoints["press.load"] for row in run.measurements]
+    assert least_points <= len(reported) <= len(loads) <= len(reported) + 1
+    assert loads[: len(reported)] == reported
+    assert loads == pytest.approx(helpers_setpoints.loads_n(POINTS)[: len(loads)], rel=1e-5)
+    for row in run.measurements:
+        assert row.values == {"press.torque": 1e-3 * row.setpoints["press.load"]}
     assert not run.info.sealed
 
 
 def killed_after(points: int, folder, way: str) -> list[float]:
-    """Kill a run once it has reported so many points; return all that it had reported."""
+    """Kill a run once it has reported a number of points; return all reported points."""
     program = [sys.executable, "-m", "benchmarks.helpers_setpoints", str(folder), str(POINTS), way]
     folder = ROOT / "tests"
     with subprocess.Popen(program, cwd=folder, stdout=subprocess.PIPE, text=True) as running:

@@ -1,4 +1,4 @@
-"""kill -9 of what drives an energised rig: no row is lost, the rig is safe or the next start tells.
+"""kill -9 with an energised rig: no row is lost; the rig is safe, or the next start reports it.
 
 A longer form: RIGRUNNER_KILLS=300 pytest -s tests/e2e/test_kills_of_energised_rigs.py, or the
 helper; see docs/explanation/safety.md.
@@ -24,13 +24,13 @@ SEED = 20261122
 
 
 @pytest.mark.thorough
-def test_no_kill_leaves_a_live_rig_that_nobody_is_told_of(tmp_path):
+def test_no_kill_leaves_an_unreported_energised_rig(tmp_path):
     from e2e import helpers_rig_kills  # noqa: PLC0415  (of Unix alone)
 
     program = [sys.executable, "-m", "e2e.helpers_rig_kills", tmp_path, str(KILLS), str(SEED)]
     done = subprocess.run(program, cwd=ROOT / "tests", capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
-    kills = [json.loads(each) for each in done.stdout.splitlines() if each.startswith("{")]
+    kills = [json.loads(line) for line in done.stdout.splitlines() if line.startswith("{")]
     print(helpers_rig_kills.table(kills))  # noqa: T201  (the table, for pytest -s)
     assert len(kills) == KILLS
-    assert len({each["kind"] for each in kills}) > 1
+    assert len({kill["kind"] for kill in kills}) > 1

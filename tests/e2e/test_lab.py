@@ -1,4 +1,4 @@
-"""What `rigrunner init` makes can be run as it stands, by the commands that it prints."""
+"""The folder that `rigrunner init` creates works with the commands that it prints."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def printed(lab_begun, tmp_path_factory):
 
 
 @pytest.mark.thorough
-def test_the_printed_commands_work_as_they_stand(lab_begun):
+def test_printed_commands_work_unchanged(lab_begun):
     assert "N·m (95 %, template_inverse)" in lab_begun.printed
     runs = sorted((lab_begun.folder / "runs").iterdir())
     assert [(run / "report.html").is_file() for run in runs] == [True, True, False]
@@ -31,7 +31,7 @@ def test_the_printed_commands_work_as_they_stand(lab_begun):
 
 
 @pytest.mark.thorough
-def test_the_readme_has_the_printed_commands_and_others_that_work(printed):
+def test_readme_commands_work(printed):
     folder, commands = printed
     blocks = [block.code for block in code_blocks(folder / "bench 1" / "README.md")]
     assert blocks[0] == commands.partition("\n")[2]
@@ -40,16 +40,18 @@ def test_the_readme_has_the_printed_commands_and_others_that_work(printed):
 
 
 @pytest.mark.thorough
-def test_the_readme_of_reports_leads_to_a_certificate_and_a_report_of_ones_own(printed):
+def test_readme_of_reports_gives_a_certificate_and_an_own_report(printed):
     lab = printed[0] / "bench 1"
-    said = [shell(lab, block.code).stdout for block in code_blocks(lab / "reports" / "README.md")]
-    assert "MATCH" in said[0].splitlines()
+    outputs = [
+        shell(lab, block.code).stdout for block in code_blocks(lab / "reports" / "README.md")
+    ]
+    assert "MATCH" in outputs[0].splitlines()
     (run,) = (lab / "runs").glob("*SSPB-STT-1000*")
-    assert said[1].strip() == str(run.relative_to(lab) / "report.csv")
+    assert outputs[1].strip() == str(run.relative_to(lab) / "report.csv")
     assert (run / "report.csv").read_text(encoding="utf-8").startswith("method,frequency in Hz")
 
 
-def test_making_it_twice_changes_nothing(tmp_path):
+def test_init_twice_is_refused(tmp_path):
     assert call("init", tmp_path / "bench 1").code == ExitCode.PASS
     called = call("init", tmp_path / "bench 1")
     assert called.code == ExitCode.USAGE
@@ -57,13 +59,13 @@ def test_making_it_twice_changes_nothing(tmp_path):
     assert called.out == ""
 
 
-def test_in_the_folder_itself_nobody_is_sent_anywhere(tmp_path, monkeypatch):
+def test_init_in_the_current_folder_prints_no_cd(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert not [line for line in call("init", ".").out.splitlines() if line.startswith("cd")]
 
 
 @pytest.mark.thorough
-def test_a_new_drop_in_works_in_the_lab_at_once(tmp_path):
+def test_new_drop_in_plugin_works_in_the_lab(tmp_path):
     lab = tmp_path / "lab"
     commands = (
         "rigrunner init lab && cd lab && rigrunner new device press --drop-in\n"

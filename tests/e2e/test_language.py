@@ -30,7 +30,7 @@ def lab(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def wide(lab):
-    """Run the wide procedure, once; return what was called, and the stored run."""
+    """Run the wide procedure, once; return the call and the run folder."""
     called = call(
         "run", lab / "wide.yaml", "--station", "simulated", "--runs", lab / "runs", "--unattended",
         "--answers", lab / "answers.yaml", "--set", "specimen=X-1",
@@ -39,7 +39,7 @@ def wide(lab):
     return called, folder
 
 
-def test_it_has_every_kind_of_step():
+def test_wide_procedure_has_every_kind_of_step():
     used = set()
 
     def collect(node):
@@ -53,7 +53,7 @@ def test_it_has_every_kind_of_step():
     assert set(installed_kinds().steps) <= used
 
 
-def test_it_fails_as_a_value_is_out_of_its_limits(wide):
+def test_value_out_of_limits_fails_the_run(wide):
     called, folder = wide
     assert called.code == ExitCode.FAIL, called.err
     assert "out of limits: tester.humidity is 4" in called.err
@@ -61,7 +61,7 @@ def test_it_fails_as_a_value_is_out_of_its_limits(wide):
     assert (info.outcome, info.reason) == ("completed", "")
 
 
-def test_answers_come_from_the_file_the_command_line_and_the_procedures(wide):
+def test_answers_come_from_file_command_line_and_procedures(wide):
     assert read(wide[1]).header.inputs == {
         "specimen": "X-1",
         "room": "24 °C",
@@ -71,9 +71,9 @@ def test_answers_come_from_the_file_the_command_line_and_the_procedures(wide):
     }
 
 
-def test_measured_values_are_stored_with_their_setpoints_those_out_of_limits_too(wide):
+def test_all_measured_values_are_stored_with_set_points(wide):
     tables = [
-        (one.name, one.setpoints["tester.load"]) for one in open_run(wide[1]).data.measurements
+        (row.name, row.setpoints["tester.load"]) for row in open_run(wide[1]).data.measurements
     ]
     assert tables == [
         ("rest", 1000.0),
@@ -88,18 +88,18 @@ def test_measured_values_are_stored_with_their_setpoints_those_out_of_limits_too
     shown = call("show", wide[1])
     assert "Measured: still" in shown.out
     listed = json.loads(call("show", wide[1], "--json").out)["measurements"]
-    assert [one["name"] for one in listed] == [name for name, _ in tables]
-    (air,) = [one for one in listed if one["name"] == "air"]
+    assert [row["name"] for row in listed] == [name for name, _ in tables]
+    (air,) = [row for row in listed if row["name"] == "air"]
     (limit,) = air["limits"]
     assert (limit["of"], limit["maximum"], limit["verdict"]) == ("tester.humidity", 0.1, "fail")
 
 
-def test_the_journal_tells_of_notes_tries_and_calls(wide):
+def test_log_has_notes_attempts_and_calls(wide):
     log = (wide[1] / "run.log").read_text(encoding="utf-8")
     assert "asked: $load applied as shown?" in log
     assert "setup[3].note: note: Grease was renewed before this run." in log
     assert "marginal (limit: 23.1 °C or less" in log
-    assert log.count("(limit: 10 % or less)") == 1  # what was read is not read again
+    assert log.count("(limit: 10 % or less)") == 1  # a reading out of limits is not repeated
     order = [
         "call.setup[0]",
         "call.main[1]",
@@ -111,7 +111,7 @@ def test_the_journal_tells_of_notes_tries_and_calls(wide):
     assert places == sorted(places)
 
 
-def test_the_texts_of_called_procedures_are_kept(wide, lab):
+def test_texts_of_called_procedures_are_stored(wide, lab):
     header = read(wide[1]).header
     assert header.called_texts == {
         "running_in.yaml": (lab / "running_in.yaml").read_text(encoding="utf-8")
@@ -119,7 +119,7 @@ def test_the_texts_of_called_procedures_are_kept(wide, lab):
     assert header.procedure_text == load_procedure(lab / "wide.yaml").text
 
 
-def test_the_plan_shows_where_ramps_lead(lab):
+def test_plan_shows_ramp_targets(lab):
     called = call("plan", lab / "wide.yaml", "--station", "simulated")
     assert called.code == ExitCode.PASS, called.err
     assert "0 to 1000 N" in called.out
@@ -135,7 +135,7 @@ def test_the_plan_shows_where_ramps_lead(lab):
         ({"--set": "side=left"}, ExitCode.USAGE, "WIDE has no input 'side'"),
     ],
 )
-def test_a_wrong_answer_is_refused_before_the_rig_is_touched(lab, tmp_path, changes, code, said):
+def test_wrong_answer_is_refused_before_the_run(lab, tmp_path, changes, code, said):
     words = []
     for option, value in changes.items():
         if option == "--answers":
@@ -159,7 +159,7 @@ def test_a_wrong_answer_is_refused_before_the_rig_is_touched(lab, tmp_path, chan
         ("picture: rig.svg", "picture: ../rig.svg", "is outside this file's folder"),
     ],
 )
-def test_what_does_not_fit_the_station_is_told_with_its_place(lab, old, new, said):
+def test_mismatch_with_the_station_is_reported_with_its_place(lab, old, new, said):
     text = (lab / "wide.yaml").read_text(encoding="utf-8")
     (lab / "bad.yaml").write_text(edited(text, (old, new)), encoding="utf-8")
     called = call("check", lab / "bad.yaml", "--station", "simulated")

@@ -1,4 +1,4 @@
-"""A rig that a killed process left energised: told at each start, made safe, put on record."""
+"""A rig that a killed process left energised is reported at each start, made safe, recorded."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def start(lab, *options):
 
 
 def kill_at_40_volts(lab):
-    """Kill a run as soon as the supply stands at 40 V, and return the run's name."""
+    """Kill a run as soon as the supply is at 40 V, and return the run's name."""
     with start(lab) as run:
         until_s = time.monotonic() + 60
         while lab.stands()[0] != 40.0:
@@ -58,7 +58,7 @@ def kill_at_40_volts(lab):
 
 @pytest.fixture(scope="module")
 def killed(tmp_path_factory):
-    """Kill a run at 40 V once: return its lab, its name, and a copy of what it left."""
+    """Kill a run at 40 V, once; return its lab, its name, and a copy of its folder."""
     folder = tmp_path_factory.mktemp("killed")
     place, copy = folder / "place", folder / "copy"
     with pytest.MonkeyPatch.context() as patch:
@@ -71,7 +71,7 @@ def killed(tmp_path_factory):
 
 @pytest.fixture
 def left(killed, monkeypatch):
-    """Return the lab as that run left it, files and marker, and the run's name."""
+    """Return the lab as that run left it, with files and marker, and the run's name."""
     lab, name, copy = killed
     place = lab.folder.parent
     monkeypatch.setenv("RIGRUNNER_LOCKS", str(place / "rigs"))
@@ -81,62 +81,64 @@ def left(killed, monkeypatch):
 
 
 def attended(monkeypatch, *answers):
-    monkeypatch.setattr("sys.stdin", io.StringIO("".join(f"{each}\n" for each in answers)))
+    monkeypatch.setattr("sys.stdin", io.StringIO("".join(f"{answer}\n" for answer in answers)))
 
 
-def found_of(lab, name):
-    """Return what a run's record says of the rig as it was found, and that it stands first."""
+def found_record(lab, name):
+    """Return the record of the rig as found by a run; check that it precedes all prompts."""
     events = read(lab.runs / name).events
-    (found,) = [e for e in events if isinstance(e, Intervention) and e.action == "found energised"]
-    begun = events.index(found) - 1
-    assert isinstance(events[begun], RunStarted)
-    prompts = [event.seq for event in events[begun:] if isinstance(event, Prompt)]
-    assert all(found.seq < seq for seq in prompts)
-    return found
+    (intervention,) = [
+        e for e in events if isinstance(e, Intervention) and e.action == "found energised"
+    ]
+    start = events.index(intervention) - 1
+    assert isinstance(events[start], RunStarted)
+    prompts = [event.seq for event in events[start:] if isinstance(event, Prompt)]
+    assert all(intervention.seq < seq for seq in prompts)
+    return intervention
 
 
-def test_an_unattended_run_makes_it_safe_before_it_asks_and_puts_it_on_record(left):
+def test_unattended_run_makes_the_rig_safe_and_records_it(left):
     lab, killed = left
     assert read_marker("supply").run_name == killed
     called = call(*words(lab, "--unattended"))
     assert called.code == ExitCode.PASS, called.err
-    told = called.err
-    assert f"left energised by STEPS (run {killed}), process" in told
-    assert "psu.speed 20 Hz" in told
-    assert "psu.speed reads back 20 Hz, safe is 0 Hz" in told
-    assert told.index("the rig was made safe now") > told.index("reads back 20 Hz")
-    found = found_of(lab, run_names(lab.runs)[-1])
-    assert found.by == "nobody was asked"
-    assert f"(run {killed})" in found.subject
-    assert "'make safe' made it safe" in found.subject
+    output = called.err
+    assert f"left energised by STEPS (run {killed}), process" in output
+    assert "psu.speed 20 Hz" in output
+    assert "psu.speed reads back 20 Hz, safe is 0 Hz" in output
+    assert output.index("the rig was made safe now") > output.index("reads back 20 Hz")
+    intervention = found_record(lab, run_names(lab.runs)[-1])
+    assert intervention.by == "nobody was asked"
+    assert f"(run {killed})" in intervention.subject
+    assert "'make safe' made it safe" in intervention.subject
     assert read_marker("supply") is None
 
 
-def test_who_starts_a_run_is_asked_about_the_rig_before_the_specimen(left, monkeypatch):
+def test_operator_is_asked_about_the_rig_before_the_specimen(left, monkeypatch):
     lab, _ = left
     attended(monkeypatch, "yes", "yes")
     called = call(*words(lab))
     assert called.code == ExitCode.PASS, called.err
-    told = called.err
-    assert told.index("left energised") < told.index("Make the rig safe now?")
-    assert told.index("Make the rig safe now?") < told.index(SPECIMEN)
-    assert found_of(lab, run_names(lab.runs)[-1]).by == "operator"
+    output = called.err
+    assert output.index("left energised") < output.index("Make the rig safe now?")
+    assert output.index("Make the rig safe now?") < output.index(SPECIMEN)
+    assert found_record(lab, run_names(lab.runs)[-1]).by == "operator"
 
 
-def test_a_rig_that_is_to_stay_as_it_is_keeps_its_marker_and_nothing_starts(left, monkeypatch):
+def test_declining_to_make_safe_starts_no_run(left, monkeypatch):
     lab, _ = left
-    stood, runs = lab.stands(), run_names(lab.runs)
+    outputs, runs = lab.stands(), run_names(lab.runs)
     attended(monkeypatch, "no")
     called = call(*words(lab))
     assert called.code == ExitCode.ABORTED
     assert "the rig was left as it is: psu.voltage reads back" in called.err
     assert SPECIMEN not in called.err
-    assert lab.stands() == stood
+    assert lab.stands() == outputs
     assert read_marker("supply") is not None
     assert run_names(lab.runs) == runs
 
 
-def test_resume_and_its_dry_run_tell(left):
+def test_resume_and_dry_run_report_the_energised_rig(left):
     lab, killed = left
     dry = call("resume", killed, "--runs", lab.runs, "--station", lab.station, "--dry-run")
     assert dry.code == ExitCode.PASS, dry.err
@@ -145,18 +147,18 @@ def test_resume_and_its_dry_run_tell(left):
     called = call("resume", killed, "--runs", lab.runs, "--station", lab.station, "--unattended")
     assert called.code == ExitCode.PASS, called.err
     assert called.err.index("reads back 20 Hz, safe is 0 Hz") < called.err.index("found energised")
-    assert f"(run {killed})" in found_of(lab, killed).subject
+    assert f"(run {killed})" in found_record(lab, killed).subject
     assert read_marker("supply") is None
 
 
-def test_the_list_of_runs_tells(left):
+def test_list_of_runs_reports_the_energised_rig(left):
     lab, killed = left
-    told = call("runs", "--runs", lab.runs).err
-    assert f"the rig of station supply was left energised by STEPS (run {killed})" in told
-    assert "nothing has confirmed since that it is safe" in told
+    output = call("runs", "--runs", lab.runs).err
+    assert f"the rig of station supply was left energised by STEPS (run {killed})" in output
+    assert "nothing has confirmed since that it is safe" in output
 
 
-def test_jog_tells_and_makes_safe_first(left):
+def test_jog_reports_and_makes_safe_first(left):
     lab, _ = left
     log = lab.folder / "jog.log"
     called = call("jog", lab.station, "psu", "--set", "voltage=5 V", "--log", log)
@@ -167,7 +169,7 @@ def test_jog_tells_and_makes_safe_first(left):
     assert lab.stands() == (0.0, 0.0)
 
 
-def test_devices_tells_and_the_next_run_has_it_on_record(left):
+def test_devices_makes_safe_and_the_next_run_records_it(left):
     lab, _ = left
     called = call("devices", lab.station)
     assert called.code == ExitCode.PASS
@@ -176,11 +178,11 @@ def test_devices_tells_and_the_next_run_has_it_on_record(left):
     assert lab.stands() == (0.0, 0.0)
     assert "'devices' made it safe" in call("runs", "--runs", lab.runs).err
     assert call(*words(lab, "--unattended")).code == ExitCode.PASS
-    assert "'devices' made it safe" in found_of(lab, run_names(lab.runs)[-1]).subject
+    assert "'devices' made it safe" in found_record(lab, run_names(lab.runs)[-1]).subject
     assert "left energised" not in call("runs", "--runs", lab.runs).err
 
 
-def test_a_rig_that_cannot_be_reached_starts_nothing_until_a_person_has_looked(left):
+def test_unreachable_rig_blocks_runs_until_confirmed_safe(left):
     lab, _ = left
     state = lab.state.read_text()
     lab.state.unlink()
@@ -193,15 +195,17 @@ def test_a_rig_that_cannot_be_reached_starts_nothing_until_a_person_has_looked(l
     refused = call("devices", lab.station, "--safe-by", "Ann")
     assert (refused.code, refused.out) == (ExitCode.USAGE, ""), "no device was connected"
     assert read_marker("supply") is not None
-    said = call("devices", lab.station, "--safe-by", "Ann", "--reason", "unplugged, and replaced")
-    assert "Ann states that psu is safe" in said.err
+    confirmed = call(
+        "devices", lab.station, "--safe-by", "Ann", "--reason", "unplugged, and replaced"
+    )
+    assert "Ann states that psu is safe" in confirmed.err
     lab.state.write_text(json.dumps(json.loads(state) | {"voltage": 0.0, "speed": 0.0}))
     assert call(*words(lab, "--unattended")).code == ExitCode.PASS
-    found = found_of(lab, run_names(lab.runs)[-1])
-    assert "Ann says that it is safe: unplugged, and replaced" in found.subject
+    intervention = found_record(lab, run_names(lab.runs)[-1])
+    assert "Ann says that it is safe: unplugged, and replaced" in intervention.subject
 
 
-def test_a_drive_that_stays_on_keeps_every_run_from_its_start(left):
+def test_drive_that_stays_on_blocks_every_run(left):
     lab, _ = left
     lab.put(stuck="speed")
     called = call(*words(lab, "--unattended"))
@@ -213,16 +217,16 @@ def test_a_drive_that_stays_on_keeps_every_run_from_its_start(left):
     assert read_marker("supply") is None
 
 
-def test_a_rig_that_nobody_said_to_be_energised_is_found_out_all_the_same(lab):
+def test_unreported_energised_rig_is_detected(lab):
     lab.put(voltage=60.0)
     called = call(*words(lab, "--unattended"))
     assert called.code == ExitCode.PASS, called.err
     text = "the rig is not safe, and no run has said so: psu.voltage reads back 60 V, safe is 0 V"
     assert text in called.err
-    assert "psu.voltage reads back 60 V" in found_of(lab, run_names(lab.runs)[-1]).subject
+    assert "psu.voltage reads back 60 V" in found_record(lab, run_names(lab.runs)[-1]).subject
 
 
-def test_it_is_not_touched_where_the_person_does_not_let_it(lab, monkeypatch):
+def test_rig_is_not_touched_if_the_operator_declines(lab, monkeypatch):
     lab.put(voltage=60.0)
     attended(monkeypatch, "no")
     assert call(*words(lab)).code == ExitCode.ABORTED
@@ -232,13 +236,13 @@ def test_it_is_not_touched_where_the_person_does_not_let_it(lab, monkeypatch):
     assert lab.stands() == (60.0, 0.0)
 
 
-def test_a_run_that_ends_in_order_leaves_no_marker(lab):
+def test_completed_run_leaves_no_marker(lab):
     assert call(*words(lab, "--unattended")).code == ExitCode.PASS
     assert read_marker("supply") is None
     assert "energised" not in call("runs", "--runs", lab.runs).err
 
 
-def test_the_panel_raises_an_alarm_when_the_process_of_a_run_dies(lab):
+def test_panel_raises_an_alarm_if_the_run_process_dies(lab):
     with served(lab.folder, lab.runs) as server:
         screen = Screen(server, "a" * 16)
         pair = ready(screen, "procedure.yaml")
@@ -248,32 +252,32 @@ def test_the_panel_raises_an_alarm_when_the_process_of_a_run_dies(lab):
         os.kill(rig_process(server), signal.SIGKILL)
         screen.phase("finished")
         state = screen.until(lambda state: state["alarms"])
-        (alarm,) = [each for each in state["alarms"] if each["source"] == "rig"]
+        (alarm,) = [alarm for alarm in state["alarms"] if alarm["source"] == "rig"]
         assert alarm["active"]
         assert "the rig of station supply was left energised by STEPS" in alarm["text"]
         assert "psu.speed 20 Hz" in alarm["text"]
         ready(screen, "procedure.yaml")
         items = screen.state["preflight"]["items"]
-        told = [each["text"] for each in items if each["state"] == "warn"]
-        assert any("left energised by STEPS" in text for text in told)
-        (found,) = [text for text in told if text.startswith("found energised")]
-        assert "psu.speed reads back 20 Hz, safe is 0 Hz" in found
-        assert found.endswith("made safe, read back now: voltage 0 V, speed 0 Hz")
+        warnings = [item["text"] for item in items if item["state"] == "warn"]
+        assert any("left energised by STEPS" in text for text in warnings)
+        (found_energised,) = [text for text in warnings if text.startswith("found energised")]
+        assert "psu.speed reads back 20 Hz, safe is 0 Hz" in found_energised
+        assert found_energised.endswith("made safe, read back now: voltage 0 V, speed 0 Hz")
         assert screen.state["preflight"]["may_start"]
         assert lab.stands() == (0.0, 0.0)
         screen.close()
 
 
 @pytest.mark.thorough
-def test_a_person_says_at_the_panel_that_a_rig_is_safe_which_cannot_be_reached(left):
+def test_unreachable_rig_is_confirmed_safe_at_the_panel(left):
     lab, _ = left
-    standing = lab.state.read_text()
+    state = lab.state.read_text()
     lab.state.unlink()
     with served(lab.folder, lab.runs) as server:
         screen = Screen(server, "d" * 16)
         pair = ready(screen, "procedure.yaml")
-        (asked,) = [e for e in screen.state["preflight"]["items"] if e["asks_safe"]]
-        assert (asked["state"], asked["text"]) == ("fail", "not read back as safe since then: psu")
+        (item,) = [e for e in screen.state["preflight"]["items"] if e["asks_safe"]]
+        assert (item["state"], item["text"]) == ("fail", "not read back as safe since then: psu")
         assert screen.state["alarms"][0]["active"]
         screen.post("preflight", 202, **pair, safe="unplugged, and replaced")
         screen.until(lambda s: s["preflight"]["done"] and not s["alarms"][0]["active"])
@@ -281,13 +285,13 @@ def test_a_person_says_at_the_panel_that_a_rig_is_safe_which_cannot_be_reached(l
         assert [e for e in items if e["asks_safe"]] == []
         assert "says that it is safe: unplugged, and replaced" in read_marker("supply").safe_by
         screen.close()
-    lab.state.write_text(json.dumps(json.loads(standing) | {"voltage": 0.0, "speed": 0.0}))
+    lab.state.write_text(json.dumps(json.loads(state) | {"voltage": 0.0, "speed": 0.0}))
     assert call(*words(lab, "--unattended")).code == ExitCode.PASS
-    found = found_of(lab, run_names(lab.runs)[-1])
-    assert "says that it is safe: unplugged, and replaced" in found.subject
+    intervention = found_record(lab, run_names(lab.runs)[-1])
+    assert "says that it is safe: unplugged, and replaced" in intervention.subject
 
 
-def test_a_panel_that_is_started_after_a_kill_shows_the_rig(left):
+def test_panel_started_after_a_kill_reports_the_rig(left):
     lab, _ = left
     with served(lab.folder, lab.runs) as server:
         screen = Screen(server, "b" * 16)
@@ -296,13 +300,13 @@ def test_a_panel_that_is_started_after_a_kill_shows_the_rig(left):
         screen.close()
 
 
-def test_the_preflight_says_that_it_found_60_volts_and_what_it_did(lab):
+def test_preflight_reports_found_voltage_and_makes_safe(lab):
     lab.put(voltage=60.0)
     with served(lab.folder, lab.runs) as server:
         screen = Screen(server, "c" * 16)
         ready(screen, "procedure.yaml")
-        (found,) = [e for e in screen.state["preflight"]["items"] if "found energised" in e["text"]]
-        assert found["state"] == "warn"
-        assert "psu.voltage reads back 60 V, safe is 0 V; made safe" in found["text"]
+        (item,) = [e for e in screen.state["preflight"]["items"] if "found energised" in e["text"]]
+        assert item["state"] == "warn"
+        assert "psu.voltage reads back 60 V, safe is 0 V; made safe" in item["text"]
         screen.close()
     assert lab.stands() == (0.0, 0.0)

@@ -50,8 +50,8 @@ def run(folder, *changes, code):
         "--runs", folder / "runs",
     )  # fmt: skip
     assert called.code == code, called.err
-    (found,) = (folder / "runs").glob("*LIMITS*")
-    return called, found
+    (folder_of_run,) = (folder / "runs").glob("*LIMITS*")
+    return called, folder_of_run
 
 
 @pytest.fixture(scope="module")
@@ -59,18 +59,18 @@ def failed(tmp_path_factory):
     return run(tmp_path_factory.mktemp("failed"), code=1)
 
 
-def test_values_out_of_limits_are_rows_with_limit_and_verdict(failed):
+def test_values_out_of_limits_have_limit_and_verdict(failed):
     stored = read(failed[1])
     assert stored.info.outcome == "completed"
-    judged = [(row.setpoints["tester.load"], one) for row in stored.measurements
-              for one in row.decisions]  # fmt: skip
-    loads = [(at, one.passes) for at, one in judged if one.of == "tester.load"]
+    decisions = [(row.setpoints["tester.load"], decision) for row in stored.measurements
+              for decision in row.decisions]  # fmt: skip
+    loads = [(at, decision.passes) for at, decision in decisions if decision.of == "tester.load"]
     assert loads == [(200.0, False), (500.0, False), (1000.0, False)]
-    assert all(one.passes for _, one in judged if one.of == "tester.torque")
-    assert {one.limits.upper for _, one in judged} == {100.0, 1.0}
+    assert all(decision.passes for _, decision in decisions if decision.of == "tester.torque")
+    assert {decision.limits.upper for _, decision in decisions} == {100.0, 1.0}
 
 
-def test_they_are_columns_of_the_run_file(failed):
+def test_limits_and_verdicts_are_columns_of_the_run_file(failed):
     with h5py.File(failed[1] / "run.h5") as file:
         table = file["entry/measurements/cell"]
         assert table["values/tester_load"][()] == pytest.approx([200, 500, 1000], rel=0.01)
@@ -84,8 +84,8 @@ def test_they_are_columns_of_the_run_file(failed):
         assert file.attrs["rigrunner_format"] == 4
 
 
-def test_the_digest_covers_values_and_limits(failed, tmp_path):
-    """A run of other values, and one of other limits, has another identity."""
+def test_digest_covers_values_and_limits(failed, tmp_path):
+    """Runs with other values or other limits have other digests."""
     digests = {
         read(failed[1]).digest,
         read(run(tmp_path / "other", ("200 N, ", "300 N, "), code=1)[1]).digest,
@@ -95,21 +95,21 @@ def test_the_digest_covers_values_and_limits(failed, tmp_path):
     assert call("verify", failed[1]).code == 0
 
 
-def test_show_tells_value_limit_and_judgement(failed):
+def test_show_prints_value_limit_and_verdict(failed):
     shown = call("show", failed[1]).out
     assert shown.count("FAIL: tester.load") == 3
     assert "tester.load: limit 100 N or less" in shown
     rows = json.loads(call("show", failed[1], "--json").out)["measurements"]
-    assert [[one["verdict"] for one in row["limits"]] for row in rows] == [["fail", "pass"]] * 3
+    assert [[limit["verdict"] for limit in row["limits"]] for row in rows] == [["fail", "pass"]] * 3
 
 
-def test_result_and_report_tell_them(failed):
+def test_result_and_report_have_missed_limits(failed):
     called, folder = failed
     assert "verdict  FAIL" in called.out
     document = json.loads((folder / "result.json").read_text(encoding="utf-8"))
     assert document["verdict"]["verdict"] == "fail"
     assert (document["limits"]["judged"], document["limits"]["missed"]) == (6, 3)
-    assert [one["verdict"] for one in document["limits"]["values"]] == ["fail"] * 3 + ["pass"] * 3
+    assert [row["verdict"] for row in document["limits"]["values"]] == ["fail"] * 3 + ["pass"] * 3
     assert document["decision"] is None
     page = (folder / "report.html").read_text(encoding="utf-8")
     for row in read(folder).measurements:
@@ -121,10 +121,10 @@ def test_result_and_report_tell_them(failed):
 def test_a_run_within_its_limits_passes(tmp_path):
     called, folder = run(tmp_path, WITHIN, code=0)
     assert "verdict  PASS" in called.out
-    assert all(one.passes for row in read(folder).measurements for one in row.decisions)
+    assert all(decision.passes for row in read(folder).measurements for decision in row.decisions)
 
 
-def test_a_run_that_stops_at_a_limit_is_sealed_reported_and_over(tmp_path):
+def test_run_stopped_at_a_limit_is_sealed_and_reported(tmp_path):
     _, folder = run(tmp_path, STOPS, code=1)
     stored = read(folder)
     assert stored.info.outcome == "stopped at a limit"
@@ -136,9 +136,9 @@ def test_a_run_that_stops_at_a_limit_is_sealed_reported_and_over(tmp_path):
     for command in ("analyse", "report"):
         assert call(command, folder).code in {0, 1}
     assert call("analyse", folder).code == 1
-    again = call("resume", folder)
-    assert again.code != 0
-    assert "has ended and is sealed" in again.err
+    resumed = call("resume", folder)
+    assert resumed.code != 0
+    assert "has ended and is sealed" in resumed.err
 
 
 ORDER = (
@@ -168,7 +168,7 @@ def certified(folder, laboratory):
 @pytest.mark.parametrize(
     ("changes", "rows"), [((), 6), pytest.param((STOPS,), 2, marks=pytest.mark.thorough)]
 )
-def test_a_run_that_fails_by_its_limits_is_certified_as_a_fail(laboratory, changes, rows):
+def test_run_with_missed_limits_is_certified_as_fail(laboratory, changes, rows):
     _, folder = run(laboratory / "work", *changes, code=1)
     document, page = certified(folder, laboratory)
     measured = document["measured"]
@@ -179,17 +179,23 @@ def test_a_run_that_fails_by_its_limits_is_certified_as_a_fail(laboratory, chang
         "tester.load", "≤ 100 N", "fail",
     )  # fmt: skip
     text = page.read_text(encoding="utf-8")
-    for each in measured["values"]:
-        assert each["printed"] in text
-    stopped = [one for one in document["deviations"] if "Stopped at a limit" in one["text"]]
+    for value in measured["values"]:
+        assert value["printed"] in text
+    stopped = [
+        deviation
+        for deviation in document["deviations"]
+        if "Stopped at a limit" in deviation["text"]
+    ]
     assert len(stopped) == len(changes)
-    assert not [one for one in document["deviations"] if one["kind"] in {"alarm", "note"}]
+    assert not [
+        deviation for deviation in document["deviations"] if deviation["kind"] in {"alarm", "note"}
+    ]
     verified = call("verify", page, "--letterhead", laboratory / "letterhead")
     assert (verified.code, "MATCH" in verified.out) == (0, True), verified.out
 
 
 @pytest.mark.thorough
-def test_a_certificate_whose_measured_value_was_changed_does_not_match(laboratory):
+def test_certificate_with_a_changed_limit_does_not_match(laboratory):
     _, folder = run(laboratory / "work", code=1)
     _, page = certified(folder, laboratory)
     file = page.with_suffix(".json")
@@ -247,8 +253,8 @@ def test_limits_on_the_samples_of_a_recording(tmp_path):
         "tester.torque.rms": np.sqrt(np.mean(torque**2)),
         "tester.load": recording.conditions["tester.load"],
     }
-    assert dict(row.values) == {name: pytest.approx(each) for name, each in expected.items()}
-    assert {each.of: each.passes for each in row.decisions} == {
+    assert dict(row.values) == {name: pytest.approx(value) for name, value in expected.items()}
+    assert {decision.of: decision.passes for decision in row.decisions} == {
         "tester.torque.minimum": True,
         "tester.torque.maximum": False,
         "tester.torque.mean": True,
@@ -275,7 +281,7 @@ def test_limits_on_the_samples_of_a_recording(tmp_path):
         ("[tester.angle, tester.torque]", "[tester.angle]", "and has no mean"),
     ],
 )
-def test_limits_that_do_not_fit_a_recording_are_refused_by_check(tmp_path, old, new, told):
+def test_check_refuses_invalid_limits_of_a_recording(tmp_path, old, new, told):
     assert RECORDS.count(old) == 1
     (tmp_path / "limits.yaml").write_text(RECORDS.replace(old, new), encoding="utf-8")
     checked = call("check", tmp_path / "limits.yaml", "--station", "simulated")

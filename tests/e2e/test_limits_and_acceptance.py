@@ -1,4 +1,4 @@
-"""A result that is acceptable, and measured values out of their limits: the run fails."""
+"""An acceptable result with measured values out of limits: the run fails."""
 
 from __future__ import annotations
 
@@ -24,51 +24,53 @@ LIMITED = (
 
 
 @pytest.fixture(scope="module")
-def both(quick, tmp_path_factory):
+def finished(quick, tmp_path_factory):
     folder = tmp_path_factory.mktemp("both")
     shutil.copytree(quick.no_load, folder / "runs" / quick.no_load.name)
     procedure = quick_procedure(folder, "starting_torque_1000n", LIMITED, ("LIM", LIMITS))
     return run(procedure, folder / "runs", clock=SimulatedClock(START))
 
 
-def test_the_verdict_is_fail_and_both_are_told(both):
-    assert both.error is None
-    assert str(both.result.decision.verdict) == "pass"
-    assert str(both.result.verdict) == "fail"
-    assert both.exit_code is ExitCode.FAIL
-    document = json.loads((both.folder / "result.json").read_text(encoding="utf-8"))
+def test_verdict_is_fail_with_both_reasons(finished):
+    assert finished.error is None
+    assert str(finished.result.decision.verdict) == "pass"
+    assert str(finished.result.verdict) == "fail"
+    assert finished.exit_code is ExitCode.FAIL
+    document = json.loads((finished.folder / "result.json").read_text(encoding="utf-8"))
     assert document["decision"]["verdict"] == "pass"
     assert document["verdict"]["verdict"] == "fail"
     assert (document["limits"]["judged"], document["limits"]["missed"]) == (10, 5)
     for reason in (document["limits"]["reason"], document["decision"]["reason"]):
         assert reason in document["verdict"]["reason"]
-    shown = call("show", both.folder).out
+    shown = call("show", finished.folder).out
     assert "FAIL: Measured values out of limits: 5 of 10" in shown
     assert f"pass: {document['decision']['reason']}" in shown
 
 
-def test_numbers_of_the_analysis_are_those_without_limits(both, quick):
+def test_limits_do_not_change_the_analysis(finished, quick):
     before = json.loads((quick.loaded / "result.json").read_text(encoding="utf-8"))
-    after = json.loads((both.folder / "result.json").read_text(encoding="utf-8"))
+    after = json.loads((finished.folder / "result.json").read_text(encoding="utf-8"))
     assert after["headline"] == before["headline"]
     assert after["points"] == before["points"]
     assert after["decision"] == before["decision"]
 
 
-def test_report_and_archive_have_the_verdict_on_both(both):
-    page = (both.folder / "report.html").read_text(encoding="utf-8")
+def test_report_and_archive_have_the_overall_verdict(finished):
+    page = (finished.folder / "report.html").read_text(encoding="utf-8")
     assert '<div class="card fail">' in page
     assert "Measured values out of limits: 5 of 10" in page
     assert "By the limits of the result: pass." in page
-    (found,) = (one for one in run_folders(both.folder.parent) if one.folder == both.folder)
-    facts = read_facts(found)
+    (run_entry,) = (
+        entry for entry in run_folders(finished.folder.parent) if entry.folder == finished.folder
+    )
+    facts = read_facts(run_entry)
     assert facts.problem == ""
     assert facts.run["verdict"] == "fail"
-    assert [each["verdict"] for each in facts.parts["decisions"]] == ["fail"]
+    assert [decision["verdict"] for decision in facts.parts["decisions"]] == ["fail"]
 
 
-def test_analysing_again_finds_the_same(both):
-    again = call("analyse", both.folder)
-    assert again.code == 1
-    assert "FAIL: Measured values out of limits" in again.out
-    assert call("verify", both.folder).code == 0
+def test_repeated_analysis_gives_the_same_verdict(finished):
+    reanalysed = call("analyse", finished.folder)
+    assert reanalysed.code == 1
+    assert "FAIL: Measured values out of limits" in reanalysed.out
+    assert call("verify", finished.folder).code == 0

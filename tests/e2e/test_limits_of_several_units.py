@@ -59,8 +59,8 @@ def issued(done, tmp_path_factory):
     return letterhead, issue(done.folder, letterhead, folder / "out")
 
 
-def test_each_limit_is_decided_in_its_unit_and_the_worst_decides(done):
-    """The sensor shows 2.5 N·m effective, which is more than 2000 mN·m; all else is within."""
+def test_each_limit_is_decided_in_its_unit(done):
+    """The effective torque of 2.5 N·m exceeds 2000 mN·m; all other results are within limits."""
     parts = done.result.decision.parts
     assert [(part.named, part.limits.unit) for part in parts] == [
         *[("torque", "N·m")] * (1 + len(FREQUENCIES)),
@@ -74,7 +74,7 @@ def test_each_limit_is_decided_in_its_unit_and_the_worst_decides(done):
     assert stroke["coordinates"] == {"tester.frequency": {"value": 35.0, "unit": "Hz"}}
 
 
-def test_show_and_report_name_the_torque_where_others_are_limited_too(done):
+def test_show_and_report_name_each_limited_result(done):
     shown = call("show", done.folder).out
     page = read_html((done.folder / "report.html").read_bytes()).words
     for words in (
@@ -89,9 +89,11 @@ def test_show_and_report_name_the_torque_where_others_are_limited_too(done):
 
 
 @pytest.mark.thorough
-def test_a_certificate_has_each_limit_with_place_result_and_unit(issued):
+def test_certificate_has_each_limit_with_its_result_and_unit(issued):
     _, document = issued
-    statements = {each.of: each for each in document.certificate.conformity.statements}
+    statements = {
+        statement.of: statement for statement in document.certificate.conformity.statements
+    }
     first = document.certificate.conformity.statements[0]
     assert (first.of, first.unit, first.upper) == ("effective", "mN·m", 2000.0)
     assert first.printed_result.endswith(" mN·m")
@@ -102,9 +104,9 @@ def test_a_certificate_has_each_limit_with_place_result_and_unit(issued):
     assert statements["35 Hz"].coordinates["frequency"].value == 35.0
 
 
-def test_its_page_shows_them_and_on_which_the_verdict_rests(issued):
+def test_certificate_page_shows_limits_and_deciding_result(issued):
     _, document = issued
-    (path,) = (each for each in document.files if each.suffix == ".html")
+    (path,) = (file for file in document.files if file.suffix == ".html")
     words = read_html(path.read_bytes()).words
     for frequency in FREQUENCIES:
         assert f"torque frequency = {frequency}" in words
@@ -114,8 +116,8 @@ def test_its_page_shows_them_and_on_which_the_verdict_rests(issued):
 
 
 @pytest.mark.thorough
-def test_verify_derives_all_of_it_again(done, issued):
+def test_certificate_verifies(done, issued):
     letterhead, document = issued
-    (path,) = (each for each in document.files if each.suffix == ".json")
+    (path,) = (file for file in document.files if file.suffix == ".json")
     called = call("verify", path, "--letterhead", letterhead, "--runs", done.folder.parent)
     assert (called.code, called.out.splitlines()[0]) == (0, "MATCH"), called.out

@@ -1,4 +1,4 @@
-"""A device as `rigrunner new` makes it, at a peer on loopback: measured, or lost and made safe."""
+"""A device created by `rigrunner new`, with a peer on loopback: measured, or lost and made safe."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from rigrunner.tools.new_plugin import NewPlugin
 from unit.api.helpers_lines import HANG_UP, ScriptedPeer
 
 LATE = object()
-"""In place of an answer: the usual one, after the driver's time limit."""
+"""The normal answer, after the driver's timeout."""
 LATE_S = 0.5
 SIX = """\
 rigrunner: procedure/2
@@ -35,10 +35,10 @@ teardown:
 
 
 class Press(ScriptedPeer):
-    """A press that answers every set-point with itself, and keeps it.
+    """A press that echoes every set-point, and keeps it.
 
-    `wrong` is answered instead, once, where a line is one of it and the press is not at rest; a
-    reading is answered as usual so many times before that.
+    A line in `wrong` gets that answer instead, once, if the press is not at rest, after
+    `readings_before` normal answers to readings.
     """
 
     def __init__(self, wrong, readings_before=0):
@@ -48,11 +48,11 @@ class Press(ScriptedPeer):
         super().__init__(self)
 
     def get(self, line, _):
-        """Return the answer, as the dictionary of a script does."""
+        """Return the answer, like the dictionary of a script."""
         if line.startswith(b"FORCE ") and line not in self.wrong:
             self.force = line.removeprefix(b"FORCE ").strip()
         usual = b"Example,press,0042,1.0" if line == b"*IDN?\n" else self.force
-        if line == b"FORCE?\n" and self.force == b"0.0":  # as each start reads it
+        if line == b"FORCE?\n" and self.force == b"0.0":  # as read at each start
             return usual + b"\n"
         if line == b"FORCE?\n" and self.readings_before:
             self.readings_before -= 1
@@ -66,7 +66,7 @@ class Press(ScriptedPeer):
 
 @pytest.fixture
 def lab(tmp_path):
-    """Make a station with the drop-in and the package's procedure; give how to run them."""
+    """Create a station with the drop-in and the package's procedure; return how to run them."""
     plugin = NewPlugin("device", "press")
     texts = plugin.texts()
     (tmp_path / "plugins").mkdir()
@@ -92,10 +92,10 @@ def lab(tmp_path):
     return run
 
 
-def test_it_is_measured_over_a_socket(lab):
+def test_device_is_measured_over_a_socket(lab):
     called, press, (folder,) = lab({})
     assert called.code == ExitCode.PASS, called.err
-    values = [each.values["device.force"] for each in read(folder).measurements]
+    values = [row.values["device.force"] for row in read(folder).measurements]
     assert values == [0.0, 500.0, 1000.0]
     assert press.heard[0] == b"*IDN?\n"
     assert press.force == b"0.0"
@@ -110,7 +110,7 @@ def test_it_is_measured_over_a_socket(lab):
         ({b"FORCE?\n": b"E07\n"}, "'E07'"),
     ],
 )
-def test_what_goes_wrong_at_half_way_is_told_and_the_press_let_go(lab, wrong, words):
+def test_failure_is_reported_and_the_press_made_safe(lab, wrong, words):
     called, press, (folder,) = lab(wrong)
     assert called.code == ExitCode.DEVICE
     assert words in called.err
@@ -124,10 +124,10 @@ def test_what_goes_wrong_at_half_way_is_told_and_the_press_let_go(lab, wrong, wo
     [*((LATE, number) for number in range(6)), (HANG_UP, 2), (b"", 3)],
     ids=[*(f"late-{number}" for number in range(6)), "dropped-2", "none-3"],
 )
-def test_one_answer_that_fails_costs_no_measurement(lab, tmp_path, wrong, number):
-    """As it was found: one late answer lost four measurements of six, with `retries: 3`.
+def test_one_failed_answer_loses_no_measurement(lab, tmp_path, wrong, number):
+    """Once, one late answer lost four measurements of six, with `retries: 3`.
 
-    The first readings confirm the set-point. Each of the six is read between two looks at the
+    The first readings confirm the set-point. Each of the six is read between two readings of the
     drive.
     """
     (tmp_path / "procedure.yaml").write_text(SIX, encoding="utf-8")
@@ -135,12 +135,12 @@ def test_one_answer_that_fails_costs_no_measurement(lab, tmp_path, wrong, number
     assert called.code == ExitCode.PASS, called.err
     (folder,) = folders
     rows = read(folder).measurements
-    assert [each.values["device.force"] for each in rows] == [500.0] * 6
+    assert [row.values["device.force"] for row in rows] == [500.0] * 6
     assert press.heard.count(b"*IDN?\n") == 2  # identified again after it was connected again
     assert press.force == b"0.0"
 
 
-def test_another_instrument_is_refused_before_anything_is_set(lab):
+def test_another_instrument_is_refused_before_any_set_point(lab):
     called, press, folders = lab({b"*IDN?\n": b"ERROR 3\n"})
     assert called.code == ExitCode.DEVICE
     assert "is it the right instrument at this address?" in called.err
@@ -149,7 +149,7 @@ def test_another_instrument_is_refused_before_anything_is_set(lab):
 
 
 @pytest.mark.usefixtures("lab")
-def test_the_kit_finds_nothing_over_a_socket_either(tmp_path):
+def test_device_passes_the_kit_over_a_socket(tmp_path):
     press = Press({})
     settings = tmp_path / "settings.yaml"
     settings.write_text(f"address: '{press.address}'\ntimeout: 1 s\n", encoding="utf-8")

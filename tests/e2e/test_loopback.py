@@ -1,8 +1,8 @@
 """The shipped procedures, at a few frequencies, on instruments with real protocols, in real time.
 
 A torque bridge over SCPI, an inverter and a press over Modbus and a load cell on a serial line run
-as a program of their own, fed by a model of the rig. It proves the plumbing: what each protocol's
-bytes mean is held against specifications and manuals elsewhere.
+as a separate program, fed by a model of the rig. This tests the connections: the meaning of each
+protocol's bytes is tested against specifications and manuals elsewhere.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ STARTS_WITHIN_S = 200.0
 
 @pytest.fixture(scope="module")
 def station(tmp_path_factory):
-    """The station of the running instruments, as their program wrote it."""
+    """Yield the station of the running instruments, as written by their program."""
     path = tmp_path_factory.mktemp("loopback") / "loopback.yaml"
     command = [sys.executable, "-m", "rigrunner_bearings.loopback", "--station", path]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as bench:
@@ -46,13 +46,13 @@ def station(tmp_path_factory):
         path.write_text(text.replace("termination: LF\n", patient), encoding="utf-8")
         yield path
         bench.send_signal(signal.SIGTERM)
-        told, _ = bench.communicate(timeout=100)
+        output, _ = bench.communicate(timeout=100)
     assert bench.returncode == 0
-    assert "torque bridge" in told
+    assert "torque bridge" in output
 
 
 def run(procedure: Path, station: Path, runs: Path) -> Path:
-    """Return the folder of a run, done as a technician does it."""
+    """Return the folder of a run, started on the command line."""
     done = subprocess.run(
         [
             sys.executable, "-m", "rigrunner", "run", procedure, "--station", station,
@@ -66,7 +66,7 @@ def run(procedure: Path, station: Path, runs: Path) -> Path:
 
 @pytest.fixture(scope="module")
 def folders(station, tmp_path_factory):
-    """The no-load and the loaded run, at the frequencies that take the least time."""
+    """The no-load and the loaded run, at the quickest frequencies."""
     folder = tmp_path_factory.mktemp("quick")
     procedures = [
         quick_procedure(folder, "no_load_inertia_sweep"),
@@ -75,7 +75,7 @@ def folders(station, tmp_path_factory):
     return [run(procedure, station, folder / "runs") for procedure in procedures]
 
 
-def test_the_shipped_procedures_end_in_the_right_result(folders):
+def test_shipped_procedures_give_the_true_result(folders):
     result = json.loads((folders[1] / "result.json").read_text(encoding="utf-8"))
     assert result["decision"]["verdict"] == "pass"
     rig = SwingTesterSimSettings(seed=1).parameters()
@@ -91,7 +91,7 @@ def test_the_shipped_procedures_end_in_the_right_result(folders):
     assert raw[-1] > 7.0  # without compensation it is ten times as much
 
 
-def test_what_the_instruments_said_is_in_the_run_file(folders):
+def test_run_file_has_the_answers_of_the_instruments(folders):
     stored = read(folders[1])
     fastest = stored.recordings[-1]
     assert fastest.setpoints["tester.frequency"] == 35.0

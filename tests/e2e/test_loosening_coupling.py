@@ -1,4 +1,4 @@
-"""A coupling that loosens on the simulated rig: the chart tells it before it hurts."""
+"""A coupling that loosens on the simulated rig: the chart shows it before results suffer."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ LOOSE_HZ = 376.0
 
 @dataclass(frozen=True)
 class Day:
-    """Both runs of a day, and the result by that day's own no-load run."""
+    """Both runs of a day, and the result with that day's no-load run."""
 
     recorded: RecordedBench
     result: dict
 
     @property
-    def off_by_share_of_u(self) -> float:
-        return off(self.result, self.recorded)
+    def error_share_of_u(self) -> float:
+        return error_share(self.result, self.recorded)
 
 
 def day(natural_hz: float, seed: int, no_load: RunData | None = None) -> Day:
@@ -60,45 +60,47 @@ def day(natural_hz: float, seed: int, no_load: RunData | None = None) -> Day:
     return Day(recorded, document(result))
 
 
-def off(result: dict, recorded: RecordedBench) -> float:
-    """Return by what share of its U a result misses the truth."""
-    found = result["headline"]["compensated"]
-    return abs(found["value"] - recorded.truths_nm[0]) / found["expanded_uncertainty_95"]
+def error_share(result: dict, recorded: RecordedBench) -> float:
+    """Return the error of a result as a share of its U."""
+    estimate = result["headline"]["compensated"]
+    return abs(estimate["value"] - recorded.truths_nm[0]) / estimate["expanded_uncertainty_95"]
 
 
 @pytest.fixture(scope="module")
 def days(tmp_path_factory):
-    """The days, and the folder with the archive of their runs."""
+    """Return the days, and the folder with the archive of their runs."""
     frequencies = [SOUND_HZ] * SOUND_DAYS
-    frequencies += [SOUND_HZ * (1 - DAILY_LOSS * each) for each in range(1, LOOSENING_DAYS + 1)]
-    made = [day(each, seed) for seed, each in enumerate(frequencies, 1)]
+    frequencies += [
+        SOUND_HZ * (1 - DAILY_LOSS * lost_days) for lost_days in range(1, LOOSENING_DAYS + 1)
+    ]
+    made = [day(natural_hz, seed) for seed, natural_hz in enumerate(frequencies, 1)]
     runs = tmp_path_factory.mktemp("coupling") / "runs"
-    for number, each in enumerate(made):
-        store_run(runs, f"day-{number:02d}", each.result, started_utc=on_day(number))
+    for number, single_day in enumerate(made):
+        store_run(runs, f"day-{number:02d}", single_day.result, started_utc=on_day(number))
     index_all(runs)
     return made, runs
 
 
 @pytest.mark.parametrize("chart", ["i-mr", "ewma"])
-def test_a_loosening_coupling_is_told_before_the_torque_leaves_its_uncertainty(days, chart):
+def test_chart_shows_a_loosening_coupling_in_time(days, chart):
     made, runs = days
     done = call("trend", "fn", "--runs", runs, "--baseline", SOUND_DAYS, "--chart", chart, "--json")
     assert done.code == 1, done.err
     (series,) = json.loads(done.out)["series"]
-    alarms = [number for number, each in enumerate(series["points"]) if each["rules"]]
-    assert alarms, "it is told"
+    alarms = [number for number, point in enumerate(series["points"]) if point["rules"]]
+    assert alarms, "the chart raises an alarm"
     assert SOUND_DAYS <= alarms[0] < SOUND_DAYS + LOOSENING_DAYS, "after it began, not before"
-    assert max(each.off_by_share_of_u for each in made[: alarms[0] + 1]) < 1.0
+    assert max(single_day.error_share_of_u for single_day in made[: alarms[0] + 1]) < 1.0
 
 
-def test_it_would_have_hurt(days):
-    """A no-load run of the first day no longer serves after 100 days."""
+def test_old_no_load_run_gives_a_wrong_result(days):
+    """A no-load run of the first day is no longer valid after 100 days."""
     made, _ = days
     later = day(LOOSE_HZ, 99, made[0].recorded.no_load)
-    assert later.off_by_share_of_u > 2.0
+    assert later.error_share_of_u > 2.0
 
 
-def test_the_torque_itself_tells_nothing_meanwhile(days):
+def test_chart_of_the_torque_shows_nothing(days):
     _, runs = days
     shewhart = ("--rules", "shewhart", "--baseline", SOUND_DAYS)
     assert call("trend", "torque", "--runs", runs, *shewhart).code == 0

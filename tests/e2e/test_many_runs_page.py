@@ -1,4 +1,4 @@
-"""The page on many runs: its program works as it stands, and its file is an analysis."""
+"""The page on many runs: its program works unchanged, and its file is an analysis."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from rigrunner_fleet.reanalysis.changes import check_settings
 BLOCKS = code_blocks(ROOT / "docs/how-to/analyse-many-runs.md")
 
 
-def test_the_program_does_each_item_once(tmp_path):
+def test_program_processes_each_item_once(tmp_path):
     (code,) = (block.code for block in BLOCKS if block.language == "python")
     (tmp_path / "program.py").write_text(code)
     done = subprocess.run(
@@ -30,7 +30,7 @@ def test_the_program_does_each_item_once(tmp_path):
     ]
 
 
-def test_the_file_is_an_analysis():
+def test_file_is_an_analysis():
     by_energy, largest = (block.code for block in BLOCKS if block.language == "yaml")
     document = parse(by_energy, "energy.yaml")
     assert validate(AnalysisFile, document).analysis["primary"] == "energy"
