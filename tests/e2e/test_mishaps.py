@@ -1,4 +1,4 @@
-"""Disks and clocks that let a run down: the rig is safe, what was complete stays readable."""
+"""Failing disks and clocks: the rig is made safe, complete recordings stay readable."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ NOBODY = 65_534
 
 
 class Safety:
-    """Listens to how the drives were left."""
+    """Collects the events that made the drives safe."""
 
     def __init__(self) -> None:
         self.safe: list[MadeSafe] = []
@@ -43,27 +43,27 @@ class Safety:
         )
 
 
-def in_recording(event, prefix):
+def is_samples_of(event, prefix):
     return isinstance(event, Samples) and event.recording.startswith(prefix)
 
 
 @contextmanager
-def filling_up(size):
-    """Give a listener that lets no file grow beyond a size from the third recording on."""
+def disk_full_from_third_recording(size):
+    """Yield a listener that limits the size of files from the third recording on."""
     with disk_full_beyond(1 << 40):
 
         def listen(event):
-            if in_recording(event, "003"):
+            if is_samples_of(event, "003"):
                 limit.__enter__()
 
         limit = disk_full_beyond(size)
         yield listen
 
 
-def test_a_full_disk_ends_the_run_safely_and_it_goes_on_once_there_is_space(tmp_path):
+def test_full_disk_ends_the_run_safely_and_it_resumes_with_space(tmp_path):
     safety = Safety()
     procedure = quick_procedure(tmp_path, NO_LOAD, FEWER)
-    with filling_up(1 << 12) as listen:
+    with disk_full_from_third_recording(1 << 12) as listen:
         finished = run(procedure, tmp_path / "runs", listeners=[listen, safety])
     assert finished.outcome is Outcome.ERROR
     assert finished.exit_code is ExitCode.DATA
@@ -79,7 +79,7 @@ def test_a_full_disk_ends_the_run_safely_and_it_goes_on_once_there_is_space(tmp_
 
 @contextmanager
 def read_only(folder: Path):
-    """Let a folder be read only, for root as well: as somebody who has no rights there."""
+    """Make a folder read-only, for root as well: by another user without rights to it."""
     folder.chmod(0o555)
     is_root = os.geteuid() == 0
     if is_root:
@@ -94,10 +94,10 @@ def read_only(folder: Path):
 
 @pytest.fixture
 def open_folder():
-    """A folder that everyone may enter, unlike those of pytest; so must be the program's own."""
-    above = Path(rigrunner.__file__).parents
-    if os.geteuid() == 0 and not all(each.stat().st_mode & 0o001 for each in above):
-        pytest.skip("the program lies where only root may go, and root must be somebody else here")
+    """A folder that every user may enter, unlike those of pytest; the program's must be so too."""
+    parents = Path(rigrunner.__file__).parents
+    if os.geteuid() == 0 and not all(parent.stat().st_mode & 0o001 for parent in parents):
+        pytest.skip("the program is where only root may go, and this test drops root's rights")
     folder = Path(tempfile.mkdtemp())
     folder.chmod(0o755)
     yield folder
@@ -105,7 +105,7 @@ def open_folder():
 
 
 @pytest.mark.skipif(not hasattr(os, "geteuid"), reason="rights on folders are those of a Unix")
-def test_a_read_only_folder_is_told_before_anything_moves(open_folder):
+def test_read_only_folder_is_refused_before_anything_moves(open_folder):
     procedure = quick_procedure(open_folder, NO_LOAD, FEWER)
     runs, safety = open_folder / "runs", Safety()
     runs.mkdir()
@@ -117,24 +117,24 @@ def test_a_read_only_folder_is_told_before_anything_moves(open_folder):
 
 
 @pytest.mark.skipif(not hasattr(os, "geteuid"), reason="rights on folders are those of a Unix")
-def test_a_folder_that_becomes_read_only_costs_nothing_that_was_complete(open_folder):
+def test_complete_recordings_survive_a_folder_turning_read_only(open_folder):
     procedure = quick_procedure(open_folder, NO_LOAD, FEWER)
     runs, safety = open_folder / "runs", Safety()
-    held = []
+    locked = []
 
     def lock_up(event):
-        if isinstance(event, StepEnded) and event.recording.startswith("002") and not held:
+        if isinstance(event, StepEnded) and event.recording.startswith("002") and not locked:
             (folder,) = runs.iterdir()
-            for each in (folder, folder / "journal", folder / "recordings"):
-                each.chmod(0o555)
-            held.append(read_only(folder))
-            held[0].__enter__()
+            for path in (folder, folder / "journal", folder / "recordings"):
+                path.chmod(0o555)
+            locked.append(read_only(folder))
+            locked[0].__enter__()
 
     finished = run(procedure, runs, listeners=[lock_up, safety])
-    held[0].__exit__(None, None, None)
+    locked[0].__exit__(None, None, None)
     (folder,) = runs.iterdir()
-    for each in (folder, folder / "journal", folder / "recordings"):
-        each.chmod(0o755)
+    for path in (folder, folder / "journal", folder / "recordings"):
+        path.chmod(0o755)
     assert finished.outcome is Outcome.ERROR
     assert not finished.sealed
     assert safety.is_confirmed
@@ -152,29 +152,29 @@ def test_a_folder_that_becomes_read_only_costs_nothing_that_was_complete(open_fo
     assert first.read_back == {"tester.frequency": 0.0, "tester.load": 0.0}
     assert (stored.info.outcome, stored.info.reason) == ("completed", "")
     report = (folder / "report.html").read_text(encoding="utf-8")
-    assert "Permission denied" in report  # the record tells why it was taken up
+    assert "Permission denied" in report  # the record says why it was resumed
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows lets nobody remove what is open")
-def test_a_folder_that_is_gone_ends_the_run_safely_and_is_named(tmp_path):
+def test_deleted_folder_ends_the_run_safely_and_is_named(tmp_path):
     procedure, safety = quick_procedure(tmp_path, NO_LOAD, FEWER), Safety()
-    gone = []
+    deleted = []
 
     def take_away(event):
-        if in_recording(event, "002") and not gone:
-            gone.extend((tmp_path / "runs").iterdir())
-            shutil.rmtree(gone[0])
+        if is_samples_of(event, "002") and not deleted:
+            deleted.extend((tmp_path / "runs").iterdir())
+            shutil.rmtree(deleted[0])
 
     finished = run(procedure, tmp_path / "runs", listeners=[take_away, safety])
     assert finished.outcome is Outcome.ERROR
     assert finished.exit_code is ExitCode.DATA
-    assert gone[0].name in finished.error.message
+    assert deleted[0].name in finished.error.message
     assert "was it deleted or moved, or its disk taken away?" in finished.error.hint
     assert safety.is_confirmed
 
 
 class SetBack(SimulatedClock):
-    """A clock that is set back by a day in the middle of a run."""
+    """A clock that is set back by a day during a run."""
 
     is_set_back = False
 
@@ -182,11 +182,11 @@ class SetBack(SimulatedClock):
         return super().utc() - timedelta(days=1) * self.is_set_back
 
 
-def test_a_clock_that_is_set_back_is_told_and_changes_no_order(tmp_path):
+def test_clock_set_back_raises_an_alarm_and_keeps_the_order(tmp_path):
     clock, alarms, ended = SetBack(START), [], []
 
     def listen(event):
-        clock.is_set_back |= in_recording(event, "003")
+        clock.is_set_back |= is_samples_of(event, "003")
         if isinstance(event, Alarm):
             alarms.append(event)
         if isinstance(event, RunEnded):
@@ -203,19 +203,19 @@ def test_a_clock_that_is_set_back_is_told_and_changes_no_order(tmp_path):
     assert call("verify", finished.folder).code == ExitCode.PASS
 
 
-def test_a_run_file_that_another_program_holds_is_told(tmp_path):
+def test_run_file_locked_by_another_program_is_reported(tmp_path):
     fcntl = pytest.importorskip("fcntl", reason="locks of files are those of a Unix")
     finished = run(quick_procedure(tmp_path, NO_LOAD, FEWER), tmp_path / "runs")
     with (finished.folder / "run.h5").open("rb") as file:
         fcntl.flock(file, fcntl.LOCK_EX)
-        told = call("show", finished.folder)
-    assert told.code == ExitCode.DATA
-    assert "is locked: another program has it open" in told.err
-    assert "close it there" in told.err
+        shown = call("show", finished.folder)
+    assert shown.code == ExitCode.DATA
+    assert "is locked: another program has it open" in shown.err
+    assert "close it there" in shown.err
 
 
-def test_the_command_line_leads_from_a_interrupted_run_to_its_end(tmp_path):
-    killed, _ = interrupted(tmp_path, lambda event: in_recording(event, "002"))
+def test_commands_resume_or_recover_an_interrupted_run(tmp_path):
+    killed, _ = interrupted(tmp_path, lambda event: is_samples_of(event, "002"))
     runs, name = killed.parent, killed.name
     listed = call("runs", "--runs", runs)
     assert f"{name}  interrupted" in listed.out
@@ -229,24 +229,26 @@ def test_the_command_line_leads_from_a_interrupted_run_to_its_end(tmp_path):
     assert not read(killed).info.sealed
     copy = runs / "copy"
     shutil.copytree(killed, copy)
-    done = call("resume", name, "--runs", runs, "--unattended", "--by", "A. Jones")
-    assert done.code == ExitCode.PASS, done.err
-    assert "report.html" in done.out
-    again = call("resume", name, "--runs", runs)
-    assert again.code == ExitCode.DATA
-    assert "has ended and is sealed" in again.err
-    closed = call("recover", "copy", "--runs", runs, "--by", "B. Smith", "--reason", "broken belt")
-    assert closed.code == ExitCode.PASS
-    assert "aborted, sealed" in closed.out
-    assert "The rig was not touched" in closed.err
+    resumed = call("resume", name, "--runs", runs, "--unattended", "--by", "A. Jones")
+    assert resumed.code == ExitCode.PASS, resumed.err
+    assert "report.html" in resumed.out
+    refused = call("resume", name, "--runs", runs)
+    assert refused.code == ExitCode.DATA
+    assert "has ended and is sealed" in refused.err
+    recovered = call(
+        "recover", "copy", "--runs", runs, "--by", "B. Smith", "--reason", "broken belt"
+    )
+    assert recovered.code == ExitCode.PASS
+    assert "aborted, sealed" in recovered.out
+    assert "The rig was not touched" in recovered.err
     assert call("report", copy).code == ExitCode.PASS
     assert "aborted" in (copy / "report.html").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("command", ["resume", "recover"])
-def test_what_is_no_run_is_refused_by_name(tmp_path, command):
+def test_folder_without_a_run_is_refused_by_name(tmp_path, command):
     assert "there is no run 'nothing'" in call(command, "nothing", "--runs", tmp_path).err
     (tmp_path / "empty").mkdir()
-    told = call(command, "empty", "--runs", tmp_path)
-    assert told.code == ExitCode.DATA
-    assert "is not a run" in told.err
+    refused = call(command, "empty", "--runs", tmp_path)
+    assert refused.code == ExitCode.DATA
+    assert "is not a run" in refused.err

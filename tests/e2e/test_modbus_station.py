@@ -1,4 +1,4 @@
-"""A station with a Modbus inverter, as a person works with it: the page's own files."""
+"""A station with a Modbus inverter: the files of the page, run as documented."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ def run(*more, station="bench.yaml"):
     return call("run", "try_motor.yaml", "--station", station, "--unattended", *more)
 
 
-def changed(lab, before, after):
+def run_edited(lab, before, after):
     text = (lab / "bench.yaml").read_text(encoding="utf-8")
     assert before in text
     (lab / "changed.yaml").write_text(text.replace(before, after, 1), encoding="utf-8")
     return run(station="changed.yaml")
 
 
-def test_what_the_inverter_says_is_recorded_and_played_back(lab):
+def test_inverter_communication_is_recorded_and_replayed(lab):
     recorded = run("--record", "tape")
     assert recorded.code == 0, recorded.err
     tape = (lab / "tape/devices/motor.jsonl").read_text(encoding="utf-8")
@@ -43,11 +43,11 @@ def test_what_the_inverter_says_is_recorded_and_played_back(lab):
 
 
 @pytest.mark.usefixtures("lab")
-def test_the_devices_of_the_station_are_asked_who_they_are():
-    told = call("devices", "bench.yaml")
-    assert told.code == 0, told.err
-    assert "Rigrunner SIM-VFD" in told.out
-    assert "press" in told.out
+def test_station_devices_identify_themselves():
+    called = call("devices", "bench.yaml")
+    assert called.code == 0, called.err
+    assert "Rigrunner SIM-VFD" in called.out
+    assert "press" in called.out
 
 
 @pytest.mark.parametrize(
@@ -65,9 +65,9 @@ def test_the_devices_of_the_station_are_asked_who_they_are():
         ("max: 35 Hz", "max: 60 Hz", 0, ""),
     ],
 )
-def test_mistakes_in_the_station_are_told(lab, before, after, code, told):
-    ended = changed(lab, before, after)
-    assert (ended.code, told in ended.err) == (code, True), ended.err
-    assert "Traceback" not in ended.err
+def test_mistakes_in_the_station_are_reported(lab, before, after, code, told):
+    called = run_edited(lab, before, after)
+    assert (called.code, told in called.err) == (code, True), called.err
+    assert "Traceback" not in called.err
     if code == 3:
-        assert "changed.yaml:" in ended.err
+        assert "changed.yaml:" in called.err

@@ -23,7 +23,7 @@ LIMITS = ("--lower", "138.203 Ω", "--upper", "138808 mΩ")
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """Thirty runs of one lot, with a shift at 100 °C alone, the last stated in mΩ."""
+    """Thirty runs of one lot, with a shift at 100 °C only, the last stated in mΩ."""
     runs = tmp_path_factory.mktemp("named") / "runs"
     rng = np.random.default_rng(3)
     cold, warm = 100.02 + 0.004 * rng.normal(size=30), 138.52 + 0.004 * rng.normal(size=30)
@@ -37,30 +37,30 @@ def folder(tmp_path_factory):
     return runs, warm
 
 
-def test_each_place_has_a_chart_and_a_shift_is_told_where_it_is(folder):
+def test_each_place_has_a_chart_and_only_the_shifted_one_fails(folder):
     done = call("trend", "resistance", "--runs", folder[0], "--json")
     assert done.code == 1
-    found = json.loads(done.out)
-    cold, warm = found["series"]
+    charts = json.loads(done.out)
+    cold, warm = charts["series"]
     group = "type Pt100, lot L1, chamber.temperature ="
     assert [cold["name"], warm["name"]] == [f"{group} 0 °C", f"{group} 100 °C"]
-    met = [[bool(point["rules"]) for point in each["points"]] for each in (cold, warm)]
-    assert not any(met[0][20:])
-    assert all(met[1][SHIFTED_FROM + 1 :])
+    rules_met = [[bool(point["rules"]) for point in series["points"]] for series in (cold, warm)]
+    assert not any(rules_met[0][20:])
+    assert all(rules_met[1][SHIFTED_FROM + 1 :])
 
 
-def test_values_are_in_the_unit_of_the_newest_run_with_their_uncertainty(folder):
+def test_values_have_their_uncertainty_in_the_unit_of_the_newest_run(folder):
     options = ("--runs", folder[0], "--where", "temperature=100 °C")
-    found = json.loads(call("trend", "resistance", *options, "--json").out)
-    assert found["unit"] == "mΩ"
-    (series,) = found["series"]
-    assert [each["observed"]["value"] for each in series["points"]] == pytest.approx(
+    charts = json.loads(call("trend", "resistance", *options, "--json").out)
+    assert charts["unit"] == "mΩ"
+    (series,) = charts["series"]
+    assert [point["observed"]["value"] for point in series["points"]] == pytest.approx(
         1000 * folder[1], rel=1e-12
     )
-    assert {round(each["observed"]["expanded"], 9) for each in series["points"]} == {10.0}
+    assert {round(point["observed"]["expanded"], 9) for point in series["points"]} == {10.0}
 
 
-def test_a_chart_and_a_capability_become_pages(folder, tmp_path):
+def test_chart_and_capability_are_written_as_pages(folder, tmp_path):
     runs = ("--runs", folder[0], "--where", "temperature=100")
     assert call("trend", "resistance", *runs, "--out", tmp_path / "trend.html").code == 1
     page = (tmp_path / "trend.html").read_text(encoding="utf-8")
@@ -71,36 +71,36 @@ def test_a_chart_and_a_capability_become_pages(folder, tmp_path):
     assert "data:image/svg+xml" in (tmp_path / "cap.html").read_text(encoding="utf-8")
 
 
-def test_a_capability_is_against_limits_in_any_unit(folder):
+def test_capability_takes_limits_in_any_unit(folder):
     runs = ("--runs", folder[0], "--where", "temperature=100")
-    found = json.loads(call("capability", "resistance", *runs, *LIMITS, "--json").out)
+    studies = json.loads(call("capability", "resistance", *runs, *LIMITS, "--json").out)
     mean, deviation = np.mean(folder[1]), np.std(folder[1], ddof=1)
-    (series,) = found["series"]
-    indices = {each["name"]: each["value"] for each in series["capability"]["indices"]}
+    (series,) = studies["series"]
+    indices = {index["name"]: index["value"] for index in series["capability"]["indices"]}
     nearest = min(138.808 - mean, mean - 138.203)
     assert indices["Cpk"] == pytest.approx(nearest / (3 * deviation), rel=1e-9)
     refused = call("capability", "resistance", *runs, "--upper", "1 V")
     assert (refused.code, "the values are in mΩ" in refused.err) == (2, True)
 
 
-def test_without_limits_those_of_the_runs_hold_in_the_unit_of_the_newest(folder):
-    found = json.loads(call("capability", "resistance", "--runs", folder[0], "--json").out)
-    assert (found["lower"], found["upper"]) == (None, None)
-    cold, warm = found["series"]
+def test_limits_default_to_those_of_the_runs_in_the_newest_unit(folder):
+    studies = json.loads(call("capability", "resistance", "--runs", folder[0], "--json").out)
+    assert (studies["lower"], studies["upper"]) == (None, None)
+    cold, warm = studies["series"]
     assert (cold["lower"], cold["upper"]) == (99883.0, 100117.0)
     assert (warm["lower"], warm["upper"]) == (138203.0, 138808.0)
     asked = ("--runs", folder[0], "--where", "temperature=100", *LIMITS)
     given = json.loads(call("capability", "resistance", *asked, "--json").out)
     indices = [
-        {each["name"]: each["value"] for each in one["capability"]["indices"]}
-        for one in (warm, given["series"][0])
+        {index["name"]: index["value"] for index in series["capability"]["indices"]}
+        for series in (warm, given["series"][0])
     ]
     assert indices[0] == pytest.approx(indices[1], rel=1e-9)
-    told = call("capability", "resistance", "--runs", folder[0]).out
-    assert "lower limit 138203 mΩ, upper limit 138808 mΩ" in told
+    printed = call("capability", "resistance", "--runs", folder[0]).out
+    assert "lower limit 138203 mΩ, upper limit 138808 mΩ" in printed
 
 
-def test_limits_that_differ_from_run_to_run_have_to_be_given(tmp_path):
+def test_differing_limits_of_runs_have_to_be_given(tmp_path):
     for day in range(12):
         document = resistance_document({100.0: 138.5 + 0.001 * day})
         if day > 6:
@@ -114,7 +114,7 @@ def test_limits_that_differ_from_run_to_run_have_to_be_given(tmp_path):
     assert call("capability", "resistance", "--runs", tmp_path, "--upper", "139 Ω").code == 0
 
 
-def test_what_no_run_has_is_refused_with_what_there_is(folder):
+def test_unknown_result_is_refused_with_a_list_of_results(folder):
     refused = call("trend", "resistence", "--runs", folder[0])
     assert (refused.code, "has a result or figure 'resistence'" in refused.err) == (2, True)
     assert "there are: torque, raw_peak, resistance" in refused.err
@@ -147,17 +147,17 @@ def gauge_runs(runs, temperatures=(100.0,)):
     return readings
 
 
-def test_a_gauge_study_takes_each_value_at_a_set_point_as_a_trial(tmp_path):
+def test_gauge_study_takes_each_value_at_a_set_point_as_a_trial(tmp_path):
     readings = gauge_runs(tmp_path / "runs")
     runs = ("--runs", tmp_path / "runs", "--out", tmp_path / "gauge.html")
     done = call("gauge-rr", "resistance", *runs, "--tolerance", "605 mΩ", "--json")
     assert done.code == 0, done.err
-    found = json.loads(done.out)
-    assert (found["unit"], found["tolerance"]) == ("Ω", pytest.approx(0.605))
-    assert np.array(found["readings"]) == pytest.approx(readings)
+    study = json.loads(done.out)
+    assert (study["unit"], study["tolerance"]) == ("Ω", pytest.approx(0.605))
+    assert np.array(study["readings"]) == pytest.approx(readings)
     repeatability = sqrt(readings.var(axis=2, ddof=1).mean())
-    assert not found["analysis"]["pooled"]
-    assert found["analysis"]["components"]["repeatability"] == pytest.approx(repeatability)
+    assert not study["analysis"]["pooled"]
+    assert study["analysis"]["components"]["repeatability"] == pytest.approx(repeatability)
     assert "resistance" in (tmp_path / "gauge.html").read_text(encoding="utf-8")
 
 
@@ -171,7 +171,7 @@ def test_readings_at_several_set_points_are_refused(tmp_path):
     assert "no matching run has a result 'resistence'" in unknown.err
 
 
-def test_a_value_that_is_missing_at_one_place_is_told(tmp_path):
+def test_missing_value_at_one_place_is_excluded_with_its_reason(tmp_path):
     runs = tmp_path / "runs"
     for day in range(12):
         document = resistance_document(
@@ -181,15 +181,15 @@ def test_a_value_that_is_missing_at_one_place_is_told(tmp_path):
             document["results"][1]["estimate"]["value"] = None
         store_run(runs, f"day-{day:02d}", document, started_utc=on_day(day), recordings=0)
     index_all(runs)
-    found = json.loads(
+    charts = json.loads(
         call("trend", "resistance", "--runs", runs, "--baseline", "10", "--json").out
     )
-    assert [len(each["points"]) for each in found["series"]] == [12, 11]
+    assert [len(series["points"]) for series in charts["series"]] == [12, 11]
     reason = "it has no value at chamber.temperature = 100 °C"
-    assert found["excluded"] == [{"run_id": "day-03", "reason": reason}]
+    assert charts["excluded"] == [{"run_id": "day-03", "reason": reason}]
 
 
-def test_a_session_with_a_trial_without_a_value_is_excluded(tmp_path):
+def test_session_with_a_missing_trial_is_excluded(tmp_path):
     runs = tmp_path / "runs"
     for part, by in product(("A", "B"), ("Xu", "Yi")):
         for session in range(3):
@@ -203,8 +203,8 @@ def test_a_session_with_a_trial_without_a_value_is_excluded(tmp_path):
     assert "12 left out: 1 of 2 trials have no value" in done.err
 
 
-def test_a_minimum_and_a_maximum_that_are_stated_apart_are_both_limits(tmp_path):
-    """Cpk is that of the nearer limit, whichever comes first in the procedure."""
+def test_separately_stated_minimum_and_maximum_are_both_limits(tmp_path):
+    """Cpk is by the nearer limit, whichever comes first in the procedure."""
     runs, rng = tmp_path / "runs", np.random.default_rng(5)
     values = 100.5 + 0.2 * rng.normal(size=24)
     for day, value in enumerate(values):
@@ -219,14 +219,14 @@ def test_a_minimum_and_a_maximum_that_are_stated_apart_are_both_limits(tmp_path)
         store_run(runs, f"day-{day:02d}", document, started_utc=on_day(day), recordings=0)
     index_all(runs)
     (series,) = json.loads(call("capability", "resistance", "--runs", runs, "--json").out)["series"]
-    indices = {each["name"]: each["value"] for each in series["capability"]["indices"]}
+    indices = {index["name"]: index["value"] for index in series["capability"]["indices"]}
     deviation = values.std(ddof=1)
     assert indices["Cpk"] == pytest.approx((101 - values.mean()) / (3 * deviation))
     assert indices["Cp"] == pytest.approx((101 - 99) / (6 * deviation))
 
 
 def test_equal_temperatures_in_two_units_do_not_scatter(tmp_path):
-    """25.3 °C in K and back differs from 25.3 by 1e-14: a Cpk of 1e14 would be of the rounding."""
+    """25.3 °C in K and back differs from 25.3 by 1e-14: a Cpk of 1e14 would be a rounding error."""
     runs = tmp_path / "runs"
     for day in range(12):
         document = resistance_document({0.0: 100.0})

@@ -1,4 +1,4 @@
-"""What `rigrunner new --drop-in` makes of each kind has a part in real runs at once."""
+"""A drop-in plugin of each kind that `rigrunner new` creates works in real runs as it is."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ HERTZ = (8, 15, 20, 25, 35)
 
 @pytest.fixture(scope="module")
 def lab(tmp_path_factory):
-    """Return a lab's folder in which every analysis is by new plugins, and its two runs."""
+    """Return a lab's folder whose analyses use new plugins only, and its two runs."""
     folder = tmp_path_factory.mktemp("lab")
     (folder / "plugins").mkdir()
     for word, name in NAMES.items():
@@ -45,38 +45,38 @@ def lab(tmp_path_factory):
     return folder, sorted((folder / "runs").iterdir())
 
 
-def analysed(run):
+def result_of(run):
     return json.loads((run / "result.json").read_text(encoding="utf-8"))
 
 
-def test_the_new_rule_and_the_new_fit_are_in_the_result(lab):
+def test_new_outlier_rule_and_fit_are_in_the_result(lab):
     _, (no_load, _) = lab
-    result = analysed(no_load)
+    result = result_of(no_load)
     assert NAMES["outlier-rule"] in json.dumps(result["analysis"])
-    fits = {each["name"]: each for each in result["fits"]}
+    fits = {fit["name"]: fit for fit in result["fits"]}
     assert fits[NAMES["fit"]]["curve"]["formula"] == "y = c0 + c1*x"
 
 
-def test_the_new_decision_rule_decides(lab):
+def test_new_decision_rule_decides(lab):
     _, (_, loaded) = lab
-    result = analysed(loaded)
-    found = result["decision"]
-    assert found["rule"].startswith(f"{NAMES['rule']}: guard band w = 0.5 U")
+    result = result_of(loaded)
+    decision = result["decision"]
+    assert decision["rule"].startswith(f"{NAMES['rule']}: guard band w = 0.5 U")
     half = result["headline"]["compensated"]["expanded_uncertainty_95"] / 2
-    assert found["guard_band"]["value"] == pytest.approx(half)
+    assert decision["guard_band"]["value"] == pytest.approx(half)
     assert result["revisions"][f"decision_rule {NAMES['rule']}"] == 1
 
 
-def test_the_new_compensation_stands_beside_the_others(lab):
+def test_new_compensation_is_listed_with_the_others(lab):
     _, (_, loaded) = lab
-    found = analysed(loaded)["compensations"]
-    assert set(found) == {"paper_peak", "template_inverse", "energy", NAMES["compensation"]}
-    torques = [each["torque"]["value"] for each in found[NAMES["compensation"]]["points"]]
+    compensations = result_of(loaded)["compensations"]
+    assert set(compensations) == {"paper_peak", "template_inverse", "energy", NAMES["compensation"]}
+    torques = [point["torque"]["value"] for point in compensations[NAMES["compensation"]]["points"]]
     assert len(torques) == len(HERTZ)
     assert all(0.2 < torque < 2.5 for torque in torques)
 
 
-def test_the_new_report_has_a_row_for_each_result(lab):
+def test_new_report_has_a_row_for_each_result(lab):
     folder, (_, loaded) = lab
     words = ["--station", folder / "station.yaml", "--runs", folder / "runs"]
     called = call("report", loaded.name, *words, "--format", NAMES["report"])
@@ -86,13 +86,13 @@ def test_the_new_report_has_a_row_for_each_result(lab):
     head, *rows = csv.reader(io.StringIO(written.read_text(encoding="utf-8")))
     assert head == ["result", "place", "value", "standard uncertainty", "unit"]
     assert [row[0] for row in rows] == ["torque"] * len(HERTZ)
-    found = analysed(loaded)
-    primary = found["compensations"][found["analysis"]["primary"]]["points"]
+    result = result_of(loaded)
+    primary = result["compensations"][result["analysis"]["primary"]]["points"]
     values = [float(row[2]) for row in rows]
     assert sorted(values) == pytest.approx(sorted(p["torque"]["value"] for p in primary))
 
 
-def test_the_new_importer_makes_the_same_run_of_text_files(lab):
+def test_new_importer_makes_the_same_run_from_text_files(lab):
     folder, (no_load, _) = lab
     for recording, hertz in zip(read(no_load).recordings, HERTZ, strict=True):
         columns = np.c_[recording.channels["tester.angle"], recording.channels["tester.torque"]]
@@ -128,15 +128,15 @@ def test_the_new_importer_makes_the_same_run_of_text_files(lab):
     )
     assert called.code == ExitCode.PASS, called.err
     (imported,) = (folder / "imported").iterdir()
-    given, found = (slope_of(analysed(run)) for run in (no_load, imported))
-    assert found == pytest.approx(given, rel=1e-9)
+    expected, imported_slope = (slope_of(result_of(run)) for run in (no_load, imported))
+    assert imported_slope == pytest.approx(expected, rel=1e-9)
 
 
 def slope_of(result):
     return result["fits"][0]["curve"]["coefficients"]["c1"]["value"]
 
 
-def test_the_new_device_is_known_to_the_station(lab):
+def test_station_offers_the_new_device(lab):
     folder, _ = lab
     called = call("plugins", NAMES["device"], "--station", folder / "station.yaml")
     assert called.code == ExitCode.PASS

@@ -1,6 +1,6 @@
-"""Plugins of other people: against our wheel they install, type-check, pass their tests and run.
+"""Third-party plugins install against our wheel, type-check, pass their tests and run.
 
-The environment has our wheel and theirs, and borrows all other packages from the one that tests.
+The environment has our wheel and theirs, and borrows all other packages from the testing one.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ WORDS = (*KINDS, "compensation")
 REGISTRY = load_registry()
 PLUGINS = {word: new_plugin(word, f"authors_{word.replace('-', '_')}", REGISTRY) for word in WORDS}
 pytestmark = pytest.mark.thorough
-AT_HAND = find_spec("hatchling") is not None
-QUIETLY = ["-q", "--no-deps", *(["--no-build-isolation"] if AT_HAND else [])]
-"""What builds them is not installed again for each, where the environment that tests has it."""
+HAS_HATCHLING = find_spec("hatchling") is not None
+QUIETLY = ["-q", "--no-deps", *(["--no-build-isolation"] if HAS_HATCHLING else [])]
+"""Build tools are not installed again for each package where the testing environment has them."""
 WITHOUT = {"PYTHONPATH", "MYPYPATH", "PYTEST_ADDOPTS", "COLUMNS"}
 
 
@@ -41,7 +41,7 @@ class Author:
     bin: Path
 
     def run(self, *words, cwd=None):
-        """Run a program of the environment; return what it did."""
+        """Run a program of the environment; return its result."""
         kept = {name: value for name, value in os.environ.items() if name not in WITHOUT}
         ours = Path(sys.executable).parent  # where mypy, pytest and ruff are, which it shares
         path = os.pathsep.join(map(str, (self.bin, ours, os.environ["PATH"])))
@@ -59,7 +59,7 @@ class Author:
         return self.folder / PLUGINS[word].project
 
 
-def succeeded(done):
+def output_of(done):
     assert done.returncode == 0, f"{done.args}\n{done.stdout}\n{done.stderr}"
     return done.stdout
 
@@ -71,7 +71,7 @@ def pip(*words):
         text=True,
         check=False,
     )
-    succeeded(done)
+    output_of(done)
 
 
 SCRIPTS = {
@@ -79,7 +79,7 @@ SCRIPTS = {
     "pytest": 'exec {own} -m pytest "$@"',
     "mypy": 'exec {own} -m mypy "$@"',
 }
-"""Programs of packages that are borrowed: they are to see what is installed here."""
+"""Programs of borrowed packages, made to see what is installed here."""
 
 
 @pytest.fixture(scope="session")
@@ -93,46 +93,46 @@ def author_in(folder) -> Author:
     return Author(folder, Path(scripts))
 
 
-def install(made) -> None:
-    folder, environment = made.folder, made.folder / "env"
+def install(author) -> None:
+    folder, environment = author.folder, author.folder / "env"
     venv.create(environment, symlinks=True)
     site = Path(sysconfig.get_path("purelib", "venv", {"base": str(environment)}))
     (site / "borrowed.pth").write_text(sysconfig.get_path("purelib") + "\n")
     shutil.copytree(STRANGER, folder / "stranger")
     pip("wheel", *QUIETLY, "-w", folder, ROOT)
     (wheel,) = folder.glob("rigrunner-*.whl")
-    python = made.bin / "python"
+    python = author.bin / "python"
     pip("--python", python, "install", *QUIETLY, wheel)
     for name, line in SCRIPTS.items():
-        (made.bin / name).write_text(
+        (author.bin / name).write_text(
             f"#!/bin/sh\n{line}\n".format(outer=sys.executable, own=python)
         )
-        (made.bin / name).chmod(0o755)
+        (author.bin / name).chmod(0o755)
     for word, plugin in PLUGINS.items():
-        succeeded(made.run("rigrunner", "new", word, plugin.name))
-    projects = [made.package(word) for word in PLUGINS]
+        output_of(author.run("rigrunner", "new", word, plugin.name))
+    projects = [author.package(word) for word in PLUGINS]
     pip("--python", python, "install", *QUIETLY, *projects)
 
 
-def test_the_environment_has_the_wheel_and_not_the_sources(author):
+def test_environment_has_the_wheel_and_not_the_sources(author):
     code = "import rigrunner, rigrunner_plugins; print(rigrunner.__file__)"
-    shown = succeeded(author.run("python", "-c", code))
+    shown = output_of(author.run("python", "-c", code))
     assert shown.startswith(str(author.folder / "env"))
 
 
 @pytest.mark.parametrize("word", WORDS)
-def test_a_new_package_passes_its_own_tests(author, word):
+def test_new_package_passes_its_own_tests(author, word):
     done = author.run("python", "-m", "pytest", "-q", "-rs", cwd=author.package(word))
-    assert " passed" in succeeded(done)
+    assert " passed" in output_of(done)
 
 
-def test_all_of_them_and_a_strangers_pass_strict_type_checks(author):
+def test_new_and_third_party_plugins_pass_strict_type_checks(author):
     parts = [author.package(word) / part for word in PLUGINS for part in ("src", "tests")]
     done = author.run("python", "-m", "mypy", "--strict", *parts, "stranger")
-    assert "no issues found" in succeeded(done)
+    assert "no issues found" in output_of(done)
 
 
-def test_what_breaks_the_contract_is_seen_by_the_type_checker(author):
+def test_type_checker_finds_a_broken_contract(author):
     """The wheel carries its types: without py.typed everything would pass."""
     wrong = (
         "from rigrunner.api.driver import Driver\n"
@@ -147,22 +147,22 @@ def test_what_breaks_the_contract_is_seen_by_the_type_checker(author):
     assert "incompatible with return type" in done.stdout
 
 
-def test_all_of_them_are_listed_with_their_version(author):
-    listed = json.loads(succeeded(author.run("rigrunner", "plugins", "--json")))
-    found = {each["name"]: (each["kind"], each["version"]) for each in listed}
+def test_new_plugins_are_listed_with_their_version(author):
+    listed = json.loads(output_of(author.run("rigrunner", "plugins", "--json")))
+    found = {plugin["name"]: (plugin["kind"], plugin["version"]) for plugin in listed}
     for plugin in PLUGINS.values():
         assert found[plugin.name] == (plugin.kind, "0.1.0")
 
 
-def test_a_run_uses_the_new_device(author):
+def test_run_uses_the_new_device(author):
     words = ["example/procedure.yaml", "--station", "example/station.yaml", "--unattended"]
-    succeeded(author.run("rigrunner", "run", *words, cwd=author.package("device")))
-    shown = succeeded(author.run("rigrunner", "runs", "--json", cwd=author.package("device")))
+    output_of(author.run("rigrunner", "run", *words, cwd=author.package("device")))
+    shown = output_of(author.run("rigrunner", "runs", "--json", cwd=author.package("device")))
     (run,) = json.loads(shown)
     assert run["outcome"] == "completed"
 
 
-def test_a_strangers_plugin_is_taken_by_the_wheel(author):
+def test_wheel_loads_a_third_party_plugin(author):
     code = (
         "from importlib.metadata import EntryPoint\n"
         "from rigrunner.registry import load_registry\n"
@@ -171,29 +171,29 @@ def test_a_strangers_plugin_is_taken_by_the_wheel(author):
         "theirs = {each.kind for each in found.plugins if each.provider.name == 'stranger'}\n"
         "print(sorted(theirs), found.disabled)\n"
     )
-    shown = succeeded(author.run("python", "-c", code))
-    made = {each.kind for each in PLUGINS.values()} - {"step"}
-    kinds = sorted([*made, "certificate_format", "event_sink", "study_format"])
+    shown = output_of(author.run("python", "-c", code))
+    new_kinds = {each.kind for each in PLUGINS.values()} - {"step"}
+    kinds = sorted([*new_kinds, "certificate_format", "event_sink", "study_format"])
     assert shown.strip() == f"{kinds} ()"
 
 
-def test_every_check_of_the_kit_is_met(author):
-    """In one process, which imports what all of them need once."""
-    calls = [["check-plugin", each.name, "--kind", each.kind] for each in PLUGINS.values()]
+def test_new_plugins_pass_every_check_of_the_kit(author):
+    """In one process, which imports their dependencies only once."""
+    calls = [["check-plugin", plugin.name, "--kind", plugin.kind] for plugin in PLUGINS.values()]
     code = f"from rigrunner.cli.main import main; print('CODES', [main(each) for each in {calls}])"
-    printed = succeeded(author.run("python", "-c", code))
+    printed = output_of(author.run("python", "-c", code))
     assert printed.count(", 0 fail, ") == len(calls)
     assert printed.endswith(f"CODES {[0] * len(calls)}\n")
 
 
 TUTORIAL = ROOT / "docs/tutorial/first-device-plugin.md"
 LONGEST_S = 180
-"""Of a processor, for all commands of the tutorial; the rest of its ten minutes is reading."""
+"""Processor time of all commands of the tutorial; the rest of its ten minutes is reading."""
 
 
-def test_the_tutorial_works_as_it_stands_in_its_time(author, tmp_path):
-    """Each block in the folder in which the last one ended, as a reader's shell has it."""
-    folder, output, began_s = tmp_path, "", processor_s_of_programs()
+def test_tutorial_works_unchanged_in_its_time(author, tmp_path):
+    """Each block in the folder in which the last one ended, as in a reader's shell."""
+    folder, output, start_s = tmp_path, "", programs_processor_s()
     for block in code_blocks(TUTORIAL):
         where = f"{TUTORIAL.name}:{block.line}"
         if block.file:
@@ -204,18 +204,18 @@ def test_the_tutorial_works_as_it_stands_in_its_time(author, tmp_path):
             assert block.language == "sh", where
             code = f"{{\n{block.code}}} 2>&1; pwd > {tmp_path}/pwd"
             done = author.run("/bin/bash", "-euo", "pipefail", "-c", code, cwd=folder)
-            output = succeeded(done)
+            output = output_of(done)
             folder = Path((tmp_path / "pwd").read_text().strip())
-    assert 1 < processor_s_of_programs() - began_s < LONGEST_S
+    assert 1 < programs_processor_s() - start_s < LONGEST_S
 
 
-def processor_s_of_programs():
-    """Return what programs took that were started and have ended, without their waiting."""
+def programs_processor_s():
+    """Return the processor time of the started programs that have ended."""
     used = os.times()
     return used.children_user + used.children_system
 
 
-def test_the_tutorial_counts_its_lines_right():
+def test_tutorial_states_the_right_number_of_lines():
     (module,) = (block for block in code_blocks(TUTORIAL) if block.file.endswith("__init__.py"))
     lines = sum(bool(line.strip()) for line in module.code.splitlines())
     assert f"{lines} non-blank lines" in TUTORIAL.read_text(encoding="utf-8")

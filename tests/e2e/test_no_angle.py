@@ -1,4 +1,4 @@
-"""From procedures without an angle channel to terminal, report and JSON."""
+"""Procedures without an angle channel, and their terminal output, report and JSON."""
 
 from __future__ import annotations
 
@@ -21,22 +21,22 @@ PEAKS = (
 
 
 BY_PEAKS = ("primary: template_inverse", "primary: peak_same_frequency")
-"""A procedure whose primary method needs the angle is refused where none is recorded."""
+"""A procedure whose primary method needs an angle is refused where none is recorded."""
 
 
-def procedures(folder, channels, *others):
+def procedures(folder, channels, *changes):
     recorded = (ANGLE, f"channels: {channels}")
     return (
         quick_procedure(folder, "no_load_inertia_sweep", recorded),
-        quick_procedure(folder, "starting_torque_1000n", recorded, PEAKS, *others),
+        quick_procedure(folder, "starting_torque_1000n", recorded, PEAKS, *changes),
     )
 
 
-def finished(folder, channels, *others):
-    no_load, loaded = procedures(folder, channels, *others)
-    bare = run(no_load, folder / "runs")
-    assert bare.error is None
-    done = run(loaded, folder / "runs", no_load=bare.folder)
+def finished(folder, channels, *changes):
+    no_load, loaded = procedures(folder, channels, *changes)
+    no_load_run = run(no_load, folder / "runs")
+    assert no_load_run.error is None
+    done = run(loaded, folder / "runs", no_load=no_load_run.folder)
     assert done.error is None
     return done
 
@@ -57,7 +57,7 @@ def indexed(tmp_path_factory):
     return finished(tmp_path_factory.mktemp("indexed"), "[tester.index, tester.torque]")
 
 
-def test_without_motion_terminal_report_and_json_say_what_is_not_applicable(bare):
+def test_without_angle_all_outputs_say_what_is_not_applicable(bare):
     content, report, terminal = texts(bare)
     reason = "comparing whole swings needs an angle channel"
     for method in ("template_inverse", "energy"):
@@ -71,7 +71,7 @@ def test_without_motion_terminal_report_and_json_say_what_is_not_applicable(bare
     assert content["headline"]["method"] == "peak_same_frequency"
 
 
-def test_without_motion_the_report_shows_neither_swing_nor_motion(bare):
+def test_without_angle_the_report_shows_neither_swing_nor_motion(bare):
     _, report, _ = texts(bare)
     assert 'id="swing"' not in report
     assert 'href="#swing"' not in report
@@ -79,9 +79,9 @@ def test_without_motion_the_report_shows_neither_swing_nor_motion(bare):
     assert 'id="cycles"' in report
 
 
-def test_by_an_index_every_method_applies_and_the_doubt_is_in_the_budget(indexed):
+def test_with_an_index_every_method_applies_with_its_uncertainty(indexed):
     content, report, terminal = texts(indexed)
-    assert all(each["points"] for each in content["compensations"].values())
+    assert all(compensation["points"] for compensation in content["compensations"].values())
     budget = content["compensations"]["template_inverse"]["points"][-1]["budget"]
     names = {component["name"] for component in budget}
     assert {"place of the index or tacho", "time of the index pulse"} <= names
@@ -91,8 +91,10 @@ def test_by_an_index_every_method_applies_and_the_doubt_is_in_the_budget(indexed
 
 
 @pytest.mark.parametrize("name", ["bare", "indexed"])
-def test_analysed_again_the_result_is_the_same(name, request):
+def test_reanalysis_gives_the_same_result(name, request):
     done = request.getfixturevalue(name)
-    again = analyse_run(done.folder, load_registry())
-    assert again.headline == done.result.headline
-    assert [check.text for check in again.checks] == [check.text for check in done.result.checks]
+    reanalysed = analyse_run(done.folder, load_registry())
+    assert reanalysed.headline == done.result.headline
+    assert [check.text for check in reanalysed.checks] == [
+        check.text for check in done.result.checks
+    ]

@@ -1,4 +1,4 @@
-"""Documents of version 0.1.0 stay readable, and are verified as stated in their README."""
+"""Documents of version 0.1.0 stay readable, and verify as stated in their README."""
 
 from __future__ import annotations
 
@@ -24,20 +24,20 @@ pytestmark = pytest.mark.thorough
 OLD = Path(__file__).parents[1] / "data" / "0.1.0"
 RUN = "20260301T120000Z_SSPB-STT-1000_DEMO-0001"
 MEAN_NM, MEAN_U_NM = 0.729, 0.011
-"""As the certificate prints it, read with a text editor when it was put here."""
+"""As printed on the certificate, read with a text editor when it was added."""
 
 
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory):
-    """Unpack the run of that time."""
+    """Unpack the run of version 0.1.0."""
     folder = tmp_path_factory.mktemp("old") / "runs"
     unpack(OLD / "run.zip", folder)
     return folder
 
 
-def test_a_pack_and_its_run_are_read(runs):
+def test_pack_and_its_run_are_read(runs):
     stored = read(runs / RUN)
-    assert [each.name for each in stored.recordings] == [
+    assert [recording.name for recording in stored.recordings] == [
         *("001_8Hz", "002_15Hz", "003_25Hz", "004_35Hz"),
     ]
     assert stored.partners["no_load"].digest == read(OLD / "no_load" / "run.h5").digest
@@ -58,28 +58,30 @@ DIGESTS = {
 
 
 @pytest.mark.parametrize("path", DIGESTS, ids=lambda path: path.parent.name)
-def test_the_digest_of_a_run_is_what_it_was_by_its_format(path):
+def test_digest_of_a_run_follows_its_format(path):
     stored = read(path)
     assert (stored.digest, stored.info.format) == DIGESTS[path]
 
 
-def test_rows_of_old_are_read_and_verified():
+def test_old_rows_are_read_and_verified():
     rows = read(OLD / "table" / "run.h5").measurements
-    assert [each.name for each in rows] == ["rest", "loads", "loads", "loads", "after"]
+    assert [row.name for row in rows] == ["rest", "loads", "loads", "loads", "after"]
     assert rows[-1].values["tester.load"] == pytest.approx(500.0737, abs=1e-3)
     done = call("verify", OLD / "table" / "run.h5")
     assert (done.code, done.out.splitlines()[0]) == (0, "MATCH"), done.out
 
 
-def test_a_run_is_analysed_to_the_numbers_of_its_certificate(runs):
+def test_analysis_of_a_run_gives_the_numbers_of_its_certificate(runs):
     done = call("analyse", runs / RUN, "--json")
-    found = json.loads(done.out)["headline"]["compensated"]
-    # by methods that improved, and by what is now assumed of the support: 1.25 % of its friction
+    compensated = json.loads(done.out)["headline"]["compensated"]
+    # changes of methods, and what is now assumed of the support: 1.25 % of its friction
     moved_nm = 5e-4 if revisions()[1] == {1} else 0.5 * MEAN_U_NM
-    assert found["value"] == pytest.approx(MEAN_NM, abs=moved_nm)
-    # its station says nothing of its support: ±8 % of what is built up of 0.76 N·m, as a triangle
+    assert compensated["value"] == pytest.approx(MEAN_NM, abs=moved_nm)
+    # its station does not state its support: triangular, ±8 % of what builds up of 0.76 N·m
     drift_nm = 1.9 * 0.08 / 6**0.5 * 0.82 * 0.76
-    assert found["expanded_uncertainty_95"] == pytest.approx(hypot(MEAN_U_NM, drift_nm), rel=0.15)
+    assert compensated["expanded_uncertainty_95"] == pytest.approx(
+        hypot(MEAN_U_NM, drift_nm), rel=0.15
+    )
 
 
 AMENDMENT = OLD / "certificates" / "SPECIMEN-DEMO-2026-0002.json"
@@ -88,35 +90,35 @@ LETTERHEAD = ("--letterhead", OLD / "letterhead")
 
 
 def revisions():
-    """Return the revisions of whatever made the documents of that version, as installed now."""
+    """Return the installed revisions of all that made the documents of version 0.1.0."""
     registry = load_registry()
     content = json.loads(AMENDMENT.read_text("utf-8"))
     settings = content["method"]["analysis"]
     methods = [
         ("outlier_rule", settings["outliers"]["name"]),
-        *(("fit", each["name"]) for each in settings["fits"]),
-        *(("compensation", each["name"]) for each in settings["compensations"]),
+        *(("fit", fit["name"]) for fit in settings["fits"]),
+        *(("compensation", compensation["name"]) for compensation in settings["compensations"]),
     ]
     layouts = {registry.revision("certificate_format", name) for name in ("html", "pdf")}
-    return layouts, {*OWN.values(), *(registry.revision(*each) for each in methods)}
+    return layouts, {*OWN.values(), *(registry.revision(*method) for method in methods)}
 
 
-def test_a_certificate_of_old_never_differs(runs):
-    """Where a layout or a method has improved since, that is what is said."""
+def test_old_certificate_never_differs(runs):
+    """Where a layout or a method has another revision now, `verify` says so instead."""
     done = call("verify", AMENDMENT, "--runs", runs, *LETTERHEAD)
     layouts, methods = revisions()
     code = 12 if layouts != {1} else 13 if methods | {REVISION} != {1} else 0
     assert (done.code, "DIFFERS" in done.out) == (code, False), done.out
 
 
-def test_a_run_of_old_never_differs(runs):
+def test_old_run_never_differs(runs):
     done = call("verify", runs / RUN)
     code = 0 if revisions()[1] == {1} else 13
     assert (done.code, "DIFFERS" in done.out) == (code, False), done.out
 
 
-def test_the_signature_of_old_proves_its_pages(runs):
-    """The original was replaced since: that is what its first line says."""
+def test_old_signature_proves_its_pages(runs):
+    """The original was replaced since, as the first line says."""
     words = ("--runs", runs, "--trust", OLD / "lab.key.pub")
     done = call("verify", ORIGINAL, *words, *LETTERHEAD)
     assert done.code == 11, done.out
@@ -128,30 +130,30 @@ def test_the_signature_of_old_proves_its_pages(runs):
 
 
 @pytest.mark.parametrize("suffix", [".json", ".html", ".pdf"])
-def test_the_content_of_every_form_of_old_is_read(suffix):
+def test_content_of_every_old_form_is_read(suffix):
     path = AMENDMENT.with_suffix(suffix)
-    found = content_in(path.read_bytes(), suffix, path.name)
-    assert found.results.headline.value == pytest.approx(MEAN_NM, abs=5e-4)
-    assert (found.evidence.revisions, found.appearance.layouts) == ({}, {})
+    content = content_in(path.read_bytes(), suffix, path.name)
+    assert content.results.headline.value == pytest.approx(MEAN_NM, abs=5e-4)
+    assert (content.evidence.revisions, content.appearance.layouts) == ({}, {})
 
 
-def improved(kind):
-    """Return the installed plugins with another revision of all of a kind."""
+def with_other_revision(kind):
+    """Return the installed plugins with another revision for all of one kind."""
     plugins = load_registry().plugins
     return Registry(
-        replace(each, record=replace(each.record, revision=99)) if each.kind == kind else each
-        for each in plugins
+        replace(plugin, record=replace(plugin.record, revision=99))
+        if plugin.kind == kind
+        else plugin
+        for plugin in plugins
     )
 
 
-def test_pages_of_a_layout_that_improved_are_not_proven_but_searched_for_the_results(
-    runs, tmp_path
-):
-    registry = improved("certificate_format")
+def test_pages_of_a_newer_layout_are_unproven_but_searched_for_results(runs, tmp_path):
+    registry = with_other_revision("certificate_format")
     means = Means(run=runs / RUN, runs=runs, registry=registry, letterhead=OLD / "letterhead")
-    found = verify_certificate(AMENDMENT, means)
-    assert found.differences == []
-    assert found.unproven == [
+    checked = verify_certificate(AMENDMENT, means)
+    assert checked.differences == []
+    assert checked.unproven == [
         f"{AMENDMENT.stem}{suffix}: its layout has revision 1, installed is 99; version"
         " 0.1.1.dev770+source.g38e4435ed of rigrunner_reports makes it again"
         for suffix in (".html", ".pdf")
@@ -164,13 +166,11 @@ def test_pages_of_a_layout_that_improved_are_not_proven_but_searched_for_the_res
     shown, mark, data = page.read_bytes().partition(b'id="certificate">')
     page.write_bytes(shown.replace(b"0.729", b"0.427") + mark + data)
     resealed(page, lambda content: content)
-    found = verify_certificate(page, means)
-    assert any("it does not show '0.729' of its content" in each for each in found.differences)
+    checked = verify_certificate(page, means)
+    assert any("it does not show '0.729' of its content" in each for each in checked.differences)
 
 
-def test_results_are_derived_again_where_only_the_content_has_another_revision(
-    runs, tmp_path, monkeypatch
-):
+def test_results_are_derived_where_only_the_content_has_a_new_revision(runs, tmp_path, monkeypatch):
     monkeypatch.setattr("rigrunner.documents.verifying.revisions.REVISION", 99)
     means = Means(run=runs / RUN, runs=runs, registry=load_registry())
     forged = tmp_path / AMENDMENT.name
@@ -181,21 +181,21 @@ def test_results_are_derived_again_where_only_the_content_has_another_revision(
     ):
         forged.write_bytes(AMENDMENT.read_bytes())
         resealed(forged, lambda content, old=old, new=new: content.replace(old, new, 1))
-        found = verify_certificate(forged, means)
-        assert any("certificate revision 1, installed 99" in why for why in found.not_recomputed)
-        if revisions()[1] != {1}:  # of a method that improved, results cannot be recomputed
-            assert any("'template_inverse' revision 1" in why for why in found.not_recomputed)
+        checked = verify_certificate(forged, means)
+        assert any("certificate revision 1, installed 99" in why for why in checked.not_recomputed)
+        if revisions()[1] != {1}:  # with a newer method, results cannot be recomputed
+            assert any("'template_inverse' revision 1" in why for why in checked.not_recomputed)
             continue
-        assert len(found.differences) == len(differs), found.differences
-        assert all(each in found.differences[0] for each in differs)
+        assert len(checked.differences) == len(differs), checked.differences
+        assert all(each in checked.differences[0] for each in differs)
 
 
-def test_numbers_of_methods_that_improved_are_not_recomputed(runs):
-    registry = improved("compensation")
+def test_numbers_of_newer_methods_are_not_recomputed(runs):
+    registry = with_other_revision("compensation")
     means = Means(run=runs / RUN, runs=runs, registry=registry, letterhead=OLD / "letterhead")
-    found = verify_certificate(AMENDMENT, means)
-    assert found.differences == []
+    checked = verify_certificate(AMENDMENT, means)
+    assert checked.differences == []
     assert (
         "compensation 'template_inverse' revision 1, installed 99; what was installed then"
-        in "".join(found.not_recomputed)
+        in "".join(checked.not_recomputed)
     )

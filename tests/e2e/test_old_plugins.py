@@ -1,4 +1,4 @@
-"""Plugins that `rigrunner new` of version 0.1.0 made run unmodified, and keep their own tests."""
+"""Plugins that `rigrunner new` of version 0.1.0 created run unmodified, and pass their tests."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ import pytest
 OLD = Path(__file__).parents[1] / "data" / "0.1.0" / "plugins"
 KINDS = sorted(each.name for each in OLD.iterdir())
 NEW_SINCE = {"compensation": ["transducer_errors_are_in_the_budget"]}
-"""Checks of the kit that came later, and that these plugins do not pass."""
+"""Newer checks of the kit, which these plugins do not pass."""
 pytestmark = pytest.mark.thorough
 
 
-def test_every_kind_of_that_version_is_here():
+def test_every_kind_of_version_0_1_0_is_present():
     assert KINDS == ["compensation", "device", "fit", "importer", "outlier-rule", "report"]
 
 
-def installed(kind, folder):
-    """Copy a package, with what its installation would write; return its folder."""
+def install(kind, folder):
+    """Copy a package, with the files that its installation would write; return its folder."""
     package = folder / kind
     shutil.copytree(OLD / kind, package)
     (module,) = (each.name for each in (package / "src").iterdir())
@@ -34,9 +34,9 @@ def installed(kind, folder):
     return package
 
 
-def called(package, *words):
-    """Run a module of Python beside the plugin; deprecated names are said, and are no errors."""
-    environment = {name: each for name, each in os.environ.items() if name != "PYTEST_ADDOPTS"}
+def run_module(package, *words):
+    """Run a Python module with the plugin on its path; deprecated names only warn."""
+    environment = {name: value for name, value in os.environ.items() if name != "PYTEST_ADDOPTS"}
     environment["PYTHONPATH"] = os.pathsep.join(["src", *filter(None, sys.path)])
     return subprocess.run(
         [sys.executable, "-m", *words], cwd=package, env=environment,
@@ -45,9 +45,9 @@ def called(package, *words):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_its_own_tests_pass(kind, tmp_path):
-    package = installed(kind, tmp_path)
-    done = called(
+def test_old_plugin_passes_its_own_tests(kind, tmp_path):
+    package = install(kind, tmp_path)
+    done = run_module(
         package, "pytest", "-q", "-p", "no:cacheprovider", "-W", "default::DeprecationWarning"
     )
     failed = re.findall(r"^FAILED \S+\[(\w+)\]", done.stdout, re.MULTILINE)
@@ -56,10 +56,10 @@ def test_its_own_tests_pass(kind, tmp_path):
     assert "DeprecationWarning: import rigrunner_testing instead" in done.stdout
 
 
-def test_its_device_runs_its_procedure_once_that_is_upgraded(tmp_path):
-    package = installed("device", tmp_path)
-    assert called(package, "rigrunner", "upgrade", "example/procedure.yaml").returncode == 0
+def test_old_device_runs_its_upgraded_procedure(tmp_path):
+    package = install("device", tmp_path)
+    assert run_module(package, "rigrunner", "upgrade", "example/procedure.yaml").returncode == 0
     words = ("run", "example/procedure.yaml", "--station", "example/station.yaml", "--unattended")
-    done = called(package, "rigrunner", *words, "--runs", str(tmp_path / "runs"))
+    done = run_module(package, "rigrunner", *words, "--runs", str(tmp_path / "runs"))
     assert done.returncode == 0, done.stdout + done.stderr
     assert list((tmp_path / "runs").glob("*/run.h5"))

@@ -1,4 +1,4 @@
-"""Partner runs, end to end: a stranger's plugin, and `readings` with a tare, in YAML alone."""
+"""Partner runs, end to end: a third-party plugin, and `readings` with a tare, in YAML only."""
 
 from __future__ import annotations
 
@@ -118,24 +118,24 @@ def lab(tmp_path):
     return tmp_path
 
 
-def on(lab, command, name, *more, station="station.yaml"):
+def call_on(lab, command, name, *more, station="station.yaml"):
     arguments = (command, lab / f"{name}.yaml", "--station", lab / station)
     return call(*arguments, "--runs", lab / "runs", *more)
 
 
-def ran(lab, name, *more, code=0):
+def run_of(lab, name, *more, code=0):
     before = set((lab / "runs").iterdir())
-    called = on(lab, "run", name, "--unattended", *more)
+    called = call_on(lab, "run", name, "--unattended", *more)
     assert called.code == code, called.err
     (folder,) = {*(lab / "runs").iterdir()} - before
     return folder
 
 
-def document(folder):
+def result_of(folder):
     return json.loads((folder / "result.json").read_text(encoding="utf-8"))
 
 
-def test_the_kit_tries_an_analysis_with_its_partner_run(lab):
+def test_kit_tries_an_analysis_with_its_partner_run(lab):
     checked = call("check-plugin", "net_signal", "--drop-in", lab / "plugins")
     assert checked.code == 0, checked.out + checked.err
     assert "pass  refuses_a_partner_run_that_lacks_a_channel" in checked.out
@@ -146,54 +146,54 @@ def test_the_kit_tries_an_analysis_with_its_partner_run(lab):
 
 
 @pytest.mark.parametrize("command", ["check", "plan"])
-def test_without_one_nothing_moves_and_file_line_and_field_are_told(lab, command):
-    called = on(lab, command, "stranger")
+def test_missing_partner_run_is_reported_with_its_place(lab, command):
+    called = call_on(lab, command, "stranger")
     assert called.code == 3
-    (said,) = [each for each in called.err.splitlines() if "there is no dark run" in each]
-    assert "stranger.yaml:15:7: error: analysis[0].net_signal.dark: there is no dark run" in said
+    (error,) = [line for line in called.err.splitlines() if "there is no dark run" in line]
+    assert "stranger.yaml:15:7: error: analysis[0].net_signal.dark: there is no dark run" in error
     assert "station 'optics', mandrel 'M-1', begun within 2 h" in called.err
-    assert on(lab, "run", "stranger", "--unattended").code == 5
+    assert call_on(lab, "run", "stranger", "--unattended").code == 5
     assert list((lab / "runs").iterdir()) == []
 
 
-def test_what_is_asked_of_it_must_be_possible(lab):
+def test_impossible_requirement_of_a_partner_run_is_refused(lab):
     for old, new, message in (
         ("[station, mandrel]", "[station, mandril]", "a rig has no key 'mandril'"),
         ("procedure: DARK, ", "", "the key 'procedure' is missing"),
     ):
         (lab / "wrong.yaml").write_text(STRANGER.replace(old, new), encoding="utf-8")
-        called = on(lab, "check", "wrong")
+        called = call_on(lab, "check", "wrong")
         assert called.code == 3
         assert message in called.err
         assert "wrong.yaml:15:" in called.err
 
 
-def test_a_dark_run_with_another_mandrel_is_refused(lab):
-    ran(lab, "dark")
+def test_partner_run_with_another_mandrel_is_refused(lab):
+    run_of(lab, "dark")
     other = STATION.replace("mandrel: M-1", "mandrel: M-2")
     (lab / "other.yaml").write_text(other, encoding="utf-8")
-    called = on(lab, "check", "stranger", station="other.yaml")
+    called = call_on(lab, "check", "stranger", station="other.yaml")
     assert called.code == 3
     assert "its mandrel is 'M-1', but 'M-2' is needed" in called.err
 
 
-def test_a_stranger_s_analysis_is_run_reported_and_verified_with_its_partner(lab, tmp_path):
-    dark = ran(lab, "dark")
-    checked = on(lab, "check", "stranger")
+def test_third_party_analysis_is_verified_with_its_partner_run(lab, tmp_path):
+    dark = run_of(lab, "dark")
+    checked = call_on(lab, "check", "stranger")
     assert checked.code == 0, checked.err
     assert f"Its dark run would be {dark.name}." in checked.out
-    folder = ran(lab, "stranger")
-    found = document(folder)
-    assert found["results"][0]["estimate"]["value"] == pytest.approx(1.5)
-    assert found["partner_runs"]["dark"]["id"] == dark.name
-    assert found["partner_runs"]["dark"]["digest_sha256"] == read(dark).digest
+    folder = run_of(lab, "stranger")
+    result = result_of(folder)
+    assert result["results"][0]["estimate"]["value"] == pytest.approx(1.5)
+    assert result["partner_runs"]["dark"]["id"] == dark.name
+    assert result["partner_runs"]["dark"]["digest_sha256"] == read(dark).digest
     assert read(folder).partners["dark"].digest == read(dark).digest
     page = (folder / "report.html").read_text(encoding="utf-8")
     assert dark.name in page
     assert read(dark).digest in page
     station = ("--station", lab / "station.yaml")
-    again = call("analyse", folder, *station, "--json")
-    assert json.loads(again.out)["results"] == found["results"]
+    reanalysed = call("analyse", folder, *station, "--json")
+    assert json.loads(reanalysed.out)["results"] == result["results"]
     letterhead = make_letterhead(tmp_path / "letterhead")
     issued = call(
         "certify", folder, "--letterhead", letterhead, "--authorised-by", "A. Nother",
@@ -210,44 +210,44 @@ def test_a_stranger_s_analysis_is_run_reported_and_verified_with_its_partner(lab
 
 
 def test_another_partner_run_can_be_named(lab):
-    first = ran(lab, "dark")
-    second = ran(lab, "dark")
-    folder = ran(lab, "stranger", "--partner", f"dark={first.name}")
-    assert document(folder)["partner_runs"]["dark"]["id"] == first.name != second.name
+    first = run_of(lab, "dark")
+    second = run_of(lab, "dark")
+    folder = run_of(lab, "stranger", "--partner", f"dark={first.name}")
+    assert result_of(folder)["partner_runs"]["dark"]["id"] == first.name != second.name
     named = ("--partner", f"dark={second.name}", "--runs", lab / "runs", "--json")
-    again = call("analyse", folder, "--station", lab / "station.yaml", *named)
-    assert json.loads(again.out)["partner_runs"]["dark"]["id"] == second.name
-    refused = on(lab, "run", "stranger", "--unattended", "--partner", f"light={first.name}")
+    reanalysed = call("analyse", folder, "--station", lab / "station.yaml", *named)
+    assert json.loads(reanalysed.out)["partner_runs"]["dark"]["id"] == second.name
+    refused = call_on(lab, "run", "stranger", "--unattended", "--partner", f"light={first.name}")
     assert refused.code == 2
     assert "asks for no partner run 'light'" in refused.err
 
 
-def test_a_tare_needs_no_python(lab):
-    assert "there is no dark run" in on(lab, "check", "tared").err
-    ran(lab, "dark")
-    results = document(ran(lab, "tared"))["results"]
-    assert [each["estimate"]["value"] for each in results] == pytest.approx([1.5, 3.0])
-    # an offset of one meter cancels: nothing else is known of it
-    assert [each["estimate"]["standard_uncertainty"] for each in results] == [
+def test_tare_needs_no_python(lab):
+    assert "there is no dark run" in call_on(lab, "check", "tared").err
+    run_of(lab, "dark")
+    results = result_of(run_of(lab, "tared"))["results"]
+    assert [result["estimate"]["value"] for result in results] == pytest.approx([1.5, 3.0])
+    # the offset of one meter cancels: nothing else is known about it
+    assert [result["estimate"]["standard_uncertainty"] for result in results] == [
         pytest.approx(0.0, abs=1e-9)
     ] * 2
     other = STATION.replace("accuracy: {offset: 5 mV}", "accuracy: 5 mV")
     (lab / "station.yaml").write_text(other, encoding="utf-8")
-    results = document(ran(lab, "tared"))["results"]
+    results = result_of(run_of(lab, "tared"))["results"]
     u = sqrt(2) * 0.005 / sqrt(3)
     assert results[0]["estimate"]["standard_uncertainty"] == pytest.approx(u, rel=1e-6)
 
 
-def test_a_tare_of_several_places_is_not_averaged_unless_told(lab):
-    """A through connection at nine frequencies: its mean was subtracted at each of them."""
+def test_tare_of_several_places_is_averaged_only_on_request(lab):
+    """The mean of a through connection at nine frequencies was subtracted at each of them."""
     dark, tared = (lab / f"{name}.yaml" for name in ("dark", "tared"))
     dark.write_text(DARK.replace("[0 A]", "[1 A, 2 A]"), encoding="utf-8")
-    ran(lab, "dark")
-    refused = on(lab, "check", "tared")
+    run_of(lab, "dark")
+    refused = call_on(lab, "check", "tared")
     assert refused.code == 3
     assert "analysis[0].readings.tare: there is no dark run" in refused.err
     assert "it has 2 values of diode.lamp: write 'per: diode.lamp'" in refused.err
     for per, differences in (("diode.lamp", [0.0, 0.0]), ("[]", [-0.75, 0.75])):
         tared.write_text(TARED.replace("{name: dark", f"{{per: {per}, name: dark"), "utf-8")
-        results = document(ran(lab, "tared"))["results"]
-        assert [each["estimate"]["value"] for each in results] == pytest.approx(differences)
+        results = result_of(run_of(lab, "tared"))["results"]
+        assert [result["estimate"]["value"] for result in results] == pytest.approx(differences)

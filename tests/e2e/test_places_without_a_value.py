@@ -66,7 +66,7 @@ acceptance:
 NO_VALUE = "There is no value of resistance at bench.current = 0 A: 'U / I' gives no finite number"
 
 
-def run_of(folder, limit, procedure=EQUATION):
+def run_with_limit(folder, limit, procedure=EQUATION):
     paths = written(folder, procedure=procedure.replace("LIMIT", limit), station=STATION)
     procedure_path, station = paths
     called = call(
@@ -78,11 +78,11 @@ def run_of(folder, limit, procedure=EQUATION):
 
 @pytest.fixture(scope="module")
 def judged(tmp_path_factory):
-    return run_of(tmp_path_factory.mktemp("missing"), "each: bench.current")
+    return run_with_limit(tmp_path_factory.mktemp("missing"), "each: bench.current")
 
 
-def strict(path):
-    """Return a JSON file in which NaN is an error."""
+def strict_json(path):
+    """Return the content of a JSON file, in which NaN is an error."""
 
     def refuse(text):
         raise AssertionError(text)
@@ -90,25 +90,25 @@ def strict(path):
     return json.loads(path.read_text(encoding="utf-8"), parse_constant=refuse)
 
 
-def test_the_results_of_the_other_places_stand_and_the_run_is_undecided(judged):
+def test_results_of_other_places_remain_and_the_run_is_undecided(judged):
     called, run = judged
     assert called.code == 10, called.err
-    document = strict(run / "result.json")
+    document = strict_json(run / "result.json")
     assert [each["coordinates"]["bench.current"]["value"] for each in document["results"]] == [1, 2]
-    assert all(each["budget"] for each in document["results"])
+    assert all(result["budget"] for result in document["results"])
     (missing,) = document["missing"]
     assert missing["coordinates"]["bench.current"] == {"value": 0.0, "unit": "A"}
     assert missing["why"] == "'U / I' gives no finite number"
-    parts = {each["of"]: each for each in document["decision"]["parts"]}
-    assert {name: each["verdict"] for name, each in parts.items()} == {
+    parts = {part["of"]: part for part in document["decision"]["parts"]}
+    assert {name: part["verdict"] for name, part in parts.items()} == {
         "resistance at bench.current = 0 A": "inconclusive",
         "resistance at bench.current = 1 A": "pass",
         "resistance at bench.current = 2 A": "pass",
     }
-    of_none = parts["resistance at bench.current = 0 A"]
-    assert of_none["result"] is None
-    assert of_none["probability_of_conformity"] is None
-    assert of_none["reason"].startswith(NO_VALUE)
+    missing_part = parts["resistance at bench.current = 0 A"]
+    assert missing_part["result"] is None
+    assert missing_part["probability_of_conformity"] is None
+    assert missing_part["reason"].startswith(NO_VALUE)
     assert "no value" in called.out
 
 
@@ -138,20 +138,20 @@ acceptance:
 )
 
 
-def test_a_failed_trial_decides_nothing_there_nor_on_what_is_made_of_it(tmp_path):
+def test_failed_trial_leaves_its_place_and_derived_results_undecided(tmp_path):
     """At 1 A the divisor is 0.2 mV ± 0.2 mV: no slope describes the spread of its reciprocal."""
     station = STATION.replace("accuracy: 2 mV", "accuracy: 0.2 mV")
     procedure, bench = written(tmp_path, procedure=CURVED, station=station)
     called = call("run", procedure, "--station", bench, "--unattended", "--runs", tmp_path / "runs")
     assert called.code == 10, called.err
     (run,) = (tmp_path / "runs").iterdir()
-    parts = {each["of"]: each for each in strict(run / "result.json")["decision"]["parts"]}
-    undecided = {name for name, each in parts.items() if each["verdict"] == "inconclusive"}
+    parts = {part["of"]: part for part in strict_json(run / "result.json")["decision"]["parts"]}
+    undecided = {name for name, part in parts.items() if part["verdict"] == "inconclusive"}
     assert undecided == {
         "mean steep", "steep at bench.current = 1 A", "twice at bench.current = 1 A",
     }  # fmt: skip
     assert len(parts) == 10
-    assert {each["verdict"] for name, each in parts.items() if name not in undecided} == {"pass"}
+    assert {part["verdict"] for name, part in parts.items() if name not in undecided} == {"pass"}
     for name in undecided:
         assert "Monte Carlo of steep' failed" in parts[name]["reason"]
         assert parts[name]["probability_of_conformity"] is None
@@ -166,34 +166,34 @@ def test_a_failed_trial_decides_nothing_there_nor_on_what_is_made_of_it(tmp_path
         ("worst: yes", 10),
     ],
 )
-def test_only_limits_that_need_the_place_are_inconclusive(tmp_path, limit, code):
-    called, run = run_of(tmp_path, limit)
+def test_only_limits_that_need_the_missing_place_are_inconclusive(tmp_path, limit, code):
+    called, run = run_with_limit(tmp_path, limit)
     assert called.code == code, called.out + called.err
-    document = strict(run / "result.json")
+    document = strict_json(run / "result.json")
     if code:
         assert NO_VALUE in document["verdict"]["reason"]
 
 
-def test_a_curve_with_places(tmp_path):
-    called, run = run_of(tmp_path, "each: run", CURVE)
+def test_curve_without_a_value_at_one_place(tmp_path):
+    called, run = run_with_limit(tmp_path, "each: run", CURVE)
     assert called.code == 10, called.err
-    document = strict(run / "result.json")
-    assert [each["coordinates"] for each in document["results"]] == [{"run": "long"}]
-    assert [each["coordinates"] for each in document["missing"]] == [{"run": "short"}]
-    assert {each["of"]: each["verdict"] for each in document["decision"]["parts"]} == {
+    document = strict_json(run / "result.json")
+    assert [result["coordinates"] for result in document["results"]] == [{"run": "long"}]
+    assert [result["coordinates"] for result in document["missing"]] == [{"run": "short"}]
+    assert {part["of"]: part["verdict"] for part in document["decision"]["parts"]} == {
         "current at run = long": "pass",
         "current at run = short": "inconclusive",
     }
 
 
-def test_a_run_without_any_value_is_reported(tmp_path):
+def test_run_without_any_value_is_reported(tmp_path):
     procedure = EQUATION.replace("[0 A, 1 A, 2 A]", "[0 A]")
-    called, run = run_of(tmp_path, "each: bench.current", procedure)
+    called, run = run_with_limit(tmp_path, "each: bench.current", procedure)
     assert called.code == 10, called.err
     assert "<td>no value</td>" in (run / "report.html").read_text(encoding="utf-8")
 
 
-def test_report_and_sealed_file_show_no_number_there(judged):
+def test_report_and_sealed_file_show_no_number_at_the_missing_place(judged):
     _, run = judged
     page = (run / "report.html").read_text(encoding="utf-8")
     section = page.split('<section id="results">')[1].split("</section>")[0]
@@ -212,7 +212,7 @@ def test_report_and_sealed_file_show_no_number_there(judged):
 
 
 @pytest.mark.thorough
-def test_its_certificate_passes_nothing_there_and_verifies(judged, tmp_path):
+def test_certificate_is_inconclusive_there_and_verifies(judged, tmp_path):
     _, run = judged
     letterhead = make_letterhead(tmp_path / "letterhead")
     with drawn():
@@ -224,19 +224,19 @@ def test_its_certificate_passes_nothing_there_and_verifies(judged, tmp_path):
         )  # fmt: skip
         assert called.code == 0, called.err
         (path,) = (tmp_path / "out").glob("*.json")
-        content = strict(path)
+        content = strict_json(path)
         assert content["conformity"]["verdict"] == "inconclusive"
         first = content["conformity"]["statements"][0]
         assert first["of"] == "resistance at bench.current = 0 A"
         assert first["printed_result"] == ""
         assert len(content["named"]) == 2
-        assert any(each["text"].startswith(NO_VALUE) for each in content["deviations"])
+        assert any(deviation["text"].startswith(NO_VALUE) for deviation in content["deviations"])
         for form in (tmp_path / "out").iterdir():
             called = call("verify", form, "--runs", run.parent, "--letterhead", letterhead)
             assert called.code == 0, called.out + called.err
 
 
-def test_it_can_be_decided_again_and_searched(judged, tmp_path):
+def test_run_can_be_decided_again_and_found_in_the_archive(judged, tmp_path):
     _, run = judged
     words = ["--by", "N", "--reason", "new sheet", "--rule", "guard_band_u"]
     called = call("decide", run, *words)

@@ -38,18 +38,18 @@ def procedure(tmp_path):
 
 
 def sweep(torque_nm, **changes):
-    """Return a run whose rig shows 1 N·m besides that torque."""
+    """Return a run of a rig that shows 1 N·m in addition to the torque."""
     load_n = 1000.0 if torque_nm else 0.0
     return run_of(
         *(
-            recording([1 + torque_nm + each for each in SCATTER_NM], hz, load_n=load_n)
+            recording([1 + torque_nm + scatter_nm for scatter_nm in SCATTER_NM], hz, load_n=load_n)
             for hz in FREQUENCIES
         ),
         **changes,
     )
 
 
-def tables():
+def single_values():
     """Return a run of single values: 1 N·m without load, and 0.5 N·m more under 1000 N."""
     units = {"tester.frequency": "Hz", "tester.load": "N", "tester.torque": "N·m"}
     rows = [
@@ -65,7 +65,7 @@ def tables():
     return replace(run_of(), measurements=tuple(rows))
 
 
-def test_an_overdue_calibration(procedure, tmp_path):
+def test_overdue_calibration_is_refused(procedure, tmp_path):
     due = TODAY - timedelta(days=1)
     entry = f"    certificate: K-1\n    due: {due} #"
     station = station_file(tmp_path, ("    calibration: simulated ", entry))
@@ -79,7 +79,7 @@ def test_an_overdue_calibration(procedure, tmp_path):
     )
 
 
-def test_an_approval_of_a_procedure_that_was_edited(procedure):
+def test_approval_of_an_edited_procedure_is_void(procedure):
     assert call("approve", procedure, "--by", "A. Jones").code == ExitCode.PASS
     edited(procedure, procedure, limit=("max: 0.95 N·m", "max: 0.96 N·m"))
     assert call("approve", procedure, "--show").out == (
@@ -88,7 +88,7 @@ def test_an_approval_of_a_procedure_that_was_edited(procedure):
     )
 
 
-def test_a_limit_of_another_measurand(tmp_path):
+def test_limit_of_another_measurand_is_refused(tmp_path):
     other = edited(
         find_procedure(SHIPPED),
         tmp_path / "procedure.yaml",
@@ -106,7 +106,7 @@ def test_a_limit_of_another_measurand(tmp_path):
     )
 
 
-def test_a_missing_low_pass(procedure, tmp_path):
+def test_missing_low_pass_is_refused(procedure, tmp_path):
     line = "    low_pass: {type: butterworth, order: 2, corner: 1 kHz}"
     station = station_file(tmp_path, (line, ""))
     refused = call("check", procedure, "--station", station)
@@ -119,28 +119,28 @@ def test_a_missing_low_pass(procedure, tmp_path):
     )
 
 
-def test_a_negative_torque():
-    found = analysed(sweep(-0.25), sweep(0.0, run_id="run-0"), accept=acceptance())
+def test_negative_torque_is_inconclusive():
+    result = analysed(sweep(-0.25), sweep(0.0, run_id="run-0"), accept=acceptance())
     where = "; ".join(f"{hz:g} Hz -0.2500 N·m" for hz in FREQUENCIES)
-    (check,) = [each for each in found.checks if each.name == "positive torque"]
+    (check,) = [check for check in result.checks if check.name == "positive torque"]
     assert (check.ok, check.text) == (False, where)
     assert check.advice == (
         "friction cannot drive: the no-load run or the method does not fit this run"
     )
-    assert found.decision.verdict is Verdict.INCONCLUSIVE
-    assert found.decision.reason.startswith(f"The check 'positive torque' failed: {where};")
-    assert found.decision.reason.endswith(f"; no verdict ({check.advice}).")
+    assert result.decision.verdict is Verdict.INCONCLUSIVE
+    assert result.decision.reason.startswith(f"The check 'positive torque' failed: {where};")
+    assert result.decision.reason.endswith(f"; no verdict ({check.advice}).")
 
 
-def test_a_missing_uncertainty():
-    found = analysed(tables(), analysis_spec=THIS_RUN, accept=acceptance())
-    assert found.decision.verdict is Verdict.INCONCLUSIVE
-    assert found.decision.reason == (
+def test_missing_uncertainty_is_inconclusive_and_not_certified():
+    result = analysed(single_values(), analysis_spec=THIS_RUN, accept=acceptance())
+    assert result.decision.verdict is Verdict.INCONCLUSIVE
+    assert result.decision.reason == (
         "A single value shows no scatter (at 2 Hz, 8 Hz): the uncertainty lacks its type A part,"
         " and no probability can be stated."
     )
     with pytest.raises(DataError) as refused:
-        results_of(found)
+        results_of(result)
     assert refused.value.message == (
         "the result has no uncertainty, and cannot be on a certificate"
     )

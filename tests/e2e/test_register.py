@@ -1,4 +1,4 @@
-"""Register, approval and diff by the command line, with the messages as they are printed."""
+"""Register, approval and comparison by the command line, with their exact messages."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ ENTRY = """
 
 @pytest.fixture
 def lab(tmp_path):
-    """A lab folder whose thermometer counts as real, and whose calibration ran out yesterday."""
+    """A lab folder whose thermometer counts as real, and whose calibration was due yesterday."""
     folder = tmp_path / "lab"
     assert call("init", folder).code == ExitCode.PASS
     plugin = folder / "plugins" / "room_thermometer.py"
@@ -49,7 +49,7 @@ def measure(folder, *options):
     )
 
 
-def test_an_overdue_calibration_is_refused_with_its_place_and_the_way_out(lab):
+def test_overdue_calibration_is_refused_with_its_place_and_a_hint(lab):
     folder, yesterday = lab
     station = folder / "station.yaml"
     line = station.read_text(encoding="utf-8").splitlines().index(f"    due: {yesterday}") + 1
@@ -68,7 +68,7 @@ def test_an_overdue_calibration_is_refused_with_its_place_and_the_way_out(lab):
     assert not (folder / "runs").exists()
 
 
-def test_it_can_be_overridden_on_record(lab):
+def test_overdue_calibration_can_be_overridden_on_record(lab):
     folder, _ = lab
     called = measure(
         folder, "--override", "TH-4", "--by", "A. Jones", "--reason", "sent in", "--operator", "Lee"
@@ -81,7 +81,7 @@ def test_it_can_be_overridden_on_record(lab):
     assert stored.header.approval["state"] == "draft"
 
 
-def test_an_approval_ends_with_an_edit(lab):
+def test_edit_ends_an_approval(lab):
     folder, _ = lab
     procedure = folder / "procedures" / "room_temperature.yaml"
     day = "2026-01-02"
@@ -109,7 +109,7 @@ def test_an_approval_ends_with_an_edit(lab):
         (["--by", "X", "--date", "tomorrow"], "does not match the format"),
     ],
 )
-def test_an_approval_that_is_none(lab, options, message):
+def test_invalid_approval_is_refused(lab, options, message):
     folder, _ = lab
     called = call("approve", folder / "procedures" / "room_temperature.yaml", *options)
     assert called.code == ExitCode.USAGE
@@ -124,7 +124,7 @@ def test_two_operators_are_refused():
     assert "two operators are given: 'A' and 'B'" in called.err
 
 
-def test_a_difference_is_told_and_ends_with_one(tmp_path):
+def test_difference_is_printed_and_exits_with_1(tmp_path):
     shipped = find_procedure("starting_torque_1000n")
     other = tmp_path / "other.yaml"
     shutil.copyfile(shipped, other)
@@ -139,12 +139,12 @@ def test_a_difference_is_told_and_ends_with_one(tmp_path):
         "",
         "1 difference",
     ]
-    found = json.loads(call("compare", shipped, other, "--json").out)
-    assert found["same"] is False
-    assert [each["section"] for each in found["changes"]] == ["acceptance"]
+    comparison = json.loads(call("compare", shipped, other, "--json").out)
+    assert comparison["same"] is False
+    assert [change["section"] for change in comparison["changes"]] == ["acceptance"]
 
 
-def test_two_runs_of_the_demo_differ_in_what_was_asked(demo):
+def test_two_runs_of_the_demo_differ_in_their_procedure(demo):
     called = call("compare", demo.no_load, demo.loaded)
     assert called.code == ExitCode.FAIL
     assert "id was changed from 'SSPB-NLI' to 'SSPB-STT-1000'" in called.out

@@ -1,4 +1,4 @@
-"""Recordings that another program wrote give the same result as the run that they came from."""
+"""Recordings exported to another format give the same result as their original run."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ instruments:
 
 
 def export(run, folder):
-    """Write a run's recordings as a German spreadsheet would; return their manifest entries."""
+    """Write a run's recordings in a German spreadsheet format; return their manifest entries."""
     entries = []
     with h5py.File(run / "run.h5") as file:
         zero_nm = file["entry/zeros/tester_torque"][()]
@@ -74,7 +74,7 @@ def results(run):
 
 
 def replay_station(station, name, runs):
-    """Export runs to a folder of their own, of which the last gives the zero; return a station."""
+    """Export runs to their own folder, the zero of the last; return a station to replay them."""
     folder = station / name
     folder.mkdir()
     exported = [export(run, folder) for run in runs]
@@ -103,13 +103,13 @@ def replayed(demo, tmp_path_factory):
 
 
 @pytest.mark.thorough
-def test_replay_gives_the_same_numbers_as_the_run(demo, replayed):
+def test_replay_gives_the_same_numbers_as_the_original_run(demo, replayed):
     for original, copy in zip((demo.no_load, demo.loaded), replayed, strict=True):
         expected, found = numbers(results(original)), numbers(results(copy))
         assert len(expected) > 100
         assert found.keys() == expected.keys()
-        # degrees and mN·m round otherwise; a search ends elsewhere in the sixth decimal, which
-        # shares of the budget and degrees of freedom show in the fifth
+        # degrees and mN·m round differently; a search ends elsewhere in the sixth decimal, which
+        # shows in the fifth of budget shares and degrees of freedom
         coarse = {name for name in expected if "budget" in name or "degrees" in name}
         for names, rel in ((expected.keys() - coarse, 1e-5), (coarse, 3e-4)):
             there, here = ({name: each[name] for name in names} for each in (expected, found))

@@ -1,4 +1,4 @@
-"""What analyses require of a run is asked before anything moves, each with its line."""
+"""Requirements of analyses are checked before anything moves, each with its line."""
 
 from __future__ import annotations
 
@@ -68,27 +68,27 @@ HERE = "per: bench.current, result: {name: voltage"
 IDLE = next(each for each in PROCEDURE.splitlines(keepends=True) if "name: idle" in each)
 
 
-def checked(folder, *changes):
+def check_changed(folder, *changes):
     procedure, station = written(folder, *changes, procedure=PROCEDURE)
     return call("check", procedure, "--station", station)
 
 
 def line_of(text, folder):
     lines = (folder / "supply.yaml").read_text(encoding="utf-8").splitlines()
-    return next(index for index, each in enumerate(lines, 1) if text in each)
+    return next(index for index, line in enumerate(lines, 1) if text in line)
 
 
-def test_results_of_results_are_made_limited_and_reported(tmp_path):
+def test_results_of_results_are_computed_limited_and_reported(tmp_path):
     procedure, station = written(tmp_path, procedure=PROCEDURE)
     called = call("run", procedure, "--station", station, "--unattended", "--runs", tmp_path / "r")
     assert called.code == 0, called.err
     (folder,) = (tmp_path / "r").iterdir()
-    found = json.loads((folder / "result.json").read_text(encoding="utf-8"))["results"]
-    (regulation,) = [each["estimate"] for each in found if each["name"] == "regulation"]
+    results = json.loads((folder / "result.json").read_text(encoding="utf-8"))["results"]
+    (regulation,) = [result["estimate"] for result in results if result["name"] == "regulation"]
     assert regulation["value"] == pytest.approx(100 * (12.031 - 11.987) / 12.031)
     u = 100 * 0.002 / 3**0.5 * (2 / 12.031**2) ** 0.5  # of two readings, each within 2 mV
     assert regulation["standard_uncertainty"] == pytest.approx(u, rel=0.01)
-    shares = [each["estimate"]["value"] for each in found if each["name"] == "share"]
+    shares = [result["estimate"]["value"] for result in results if result["name"] == "share"]
     assert shares == pytest.approx([100 * v / 12.031 for v in (12.031, 12.022, 12.014, 11.987)])
     assert "load regulation" in (folder / "report.html").read_text(encoding="utf-8")
     assert call("verify", folder).code == 0
@@ -193,22 +193,22 @@ def test_results_of_results_are_made_limited_and_reported(tmp_path):
         "kind of results",
     ],
 )
-def test_what_a_run_would_not_give_is_refused_with_its_line(tmp_path, old, new, at, message):
-    called = checked(tmp_path, (old, new))
+def test_unmet_requirement_is_refused_with_its_line(tmp_path, old, new, at, message):
+    called = check_changed(tmp_path, (old, new))
     assert called.code == 3, called.out
     assert message in called.err
-    refused = next(each for each in called.err.splitlines() if message in each)
-    assert f"supply.yaml:{line_of(at, tmp_path)}:" in refused
+    error = next(line for line in called.err.splitlines() if message in line)
+    assert f"supply.yaml:{line_of(at, tmp_path)}:" in error
 
 
 @pytest.mark.parametrize("curve", [CURVE, OF_RESULTS], ids=["readings", "results"])
-def test_a_curve_within_its_set_points_is_accepted(tmp_path, curve):
-    called = checked(tmp_path, ("acceptance:", curve[1:] + "acceptance:"))
+def test_curve_within_its_set_points_is_accepted(tmp_path, curve):
+    called = check_changed(tmp_path, ("acceptance:", curve[1:] + "acceptance:"))
     assert called.code == 0, called.err
 
 
-def test_a_limited_curve_over_the_time_needs_no_instrument_for_it(tmp_path):
-    """A counter is no channel."""
+def test_limited_curve_over_time_needs_no_instrument_for_it(tmp_path):
+    """A counter is not a channel."""
     over_time = CURVE.replace("over: bench.current", "over: elapsed").replace("4 A", "0 s")
     limit = "    - {of: at, max: 20 V, source: data sheet}\n"
     text = PROCEDURE.replace("acceptance:", over_time[1:] + "acceptance:") + limit
@@ -216,22 +216,22 @@ def test_a_limited_curve_over_the_time_needs_no_instrument_for_it(tmp_path):
     assert call("check", procedure, "--station", station).code == 0
 
 
-def test_what_is_read_as_x_needs_an_instrument_where_its_result_has_a_limit(tmp_path):
-    """A set-point without an entry in the register is exact; what was read is not."""
+def test_reading_as_x_needs_an_instrument_for_a_limited_result(tmp_path):
+    """A set-point without an entry in the register is exact; a reading is not."""
     of_ripple = CURVE.replace("over: bench.current", "over: bench.ripple").replace("4 A", "4 mV")
     limit = "    - {of: at, max: 20 V, source: data sheet}\n"
     text = PROCEDURE.replace("acceptance:", of_ripple[1:] + "acceptance:") + limit
     procedure, station = written(tmp_path, procedure=text)
     lines = station.read_text(encoding="utf-8").splitlines(keepends=True)
-    kept = "".join(each for each in lines if "channel: bench.ripple" not in each)
+    kept = "".join(line for line in lines if "channel: bench.ripple" not in line)
     station.write_text(kept, encoding="utf-8")
     called = call("check", procedure, "--station", station)
     assert called.code == 3, called.out
     assert "bench.ripple enters the result 'at', which has a limit: there is no" in called.err
 
 
-def test_two_results_of_one_curve_are_refused(tmp_path):
-    """Slope and intercept are correlated by their scatter: the curve itself knows the value."""
+def test_equation_of_two_results_of_one_curve_is_refused(tmp_path):
+    """Slope and intercept are correlated by their scatter; only the curve knows the value."""
     several = CURVE.replace(
         "{value: {name: at, at: 4 A, unit: V}}",
         "{value: {name: at, at: 4 A, unit: V}, slope: {name: slope, unit: mΩ}}",
@@ -239,7 +239,7 @@ def test_two_results_of_one_curve_are_refused(tmp_path):
         "  - equation: {result: {name: sum, unit: V}, model: a + s * i,\n"
         "               constants: {i: 1 A}, inputs: {a: at, s: slope}}\n"
     )
-    called = checked(tmp_path, ("acceptance:", several + "acceptance:"))
+    called = check_changed(tmp_path, ("acceptance:", several + "acceptance:"))
     assert called.code == 3
     assert "'at' and 'slope' are results of one analysis" in called.err
 
@@ -263,8 +263,8 @@ FRICTION = """
     ],
     ids=["fits", "kind", "place"],
 )
-def test_the_torque_is_a_result_like_any_other(tmp_path, changed, message):
-    """A friction coefficient of the starting torque: its kind and its places are known at once."""
+def test_torque_is_a_result_like_any_other(tmp_path, changed, message):
+    """A friction coefficient from the starting torque: its kind and its places are known early."""
     text = find_procedure("starting_torque_1000n").read_text(encoding="utf-8")
     added = FRICTION
     for old, new in changed.items():
@@ -279,8 +279,8 @@ def test_the_torque_is_a_result_like_any_other(tmp_path, changed, message):
     assert message in called.err
 
 
-def test_a_run_that_could_not_be_analysed_says_how_its_data_are(tmp_path):
-    """Two parameters that stand for one: found by the fit, after the measurement."""
+def test_failed_analysis_tells_how_to_analyse_the_run_later(tmp_path):
+    """Two redundant parameters: the fit finds them only after the measurement."""
     fit = "{expression: {over: [i], model: a + b + 0*i, start: {a: 6 V, b: 6 V}}}"
     text = PROCEDURE.replace(
         "acceptance:", CURVE[1:].replace("{polynomial: {degree: 1}}", fit) + "acceptance:"
@@ -298,8 +298,8 @@ def test_a_run_that_could_not_be_analysed_says_how_its_data_are(tmp_path):
         f"rigrunner: analysis/1\nnamed:\n  - readings: {{of: bench.voltage, result: {results}}}\n",
         encoding="utf-8",
     )
-    again = call("reanalyse", folder, "--analysis", other, "--out", tmp_path / "again")
-    assert again.code == 0, again.err
+    reanalysed = call("reanalyse", folder, "--analysis", other, "--out", tmp_path / "again")
+    assert reanalysed.code == 0, reanalysed.err
     assert "voltage,12.01" in (tmp_path / "again/results.csv").read_text(encoding="utf-8")
 
 
@@ -312,12 +312,12 @@ def test_a_run_that_could_not_be_analysed_says_how_its_data_are(tmp_path):
         ("group: {label: {way: down}, steps: [SCAN [2 A, 1000 mA]]}", False),
     ],
 )
-def test_a_hysteresis_needs_one_set_point_that_both_ways_share(tmp_path, steps, refused):
+def test_hysteresis_needs_a_set_point_that_both_ways_share(tmp_path, steps, refused):
     steps = steps.replace("READ", "measure: {channels: [bench.voltage]}")
     steps = steps.replace("SCAN", "scan: {set: bench.current, channels: [bench.voltage], over:")
     steps = steps.replace("]]}", "]}]}")
     curve = CURVE.replace("{value", HYSTERESIS.replace("dwn", "down") + ", value")[1:]
-    called = checked(
+    called = check_changed(
         tmp_path,
         ("over: [0 A, 1 A, 2 A, 5 A]", "over: [0 A, 1 A, 5 A]"),
         ("analysis:", f"  - {steps}\nanalysis:"),

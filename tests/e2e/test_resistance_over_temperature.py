@@ -33,66 +33,66 @@ def tested(tmp_path_factory):
             folder / "runs",
         )  # fmt: skip
     assert called.code == 0, called.err
-    (found,) = (folder / "runs").iterdir()
-    return found, json.loads((found / "result.json").read_text(encoding="utf-8"))
+    (run_folder,) = (folder / "runs").iterdir()
+    return run_folder, json.loads((run_folder / "result.json").read_text(encoding="utf-8"))
 
 
 @pytest.mark.parametrize("celsius", TEMPERATURES_C)
-def test_the_loopback_sensor_is_the_standard_s(celsius):
+def test_loopback_sensor_follows_the_standard(celsius):
     assert platinum(celsius) == pytest.approx(NOMINAL_OHM[celsius], abs=0.005)
 
 
-def test_the_limits_are_class_b(tested):
-    """Tolerance of the standard, ±(0.30 + 0.005 |t|) °C, at each point."""
-    parts = {each["of"]: each for each in tested[1]["decision"]["parts"]}
+def test_limits_are_those_of_class_b(tested):
+    """The tolerance of the standard, ±(0.30 + 0.005 |t|) °C, at each point."""
+    parts = {part["of"]: part for part in tested[1]["decision"]["parts"]}
     for t in TEMPERATURES_C:
         part = parts[f"deviation at chamber.temperature = {t:g} °C"]
         assert part["lower_limit"] == {"value": pytest.approx(-0.30 - 0.005 * abs(t)), "unit": "K"}
         assert part["upper_limit"] == {"value": pytest.approx(0.30 + 0.005 * abs(t)), "unit": "K"}
 
 
-def test_each_deviation_is_the_one_that_the_sensor_has(tested):
-    found = [each for each in tested[1]["results"] if each["name"] == "deviation"]
-    assert len(found) == len(TEMPERATURES_C)
-    for each in found:
-        assert each["estimate"]["unit"] == "K"
-        error = each["estimate"]["value"] - DEVIATION_K
-        assert abs(error) < each["estimate"]["expanded_uncertainty_95"] < 0.1
+def test_deviations_are_those_of_the_sensor(tested):
+    deviations = [each for each in tested[1]["results"] if each["name"] == "deviation"]
+    assert len(deviations) == len(TEMPERATURES_C)
+    for deviation in deviations:
+        assert deviation["estimate"]["unit"] == "K"
+        error = deviation["estimate"]["value"] - DEVIATION_K
+        assert abs(error) < deviation["estimate"]["expanded_uncertainty_95"] < 0.1
 
 
-def within(part):
+def distance_to_limit(part):
     value, u = (part["result"][key] for key in ("value", "standard_uncertainty"))
     low, high = (part[key]["value"] for key in ("lower_limit", "upper_limit"))
     return min(value - low, high - value) / u
 
 
-def test_one_verdict_over_all_points_names_the_worst(tested):
-    """All conform as good as certainly: it is nearest to its limit in standard uncertainties."""
+def test_overall_verdict_names_the_worst_point(tested):
+    """All conform almost certainly: the worst is nearest to its limit in standard uncertainties."""
     decision = tested[1]["decision"]
-    worst, *each = decision["parts"]
-    assert len(each) == len(TEMPERATURES_C)
-    assert {part["probability_of_conformity"] > 0.999 for part in each} == {True}
-    least = min(each, key=within)
+    worst, *parts = decision["parts"]
+    assert len(parts) == len(TEMPERATURES_C)
+    assert {part["probability_of_conformity"] > 0.999 for part in parts} == {True}
+    least = min(parts, key=distance_to_limit)
     assert worst["of"] == f"worst {least['of']}" == decision["of"]
     assert worst["coordinates"] == least["coordinates"]
 
 
-def test_each_resistance_is_found_with_its_uncertainty(tested):
-    found = [each for each in tested[1]["results"] if each["name"] == "resistance"]
-    at = [each["coordinates"]["chamber.temperature"] for each in found]
+def test_each_resistance_has_its_uncertainty(tested):
+    resistances = [each for each in tested[1]["results"] if each["name"] == "resistance"]
+    at = [resistance["coordinates"]["chamber.temperature"] for resistance in resistances]
     assert at == [{"value": t, "unit": "°C"} for t in TEMPERATURES_C]
-    for each, t in zip(found, TEMPERATURES_C, strict=True):
-        estimate = each["estimate"]
+    for resistance, t in zip(resistances, TEMPERATURES_C, strict=True):
+        estimate = resistance["estimate"]
         assert estimate["unit"] == "Ω"
         assert estimate["value"] == pytest.approx(platinum(t + DEVIATION_K), abs=0.02)
         assert estimate["standard_uncertainty"] > 0.010 / sqrt(3)
-        assert each["readings"] == 5
-        assert [line["name"] for line in each["budget"]] == [
+        assert resistance["readings"] == 5
+        assert [line["name"] for line in resistance["budget"]] == [
             "scatter of the readings", "reading of meter.resistance",
         ]  # fmt: skip
 
 
-def test_it_passes_and_the_report_shows_each_point_with_its_limit(tested):
+def test_sensor_passes_and_the_report_shows_each_limit(tested):
     folder, document = tested
     assert document["verdict"]["verdict"] == "pass"
     page = (folder / "report.html").read_text(encoding="utf-8")
@@ -112,27 +112,27 @@ named:
 """
 
 
-def test_the_archive_finds_it_by_its_temperature(tested, tmp_path):
+def test_archive_finds_a_result_by_its_temperature(tested, tmp_path):
     database = ("--database", tmp_path / "archive.sqlite")
     assert call("archive", "index", tested[0].parent, *database).code == 0
-    wanted = ("--result", "deviation=0.05..0.15 K", "--where", "temperature=100 °C")
-    found = call("archive", "search", *wanted, *database)
+    criteria = ("--result", "deviation=0.05..0.15 K", "--where", "temperature=100 °C")
+    found = call("archive", "search", *criteria, *database)
     assert re.search(
         r"deviation +chamber\.temperature = 100 °C +0\.\d+ ± 0\.\d+ K +pass", found.out
     )
     assert found.err == "1 result\n"
 
 
-def test_a_notebook_has_the_results(tested):
+def test_notebook_has_the_results(tested):
     rows = open_run(tested[0]).results
     assert rows.column("place")[:4] == [f"chamber.temperature = {t:g} °C" for t in TEMPERATURES_C]
-    stated = [each["estimate"]["value"] for each in tested[1]["results"]]
+    stated = [result["estimate"]["value"] for result in tested[1]["results"]]
     assert rows.column("value") == stated
     assert analyse(tested[0]).results == rows
 
 
 @pytest.mark.usefixtures("drawn_figures")
-def test_a_notebook_draws_the_figures_of_the_report(tested):
+def test_notebook_draws_the_figures_of_the_report(tested):
     (values,) = open_run(tested[0]).plot_results("deviation").figure.axes
     stated = [
         each["estimate"]["value"] for each in tested[1]["results"] if each["name"] == "deviation"
@@ -144,17 +144,17 @@ def test_a_notebook_draws_the_figures_of_the_report(tested):
 
 
 @pytest.mark.thorough
-def test_another_statistic_moves_the_results_and_golden_runs_tell(tested, tmp_path):
+def test_golden_runs_detect_another_statistic(tested, tmp_path):
     changed, golden = tmp_path / "analysis.yaml", tmp_path / "golden"
     changed.write_text(MAXIMUM, encoding="utf-8")
     one = ("--jobs", "1")
     assert call("golden", "record", tested[0].parent, "--out", golden, *one).code == 0
     assert "No change in 1 golden run" in call("golden", "check", golden, *one).out
     page = tmp_path / "golden.html"
-    found = call("golden", "check", golden, *one, "--analysis", changed, "--json", "--html", page)
-    assert found.code == 1, found.err
-    (run,) = json.loads(found.out)["runs"]
-    moves = {each["figure"]: each for each in run["moves"]}
+    checked = call("golden", "check", golden, *one, "--analysis", changed, "--json", "--html", page)
+    assert checked.code == 1, checked.err
+    (run,) = json.loads(checked.out)["runs"]
+    moves = {move["figure"]: move for move in run["moves"]}
     at_100 = moves["resistance at chamber.temperature = 100 °C"]
     values = [
         row.values["meter.resistance"] for row in open_run(tested[0]).stored.measurements[-5:]
@@ -167,7 +167,7 @@ def test_another_statistic_moves_the_results_and_golden_runs_tell(tested, tmp_pa
     assert "Set-point" not in html, "there is none of a torque"
 
 
-def test_reanalyse_has_a_line_for_each_result(tested, tmp_path):
+def test_reanalysis_has_a_line_for_each_result(tested, tmp_path):
     changed, out = tmp_path / "analysis.yaml", tmp_path / "again"
     changed.write_text(MAXIMUM, encoding="utf-8")
     done = call("reanalyse", tested[0], "--out", out, "--jobs", "1", "--analysis", changed)

@@ -1,6 +1,6 @@
-"""A laboratory's own rules improve: what `verify` says of documents of the version before.
+"""A laboratory's own rules have a new revision: `verify` on documents of the one before.
 
-Two versions of one distribution with a plugin, each in a folder of its own as pip would install it;
+Two versions of one distribution with a plugin, each in its own folder as pip would install it;
 each program is a process that finds one of them, or neither.
 """
 
@@ -85,7 +85,7 @@ print(finished.folder)
 """
 
 
-def installed(folder, revision):
+def install_plugin(folder, revision):
     """Install a version of the laboratory's plugin into a folder, as pip does."""
     info = folder / f"labmethods-{revision}.0.dist-info"
     info.mkdir(parents=True)
@@ -119,8 +119,8 @@ class Laboratory:
 
     @property
     def certificate(self):
-        (found,) = (self.folder / "out").glob("*.json")
-        return (found, "--runs", self.folder / "runs", "--letterhead", self.letterhead)
+        (content,) = (self.folder / "out").glob("*.json")
+        return (content, "--runs", self.folder / "runs", "--letterhead", self.letterhead)
 
     @property
     def letterhead(self):
@@ -128,22 +128,22 @@ class Laboratory:
 
     @property
     def run(self):
-        (found,) = (self.folder / "runs").glob("*SSPB-STT*")
-        return found
+        (run_folder,) = (self.folder / "runs").glob("*SSPB-STT*")
+        return run_folder
 
 
 @pytest.fixture(scope="module")
 def laboratory(tmp_path_factory):
     folder = tmp_path_factory.mktemp("laboratory")
     for revision in (1, 2):
-        installed(folder / f"version-{revision}", revision)
-    made = Laboratory(folder)
-    done = made.python(1, "-c", MAKE, folder)
+        install_plugin(folder / f"version-{revision}", revision)
+    laboratory = Laboratory(folder)
+    done = laboratory.python(1, "-c", MAKE, folder)
     assert done.code == 0, done.err
-    return made
+    return laboratory
 
 
-def test_by_the_revision_that_made_it_it_matches(laboratory):
+def test_original_revision_matches(laboratory):
     for words in (laboratory.certificate, [laboratory.run]):
         done = laboratory.verify(1, *words)
         assert (done.code, done.out.splitlines()[0]) == (0, "MATCH"), done
@@ -156,25 +156,25 @@ def test_by_the_revision_that_made_it_it_matches(laboratory):
         (None, "not installed; what was installed then (labmethods 1.0, "),
     ],
 )
-def test_by_another_revision_its_numbers_are_not_recomputed(laboratory, version, said):
+def test_another_revision_does_not_recompute_numbers(laboratory, version, said):
     for words in (laboratory.certificate, [laboratory.run]):
         done = laboratory.verify(version, *words)
-        wanted = f"NUMBERS NOT RECOMPUTED: decision rule 'lab_limit' revision 1, {said}"
-        assert (done.code, done.out.startswith(wanted)) == (13, True), done
+        first_line = f"NUMBERS NOT RECOMPUTED: decision rule 'lab_limit' revision 1, {said}"
+        assert (done.code, done.out.startswith(first_line)) == (13, True), done
         assert f"outlier rule 'lab_rule' revision 1, {said}" in done.out
         assert "OK       manifest of the run file" in done.out
     (_, *words) = laboratory.certificate
     done = laboratory.verify(version, laboratory.certificate[0], *words)
-    for checked in (
+    for item in (
         "seal of",
         "record of",
         "bytes of run.h5",
         ".html regenerated from its content",
     ):
-        assert f"{checked}" in done.out, done.out
+        assert f"{item}" in done.out, done.out
 
 
-def test_what_was_changed_is_found_all_the_same(laboratory, tmp_path):
+def test_changed_certificate_is_found_by_another_revision(laboratory, tmp_path):
     certificate = laboratory.certificate[0]
     changed = tmp_path / certificate.name
     changed.write_bytes(certificate.read_bytes().replace(b"Bearing", b"Wearing", 1))
@@ -183,16 +183,16 @@ def test_what_was_changed_is_found_all_the_same(laboratory, tmp_path):
     assert done.out.startswith("DOES NOT MATCH: 2 differences; NUMBERS NOT RECOMPUTED: "), done.out
 
 
-def test_numbers_of_the_other_revision_would_have_differed(laboratory):
-    """Or the revision would be of no use: the one run gives two results."""
-    found = {
+def test_numbers_of_another_revision_differ(laboratory):
+    """Otherwise the revision would be of no use: one run gives two results."""
+    results = {
         version: laboratory.python(version, "-m", "rigrunner", "analyse", laboratory.run).out
         for version in (1, 2)
     }
-    assert found[1] != found[2]
+    assert results[1] != results[2]
 
 
-def test_a_decision_rule_of_the_laboratory_stands_in_result_and_certificate(laboratory):
+def test_decision_rule_of_the_laboratory_is_in_result_and_certificate(laboratory):
     result = json.loads((laboratory.run / "result.json").read_text("utf-8"))
     (document,) = (laboratory.folder / "out").glob("*.json")
     certificate = json.loads(document.read_text("utf-8"))

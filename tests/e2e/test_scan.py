@@ -1,4 +1,4 @@
-"""A scan from the command line: planned, run, shown, interrupted, taken up, played back."""
+"""A scan from the command line: planned, run, shown, interrupted, resumed, replayed."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ class Lab:
         return self.last()
 
     def last(self):
-        return read(max(self.runs.iterdir(), key=lambda each: each.stat().st_mtime_ns))
+        return read(max(self.runs.iterdir(), key=lambda folder: folder.stat().st_mtime_ns))
 
     def folder_of(self, stored):
         return stored.info.path.parent
@@ -79,18 +79,18 @@ def loads(measurements):
     return [one.setpoints["tester.load"] for one in measurements]
 
 
-def test_it_is_planned_as_one_step(lab):
+def test_scan_is_planned_as_one_step(lab):
     procedure = lab.write()
     shown = call("plan", procedure, "--station", "simulated").out
     assert re.search(r"main +Scan tester.load between 100 N and 1 kN, 4 points, \S+ +10.0 s", shown)
     assert re.search(r"tester.load +0 to 1000 N +0 to 3000 N", shown)
     plan = json.loads(call("plan", procedure, "--station", "simulated", "--json").out)
-    (scan,) = [each for each in plan["steps"] if each["do"] == "scan"]
+    (scan,) = [step for step in plan["steps"] if step["do"] == "scan"]
     assert scan["action"]["values"] == list(LOADS)
     assert (scan["path"], scan["action"]["settle_s"]) == ("main[1].scan", 2.0)
 
 
-def test_its_points_are_rows_of_a_table(lab):
+def test_points_of_a_scan_are_rows_of_a_table(lab):
     stored = lab.run()
     rows = stored.measurements
     assert loads(rows) == list(LOADS)
@@ -111,15 +111,15 @@ def test_its_points_are_rows_of_a_table(lab):
     assert call("verify", lab.folder_of(stored)).code == 0
 
 
-def test_a_tape_of_it_is_played_back(lab):
+def test_tape_of_a_scan_is_replayed(lab):
     tape = lab.folder / "tape"
     first = lab.run(HEAD + MAIN + TEARDOWN, "--record", tape)
-    again = lab.run(HEAD + MAIN + TEARDOWN, "--replay", tape)
-    assert again.info.path != first.info.path
-    assert [dict(one.values) for one in again.measurements] == [
+    replayed = lab.run(HEAD + MAIN + TEARDOWN, "--replay", tape)
+    assert replayed.info.path != first.info.path
+    assert [dict(one.values) for one in replayed.measurements] == [
         dict(one.values) for one in first.measurements
     ]
-    assert again.digest == first.digest
+    assert replayed.digest == first.digest
 
 
 EVERYWHERE = f"""{HEAD}setup:
@@ -150,7 +150,7 @@ teardown:
 """
 
 
-def test_it_may_stand_wherever_a_step_may(lab):
+def test_scan_is_allowed_wherever_a_step_is(lab):
     lab.write(INNER, "inner.yaml")
     rows = lab.run(EVERYWHERE).measurements
     swept = [one for one in rows if one.name == "swept"]
@@ -168,21 +168,21 @@ def test_it_may_stand_wherever_a_step_may(lab):
         assert one.units["tester.load"] == "N"
 
 
-def test_a_drive_that_the_station_leads_takes_the_time_of_its_way(lab):
+def test_ramped_drive_takes_the_time_of_its_rate(lab):
     slower = "safety:\n  drives:\n    tester.load: {rate: 50 N/s}\n"
     station = station_file(lab.folder, ("safety:\n", slower))
     stored = lab.run(HEAD + MAIN + TEARDOWN, station=station)
-    begun = [one for one in stored.events if isinstance(one, StepStarted) and one.action == "scan"]
+    starts = [e for e in stored.events if isinstance(e, StepStarted) and e.action == "scan"]
     times = [one.monotonic_s for one in stored.events if isinstance(one, Scanned)]
-    since = [at - begun[0].monotonic_s for at in times]
-    assert since == pytest.approx([2 + 2, 4 + 4, 10 + 6, 20 + 8], abs=0.1)
+    since_s = [at - starts[0].monotonic_s for at in times]
+    assert since_s == pytest.approx([2 + 2, 4 + 4, 10 + 6, 20 + 8], abs=0.1)
     plan = json.loads(call("plan", lab.write(), "--station", station, "--json").out)
     assert plan["steps"][1]["estimated_s"] == pytest.approx(28.0)
     assert loads(stored.measurements) == list(LOADS)
 
 
 def interrupted(lab, at):
-    """Return the folder as kill -9 would have left it at an event, and the run that went on."""
+    """Return the folder as after kill -9 at an event, and the uninterrupted run."""
     lab.write()
     lab.runs.mkdir()
     snapshot = Snapshot(lab.runs, lab.folder / "killed", at)
@@ -190,7 +190,7 @@ def interrupted(lab, at):
     return snapshot.folder, read(whole.folder)
 
 
-def test_a_run_that_was_killed_within_it_begins_it_anew(lab):
+def test_run_killed_during_a_scan_repeats_the_scan(lab):
     folder, whole = interrupted(lab, lambda event: isinstance(event, Scanned) and event.point == 1)
     assert loads(read(folder).measurements) == [100.0, 200.0]
     shown = call("resume", folder, "--dry-run")
@@ -199,20 +199,20 @@ def test_a_run_that_was_killed_within_it_begins_it_anew(lab):
     called = call("resume", folder, "--by", "Ada", "--unattended")
     assert called.code == 0, called.err
     resumed = read(folder)
-    told = [one.point for one in resumed.events if isinstance(one, Scanned)]
-    assert told == [0, 1, 0, 1, 2, 3]
+    points = [one.point for one in resumed.events if isinstance(one, Scanned)]
+    assert points == [0, 1, 0, 1, 2, 3]
     assert loads(resumed.measurements) == list(LOADS)
     assert len(resumed.recordings) == len(whole.recordings) == 1
 
 
-def test_a_run_that_was_killed_after_it_brings_the_drive_back_and_measures_nothing_again(lab):
+def test_run_killed_after_a_scan_sets_the_drive_and_does_not_repeat_it(lab):
     def at(event):
         return isinstance(event, StepStarted) and event.action == "settle"
 
     folder, whole = interrupted(lab, at)
     shown = call("resume", folder, "--dry-run")
-    back = "once more: Set tester.frequency to 5 Hz; Set tester.load to 1000 N, where the scan left"
-    assert back in shown.err + shown.out
+    line = "once more: Set tester.frequency to 5 Hz; Set tester.load to 1000 N, where the scan left"
+    assert line in shown.err + shown.out
     called = call("resume", folder, "--by", "Ada", "--unattended")
     assert called.code == 0, called.err
     resumed = read(folder)
@@ -226,7 +226,7 @@ def test_a_run_that_was_killed_after_it_brings_the_drive_back_and_measures_nothi
     assert [one.action for one in ends] == ["scan", "set"]
 
 
-def test_what_was_killed_within_it_is_closed_with_its_points(lab):
+def test_run_killed_during_a_scan_is_recovered_with_its_points(lab):
     folder, _ = interrupted(lab, lambda event: isinstance(event, Scanned) and event.point == 2)
     called = call("recover", folder, "--by", "Ada", "--reason", "enough")
     assert called.code == 0, called.err
@@ -235,7 +235,7 @@ def test_what_was_killed_within_it_is_closed_with_its_points(lab):
     assert call("verify", folder).code == 0
 
 
-def test_a_value_out_of_limits_ends_the_run_and_is_its_last_row(lab):
+def test_value_out_of_limits_ends_the_run_and_is_its_last_row(lab):
     limited = MAIN + "      limits:\n        tester.load: {max: 300 N}\n"
     procedure = lab.write(HEAD + limited + TEARDOWN)
     called = call("run", procedure, "--station", "simulated", "--unattended", "--runs", lab.runs)
@@ -247,7 +247,7 @@ def test_a_value_out_of_limits_ends_the_run_and_is_its_last_row(lab):
     assert stored.info.outcome == "stopped at a limit"
 
 
-def test_the_tables_of_the_paper_as_scans_give_the_same_digest_and_numbers(lab):
+def test_scans_give_the_tables_of_the_paper_with_the_same_digest(lab):
     text = find_procedure("paper_reproduction").read_text(encoding="utf-8")
     sweep = re.compile(
         r"  - sweep: .*\n      set: (.*)\n      over: (.*)\n      steps:\n"
@@ -257,16 +257,16 @@ def test_the_tables_of_the_paper_as_scans_give_the_same_digest_and_numbers(lab):
     as_scans, count = sweep.subn(scan, text)
     assert count == 2
     results = []
-    for each in (text, as_scans):
+    for procedure in (text, as_scans):
         words = ("--station", "paper", "--unattended", "--runs", lab.runs, "--json")
-        called = call("run", lab.write(each), *words)
+        called = call("run", lab.write(procedure), *words)
         assert called.code == 0, called.err
         results.append(
             (json.loads((lab.folder_of(lab.last()) / "result.json").read_text()), lab.last())
         )
     (of_sweeps, sweeps), (of_scans, scans) = results
     assert sweeps.digest == scans.digest
-    for each in (of_sweeps, of_scans):
+    for result in (of_sweeps, of_scans):
         for key in ("id", "started_utc", "ended_utc", "approval"):
-            del each["run"][key]
+            del result["run"][key]
     assert of_sweeps == of_scans

@@ -1,4 +1,4 @@
-"""A stranger's analysis gives a report its own section: words, equation, figure and table."""
+"""A third-party analysis adds its own section to a report: words, equation, figure, table."""
 
 from __future__ import annotations
 
@@ -78,16 +78,16 @@ def run(tmp_path_factory):
     words = ["--station", station, "--unattended", "--runs", folder / "runs"]
     called = call("run", procedure, *words)
     assert called.code == 0, called.err
-    (found,) = (folder / "runs").iterdir()
-    return found
+    (run_folder,) = (folder / "runs").iterdir()
+    return run_folder
 
 
-def test_it_is_written_in_less_than_forty_lines():
+def test_analysis_has_fewer_than_forty_lines():
     code = [line for line in PLUGIN.splitlines() if line.strip()]
     assert len(code) < 40
 
 
-def test_the_report_has_the_section_after_the_results(run):
+def test_report_has_the_section_after_the_results(run):
     text = (run / "report.html").read_text(encoding="utf-8")
     listed = re.findall(r'<li><a href="#([a-z0-9-]+)">([^<]*)', text)
     names = [name for name, _ in listed]
@@ -104,7 +104,7 @@ def test_the_report_has_the_section_after_the_results(run):
     assert '<th scope="col">I / A</th>' in section
 
 
-def test_the_result_document_has_the_same_data(run):
+def test_result_document_has_the_same_data(run):
     document = json.loads((run / "result.json").read_text(encoding="utf-8"))
     (section,) = document["sections"]
     assert section["title"] == "Internal resistance"

@@ -1,4 +1,4 @@
-"""Real signals to a real process: it ends safe, sealed, and with the exit code of the page."""
+"""Real signals to a real process: it ends safe, sealed, and with the documented exit code."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ STANDSTILL = {"tester.frequency": 0.0, "tester.load": 0.0}
 
 @pytest.fixture
 def lab(tmp_path):
-    """A sweep of two points that takes some seconds of real time, and a rig of fast drives."""
+    """A sweep of two points that takes some seconds of real time, and a rig with fast drives."""
     shipped = find_procedure("no_load_inertia_sweep")
     text = shipped.read_text(encoding="utf-8")
     start, end = text.index("  frequencies: ["), text.index("\n\nsetup:")
@@ -51,9 +51,9 @@ def stored(lab):
     assert run.info.sealed
     (ended,) = [one for one in run.events if isinstance(one, RunEnded)]
     assert ended.read_back == STANDSTILL
-    made = [one for one in run.events if isinstance(one, MadeSafe)]
-    assert made
-    assert all(one.problems == () for one in made)
+    made_safe = [one for one in run.events if isinstance(one, MadeSafe)]
+    assert made_safe
+    assert all(one.problems == () for one in made_safe)
     return run
 
 
@@ -72,8 +72,8 @@ ENDED_BY = [
 
 
 @pytest.mark.parametrize(("number", "code"), ENDED_BY, ids=signal_name)
-def test_a_signal_aborts_an_unattended_run(lab, number, code):
-    """SIGTSTP and its like as well, where no shell could let the program go on."""
+def test_signal_aborts_an_unattended_run(lab, number, code):
+    """Including SIGTSTP and the like, where no shell could continue the program."""
     command = [*PROGRAM, *arguments("--unattended")]
     with subprocess.Popen(
         command, cwd=lab, stderr=subprocess.PIPE, text=True, start_new_session=True
@@ -91,19 +91,19 @@ def test_a_signal_aborts_an_unattended_run(lab, number, code):
         assert signal_name(number) in run.info.reason
 
 
-def test_the_page_of_faults_has_every_signal():
+def test_every_signal_is_documented():
     page = (Path(__file__).parents[2] / "docs/reference/faults.md").read_text(encoding="utf-8")
     table = page.partition("## Signals")[2].partition("\n## ")[0]
-    handled = {signal_name(each) for each in (*ENDING, *SUSPENDING)} - {
-        signal_name(each) for each in REALTIME[1:-1]
+    handled = {signal_name(number) for number in (*ENDING, *SUSPENDING)} - {
+        signal_name(number) for number in REALTIME[1:-1]
     }
-    named = set(re.findall(r"SIG[A-Z0-9]+", table))
-    assert handled <= named
-    every = {each.name for each in signal.Signals} - {"SIGCLD", "SIGPOLL", "SIGIOT"}
-    assert every <= named | {"SIGBREAK"}
+    documented = set(re.findall(r"SIG[A-Z0-9]+", table))
+    assert handled <= documented
+    all_signals = {member.name for member in signal.Signals} - {"SIGCLD", "SIGPOLL", "SIGIOT"}
+    assert all_signals <= documented | {"SIGBREAK"}
 
 
-def test_a_signal_that_was_ignored_at_the_start_stays_so(lab):
+def test_signal_ignored_at_the_start_stays_ignored(lab):
     ignoring = ("nohup", *PROGRAM, *arguments("--unattended"))
     with subprocess.Popen(ignoring, cwd=lab, stderr=subprocess.PIPE, text=True) as process:
         for line in process.stderr:
@@ -115,7 +115,7 @@ def test_a_signal_that_was_ignored_at_the_start_stays_so(lab):
     assert stored(lab).info.outcome == "completed"
 
 
-def test_ctrl_z_makes_safe_before_the_program_is_suspended_and_fg_tells_what_became_of_it(lab):
+def test_ctrl_z_makes_safe_before_suspending_and_fg_tells_the_outcome(lab):
     shell = ("bash", "--norc", "--noprofile", "-i")
     with Terminal((), str(lab), shell) as terminal:
         terminal.type("PS1='prompt> '\n")
@@ -139,7 +139,7 @@ def test_ctrl_z_makes_safe_before_the_program_is_suspended_and_fg_tells_what_bec
         terminal.wait_for("code=20")
 
 
-def test_ctrl_z_while_jogging_makes_safe_before_the_program_is_suspended(lab):
+def test_ctrl_z_while_jogging_makes_safe_before_suspending(lab):
     shell = ("bash", "--norc", "--noprofile", "-i")
     with Terminal((), str(lab), shell) as terminal:
         terminal.type("PS1='prompt> '\n")
@@ -184,9 +184,9 @@ def test_ctrl_c_pauses_and_every_decision_is_on_record(lab):
     assert interventions(run) == [
         ("pause", "keyboard"), ("repeat", "Ada"), ("pause", "keyboard"), ("skip", "Ada"),
     ]  # fmt: skip
-    done = [(one.recording, one.ok) for one in run.events if getattr(one, "recording", "")
+    finished_steps = [(one.recording, one.ok) for one in run.events if getattr(one, "recording", "")
             and isinstance(one, StepEnded)]  # fmt: skip
-    assert (done[0], done[-1]) == (("001_20Hz", False), ("002_25Hz", True))
+    assert (finished_steps[0], finished_steps[-1]) == (("001_20Hz", False), ("002_25Hz", True))
     assert run.info.recording_names == ("002_25Hz",)
 
 
@@ -204,7 +204,7 @@ def test_ctrl_c_twice_aborts(lab):
     assert (run.info.outcome, interventions(run)[-1]) == ("aborted", ("abort", "keyboard"))
 
 
-def test_a_terminal_that_is_closed_leaves_the_rig_safe_and_the_run_sealed(lab):
+def test_closed_terminal_leaves_the_rig_safe_and_the_run_sealed(lab):
     with Terminal(arguments("--set", "operator=Ada"), str(lab)) as terminal:
         terminal.wait_for("[yes/no]")
         terminal.type("yes\n")
@@ -214,7 +214,7 @@ def test_a_terminal_that_is_closed_leaves_the_rig_safe_and_the_run_sealed(lab):
     assert stored(lab).info.outcome == "aborted"
 
 
-def test_a_terminal_that_is_closed_at_a_question_aborts_the_run(lab):
+def test_terminal_closed_at_a_question_aborts_the_run(lab):
     with Terminal(arguments("--set", "operator=Ada"), str(lab)) as terminal:
         terminal.wait_for("[yes/no]")
         terminal.hang_up()

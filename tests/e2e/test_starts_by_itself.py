@@ -1,4 +1,4 @@
-"""The next specimen of the queue starts by itself where the procedure allows it, and only there."""
+"""The next specimen of the queue starts automatically only where the procedure allows it."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ teardown:
 
 
 def statuses(screen):
-    return [each["status"] for each in screen.state["queue"]["entries"]]
+    return [entry["status"] for entry in screen.state["queue"]["entries"]]
 
 
 @pytest.mark.thorough
-def test_two_specimens_follow_each_other_without_a_word_and_one_that_may_not_waits(tmp_path):
+def test_automatic_start_runs_two_specimens_and_leaves_the_third_waiting(tmp_path):
     lab = tmp_path / "lab"
     assert call("init", lab).code == 0
     (lab / "following.yaml").write_text(PROCEDURE, encoding="utf-8")
@@ -52,10 +52,10 @@ def test_two_specimens_follow_each_other_without_a_word_and_one_that_may_not_wai
         assert statuses(screen) == ["waiting"] * 3, "nobody has allowed it yet"
         screen.post("queue/automatic", on=True)
         screen.until(lambda _: statuses(screen)[:2] == ["done", "done"])
-        runs = [each["run"] for each in screen.state["queue"]["entries"]]
+        runs = [entry["run"] for entry in screen.state["queue"]["entries"]]
         assert len({*runs[:2]}) == 2
         time.sleep(2.5)
         assert statuses(screen)[2] == "waiting", "its procedure does not allow it"
         items = screen.http.get("/api/v1/runs").json()["items"]
-        assert sorted(each["specimen"] for each in items) == ["SN-1", "SN-2"]
+        assert sorted(item["specimen"] for item in items) == ["SN-1", "SN-2"]
         screen.close()

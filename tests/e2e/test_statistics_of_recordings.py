@@ -1,4 +1,4 @@
-"""Recordings done again and again: some are kept whole, and of all of them the statistics."""
+"""Repeated recordings: some are kept whole, and the statistics of all are kept."""
 
 from __future__ import annotations
 
@@ -63,8 +63,9 @@ def run(folder, *changes):
     called = call("run", written(folder, *changes), "--station", STATION, "--unattended",
                   "--runs", folder / "runs")  # fmt: skip
     assert called.code == 0, called.err
-    (found,) = (folder / "runs").iterdir()
-    return found, read(found), json.loads((found / "result.json").read_text(encoding="utf-8"))
+    (run_folder,) = (folder / "runs").iterdir()
+    result = json.loads((run_folder / "result.json").read_text(encoding="utf-8"))
+    return run_folder, read(run_folder), result
 
 
 @pytest.fixture(scope="module")
@@ -77,17 +78,17 @@ def whole(tmp_path_factory):
     return run(tmp_path_factory.mktemp("whole"), ("            keep_every: 2\n", ""))
 
 
-def test_the_first_and_every_second_after_it_are_kept_whole(thinned):
+def test_every_second_recording_is_kept_whole(thinned):
     _, stored, _ = thinned
-    assert [each.coordinates["block"] for each in stored.recordings] == [1, 3, 5]
-    assert {each.samples for each in stored.recordings} == {10_000}
+    assert [recording.coordinates["block"] for recording in stored.recordings] == [1, 3, 5]
+    assert {recording.samples for recording in stored.recordings} == {10_000}
 
 
-def test_statistics_of_all_are_kept_and_are_those_of_the_samples(thinned, whole):
-    rows, every = thinned[1].measurements, whole[1].recordings
+def test_statistics_of_all_recordings_match_their_samples(thinned, whole):
+    rows, recordings = thinned[1].measurements, whole[1].recordings
     assert [row.coordinates["block"] for row in rows] == [1, 2, 3, 4, 5]
     assert [bool(row.recording) for row in rows] == [True, False, True, False, True]
-    for row, recording in zip(rows, every, strict=True):
+    for row, recording in zip(rows, recordings, strict=True):
         torque = np.asarray(recording.channels["tester.torque"])
         assert row.values["tester.torque.rms"] == pytest.approx(sqrt(np.mean(torque**2)))
         assert row.values["tester.torque.peak_to_peak"] == np.ptp(torque)
@@ -97,38 +98,38 @@ def test_statistics_of_all_are_kept_and_are_those_of_the_samples(thinned, whole)
     assert len({row.values["tester.torque.rms"] for row in rows}) == len(rows)
 
 
-def test_a_result_of_them_has_the_instrument_s_uncertainty(thinned):
-    results = {(each["name"], each["coordinates"]["block"]["value"]): each
-               for each in thinned[2]["results"]}  # fmt: skip
+def test_result_of_statistics_has_the_uncertainty_of_the_instrument(thinned):
+    results = {(result["name"], result["coordinates"]["block"]["value"]): result
+               for result in thinned[2]["results"]}  # fmt: skip
     row = thinned[1].measurements[1]
     friction = results["friction", 2.0]["estimate"]
     rms_nm = row.values["tester.torque.rms"]
     assert friction["value"] == pytest.approx(1e3 * rms_nm)
     limits_nm = (0.003 * rms_nm, 0.02, 0.02, 0.0005 * 10)  # gain, offset, drift, of full scale
-    u_nm = sqrt(sum(each**2 for each in limits_nm) / 3)
+    u_nm = sqrt(sum(limit_nm**2 for limit_nm in limits_nm) / 3)
     assert friction["standard_uncertainty"] == pytest.approx(1e3 * u_nm, rel=1e-6)
     span = results["span", 2.0]["estimate"]
     span_nm = row.values["tester.torque.peak_to_peak"]
     parts_nm = (0.003 * span_nm, 2 * 0.02, 2 * 0.0005 * 10)  # the offset cancels
-    u_nm = sqrt(sum(each**2 for each in parts_nm) / 3)
+    u_nm = sqrt(sum(part_nm**2 for part_nm in parts_nm) / 3)
     assert span["standard_uncertainty"] == pytest.approx(u_nm, rel=1e-6)
     kelvin = row.values["tester.temperature.mean"]
     assert results["warmth", 2.0]["estimate"]["value"] == pytest.approx(kelvin - 273.15)
     assert any("root mean square of a recording" in note for note in thinned[2]["notes"])
 
 
-def test_the_plan_says_what_the_disk_takes(tmp_path):
-    told = [call("plan", written(tmp_path / name, *changes), "--station", STATION).out
+def test_plan_states_the_disk_space(tmp_path):
+    plans = [call("plan", written(tmp_path / name, *changes), "--station", STATION).out
             for name, changes in {"thinned": (), "whole": (("            keep_every: 2\n", ""),)
                                   }.items()]  # fmt: skip
     samples = 10_000 * 3 * 8
-    assert f"disk      {3 * samples / 1e6:.1f} MB" in told[0]
-    assert f"disk      {5 * samples / 1e6:.1f} MB" in told[1]
-    assert "Keep statistics of angle" in told[0]
-    assert "Keep statistics of angle" not in told[1]
+    assert f"disk      {3 * samples / 1e6:.1f} MB" in plans[0]
+    assert f"disk      {5 * samples / 1e6:.1f} MB" in plans[1]
+    assert "Keep statistics of angle" in plans[0]
+    assert "Keep statistics of angle" not in plans[1]
 
 
-def test_each_set_point_is_counted_by_itself(tmp_path):
+def test_each_set_point_is_counted_separately(tmp_path):
     sweep = (
         ("        - record:\n", SWEPT),
         ("            channels", "                channels"),
@@ -137,8 +138,8 @@ def test_each_set_point_is_counted_by_itself(tmp_path):
         ("            keep_every: 2", "                keep_every: 3"),
     )  # fmt: skip
     _, stored, _ = run(tmp_path, *sweep, ("per: block", "per: [block, tester.frequency]"))
-    kept = [(each.coordinates["block"], each.setpoints["tester.frequency"])
-            for each in stored.recordings]  # fmt: skip
+    kept = [(recording.coordinates["block"], recording.setpoints["tester.frequency"])
+            for recording in stored.recordings]  # fmt: skip
     assert kept == [(1, 5.0), (1, 10.0), (4, 5.0), (4, 10.0)]
     assert len(stored.measurements) == 10
 
@@ -159,7 +160,7 @@ def test_each_set_point_is_counted_by_itself(tmp_path):
         ("[rms, peak_to_peak]", "[rms, median]", 16, "median"),
     ],
 )  # fmt: skip
-def test_what_cannot_be_kept_is_refused_with_its_line(tmp_path, old, new, line, said):
+def test_impossible_statistics_are_refused_with_their_line(tmp_path, old, new, line, said):
     file = written(tmp_path, (old, new))
     called = call("check", file, "--station", STATION)
     assert called.code == 3
@@ -167,7 +168,7 @@ def test_what_cannot_be_kept_is_refused_with_its_line(tmp_path, old, new, line, 
     assert said in called.err
 
 
-def test_it_is_shown_exported_and_verified(thinned):
+def test_statistics_are_shown_reported_and_verified(thinned):
     folder, _, _ = thinned
     shown = call("show", folder).out
     assert "tester.torque.rms / N·m" in shown

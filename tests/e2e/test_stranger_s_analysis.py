@@ -1,4 +1,4 @@
-"""A stranger's analysis in under 40 lines: kit, check, run, live, report, verdict, certificate."""
+"""A third-party analysis in under 40 lines: kit, check, run, live, report, certificate."""
 
 from __future__ import annotations
 
@@ -109,8 +109,8 @@ def ran(lab):
     return called, folder, json.loads((folder / "result.json").read_text(encoding="utf-8"))
 
 
-def test_it_has_fewer_than_forty_lines_and_keeps_to_the_kit(lab):
-    assert len([each for each in PLUGIN.splitlines() if each.strip()]) < 40
+def test_analysis_has_fewer_than_forty_lines_and_passes_the_kit(lab):
+    assert len([line for line in PLUGIN.splitlines() if line.strip()]) < 40
     checked = call("check-plugin", "warming", "--drop-in", lab / "plugins")
     assert checked.code == 0, checked.out + checked.err
     assert "pass  live_shows_what_it_finds" in checked.out
@@ -130,23 +130,23 @@ def test_it_has_fewer_than_forty_lines_and_keeps_to_the_kit(lab):
         ),
     ],
 )
-def test_what_it_requires_is_asked_before_anything_moves(  # noqa: PLR0917  (a case)
+def test_unmet_requirement_is_refused_before_anything_moves(  # noqa: PLR0917  (a case)
     lab, tmp_path, old, new, line, message
 ):
     assert old in PROCEDURE
     (tmp_path / "wrong.yaml").write_text(PROCEDURE.replace(old, new), encoding="utf-8")
     called = call("check", tmp_path / "wrong.yaml", "--station", lab / "station.yaml")
     assert called.code == 3
-    (refused,) = [each for each in called.err.splitlines() if message in each]
-    assert f"wrong.yaml:{line}:" in refused
+    (error,) = [stderr_line for stderr_line in called.err.splitlines() if message in stderr_line]
+    assert f"wrong.yaml:{line}:" in error
 
 
-def test_it_runs_with_its_live_value_verdict_and_report(ran):
+def test_analysis_runs_with_live_value_verdict_and_report(ran):
     called, folder, document = ran
-    (found,) = document["results"]
-    samples = [each.channels["tester.temperature"] for each in read(folder).recordings]
-    rise = max(each[:].max() for each in samples) - min(each[:].min() for each in samples)
-    assert found["estimate"]["value"] == pytest.approx(rise, rel=1e-9)
+    (result,) = document["results"]
+    samples = [recording.channels["tester.temperature"] for recording in read(folder).recordings]
+    rise = max(sample[:].max() for sample in samples) - min(sample[:].min() for sample in samples)
+    assert result["estimate"]["value"] == pytest.approx(rise, rel=1e-9)
     shown = re.findall(r"so far: warming of the bearing: (\S+) K of (\d+) readings", called.err)
     assert [int(count) for _, count in shown] == [
         sum(map(len, samples[:index])) for index in (1, 2, 3)
@@ -156,7 +156,7 @@ def test_it_runs_with_its_live_value_verdict_and_report(ran):
     assert "warming of the bearing" in (folder / "report.html").read_text(encoding="utf-8")
 
 
-def test_it_is_certified_verified_and_archived(ran, lab, tmp_path):
+def test_result_is_certified_verified_and_archived(ran, lab, tmp_path):
     folder = ran[1]
     letterhead = make_letterhead(tmp_path / "letterhead")
     issued = call(

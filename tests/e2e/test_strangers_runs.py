@@ -1,4 +1,4 @@
-"""A run from another machine: its data are read, and no code that it names is run."""
+"""A run from another machine: its data are read, and no code named in it is run."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def lab(tmp_path_factory):
 
 @pytest.fixture
 def sent(lab, tmp_path, monkeypatch):
-    """The run as somebody else gets it, with the plugins all around it; here they work."""
+    """The run as received elsewhere, with the plugins next to it; this is the working folder."""
     folder, recorded = lab
     (folder / "plugins" / "was_imported").unlink(missing_ok=True)
     shutil.copytree(recorded, tmp_path / "run")
@@ -76,7 +76,7 @@ def imports(folder):
 
 
 @pytest.mark.parametrize("command", ["analyse", "report"])
-def test_a_plugin_that_is_not_installed_is_a_message(command, sent):
+def test_plugin_that_is_not_installed_is_reported(command, sent):
     called = call(command, sent)
     assert called.code == ExitCode.INVALID, called.err
     assert "there is no fit 'lab_fit'" in called.err
@@ -85,7 +85,7 @@ def test_a_plugin_that_is_not_installed_is_a_message(command, sent):
     assert not imports(sent.parent)
 
 
-def test_what_needs_no_plugin_is_shown_and_nothing_is_imported(sent):
+def test_show_and_verify_import_nothing(sent):
     for command in ("show", "verify"):
         called = call(command, sent)
         assert "Traceback" not in called.err
@@ -93,7 +93,7 @@ def test_what_needs_no_plugin_is_shown_and_nothing_is_imported(sent):
     assert "lab_fit" in call("verify", sent).out
 
 
-def test_whoever_names_the_station_has_its_plugins(lab, sent):
+def test_naming_the_station_loads_its_plugins(lab, sent):
     folder, _ = lab
     called = call("analyse", sent, "--station", folder / "station.yaml")
     assert called.code == ExitCode.PASS, called.err
@@ -102,7 +102,7 @@ def test_whoever_names_the_station_has_its_plugins(lab, sent):
 
 
 @pytest.mark.parametrize("way", ["../plugins", "/", "inside/../../plugins"])
-def test_a_station_has_no_plugins_outside_of_its_folder(way, lab, tmp_path):
+def test_plugins_outside_the_folder_of_the_station_are_refused(way, lab, tmp_path):
     folder, _ = lab
     (folder / "plugins" / "was_imported").unlink(missing_ok=True)
     shutil.copytree(folder / "plugins", tmp_path / "plugins")
@@ -118,7 +118,7 @@ def test_a_station_has_no_plugins_outside_of_its_folder(way, lab, tmp_path):
     assert not imports(tmp_path)
 
 
-def test_a_specimen_that_is_a_path_or_a_script_stays_a_name(tmp_path, lab):
+def test_specimen_with_a_path_and_a_script_stays_a_name(tmp_path, lab):
     folder, _ = lab
     station, hostile = folder / "station.yaml", "../../<script>alert(1)</script>"
     runs = tmp_path / "a" / "b" / "runs"
@@ -131,7 +131,7 @@ def test_a_specimen_that_is_a_path_or_a_script_stays_a_name(tmp_path, lab):
     )  # fmt: skip
     finished = run(procedure, runs, station=station)
     assert finished.folder.parent == runs
-    assert sorted(each.name for each in runs.iterdir()) == [finished.folder.name]
+    assert sorted(path.name for path in runs.iterdir()) == [finished.folder.name]
     called = call("report", finished.folder)
     assert called.code == ExitCode.PASS, called.err
     page = (finished.folder / "report.html").read_text(encoding="utf-8")

@@ -1,4 +1,4 @@
-"""The support's friction under load: measured with a bearing of known friction, then used."""
+"""Friction of the support under load: measured with a known bearing, then used."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from rigrunner.runfile import read
 from rigrunner_bearings.known_bearing import KNOWN_FRICTION
 
 GROWTH = 0.018
-"""Of the simulated support's friction of 0.7597 N·m, at 1000 N."""
+"""Growth of the simulated support's friction of 0.7597 N·m, at 1000 N."""
 KNOWN_NM = 0.012
 TRUE_NM = 0.7262
 """The simulated bearing's starting torque under 1000 N."""
@@ -28,7 +28,7 @@ INERTIA = "  inertia: 0.00233 kg·m²"
 
 @pytest.fixture(scope="module")
 def lab(tmp_path_factory):
-    """A run with the known bearing, whose data sheet is a little off, as its limit allows."""
+    """A run with the known bearing, whose data sheet is slightly wrong, as its limit allows."""
     folder = tmp_path_factory.mktemp("support")
     clock, runs = SimulatedClock(START), folder / "runs"
     done = run(
@@ -41,26 +41,26 @@ def lab(tmp_path_factory):
     return folder, clock, done.folder
 
 
-def test_the_true_growth_lies_within_what_is_found(lab):
+def test_measured_growth_covers_the_true_growth(lab):
     _, _, measured = lab
-    said = call("support-friction", measured, "--json")
-    assert said.code == 0, said.err
-    found = json.loads(said.out)
-    assert abs(found["growth"] - GROWTH) < found["growth_expanded"] < 0.012
-    assert found["load_n"] == pytest.approx(1000, rel=0.01)
-    assert "K-7" in found["source"]
-    assert read(measured).header.run_id[:15] in found["source"]
+    called = call("support-friction", measured, "--json")
+    assert called.code == 0, called.err
+    growth = json.loads(called.out)
+    assert abs(growth["growth"] - GROWTH) < growth["growth_expanded"] < 0.012
+    assert growth["load_n"] == pytest.approx(1000, rel=0.01)
+    assert "K-7" in growth["source"]
+    assert read(measured).header.run_id[:15] in growth["source"]
 
 
 @pytest.mark.thorough
-def test_the_starting_torque_uses_what_was_measured(lab):
-    """The lines go into the station as they are printed."""
+def test_starting_torque_uses_the_measured_growth(lab):
+    """The printed lines are put into the station unchanged."""
     folder, clock, measured = lab
-    said = call("support-friction", measured)
-    stated = said.out[said.out.index("rig:") :].partition("\n")[2].rstrip()
-    assert yaml.safe_load(stated)["support_under_load"]["source"]
+    called = call("support-friction", measured)
+    entry = called.out[called.out.index("rig:") :].partition("\n")[2].rstrip()
+    assert yaml.safe_load(entry)["support_under_load"]["source"]
     run(quick_procedure(folder, "no_load_inertia_sweep"), folder / "runs", clock=clock)
-    assumed, measured = (_starting_torque(folder, clock, lines) for lines in ("", f"{stated}\n"))
+    assumed, measured = (_starting_torque(folder, clock, lines) for lines in ("", f"{entry}\n"))
     assert _support(assumed) == "support friction under load (assumed, not measured)"
     assert "K-7" in _support(measured)
     torque, expanded = _mean(measured)
@@ -78,9 +78,9 @@ def _starting_torque(folder, clock, lines):
 
 def _support(found):
     (line,) = (
-        each["name"]
-        for each in found["headline"]["budget"]
-        if each["name"].startswith("support friction")
+        component["name"]
+        for component in found["headline"]["budget"]
+        if component["name"].startswith("support friction")
     )
     return line
 
@@ -91,20 +91,20 @@ def _mean(found):
 
 
 @pytest.mark.thorough
-def test_another_bearing_than_the_known_one_is_refused(tmp_path):
+def test_bearing_with_too_much_friction_is_refused(tmp_path):
     done = run(
         quick_procedure(tmp_path, "support_friction"),
         tmp_path / "runs",
         station=station_file(tmp_path, (SEED, KNOWN)),
         given={KNOWN_FRICTION: "0.4 N·m"},
     )
-    said = call("support-friction", done.folder)
-    assert said.code == 5
-    assert "at most 25 % is possible" in said.err
+    called = call("support-friction", done.folder)
+    assert called.code == 5
+    assert "at most 25 % is possible" in called.err
 
 
-def test_a_run_of_another_procedure_is_refused(tmp_path):
+def test_run_of_another_procedure_is_refused(tmp_path):
     done = run(quick_procedure(tmp_path, "no_load_inertia_sweep"), tmp_path / "runs")
-    said = call("support-friction", done.folder)
-    assert said.code == 5
-    assert "has no input 'known_friction'" in said.err
+    called = call("support-friction", done.folder)
+    assert called.code == 5
+    assert "has no input 'known_friction'" in called.err

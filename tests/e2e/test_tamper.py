@@ -1,6 +1,6 @@
-"""`verify` finds every changed byte of a certificate and of its run file, and says where.
+"""`verify` finds every changed byte of a certificate and of its run file, and where it is.
 
-Some of them here; `python tests/benchmarks/tamper.py` does two hundred on the demonstration.
+Some of them here; `python tests/benchmarks/tamper.py` tries two hundred on the demonstration.
 """
 
 from __future__ import annotations
@@ -23,23 +23,23 @@ def certified(quick_copy):
 
 
 def verified(certified, *words):
-    """Verify with the laboratory's folder."""
-    return call("verify", *words, "--letterhead", folder_of(certified))
+    """Verify with the laboratory's letterhead."""
+    return call("verify", *words, "--letterhead", letterhead_of(certified))
 
 
-def folder_of(certified):
+def letterhead_of(certified):
     return certified[0].parent.parent / "lab" / "letterhead"
 
 
 @pytest.mark.thorough
-def test_every_changed_byte_is_found_and_placed(certified, tmp_path):
+def test_every_changed_byte_is_found_and_located(certified, tmp_path):
     run_folder, files = certified
-    done = list(flips(files, run_folder, tmp_path / "scratch", count=8, seed=2026))
-    assert {each.file for each in done} == {RUN_FILE, *(path.name for path in files)}
-    assert [each for each in done if not each.found] == []
-    assert [each for each in done if not each.placed] == []
-    as_it_was = verified(certified, tmp_path / "scratch" / files[0].name)
-    assert as_it_was.code == 0, as_it_was.out
+    results = list(flips(files, run_folder, tmp_path / "scratch", count=8, seed=2026))
+    assert {flip.file for flip in results} == {RUN_FILE, *(path.name for path in files)}
+    assert [flip for flip in results if not flip.found] == []
+    assert [flip for flip in results if not flip.placed] == []
+    unchanged = verified(certified, tmp_path / "scratch" / files[0].name)
+    assert unchanged.code == 0, unchanged.out
 
 
 @pytest.fixture
@@ -52,7 +52,7 @@ def copies(certified, tmp_path):
 
 
 @pytest.mark.thorough
-def test_a_certificate_matches_its_run_wherever_that_lies(certified, tmp_path):
+def test_certificate_matches_its_run_in_any_place(certified, tmp_path):
     run_folder, files = certified
     for path in files:
         shutil.copyfile(path, tmp_path / path.name)
@@ -66,7 +66,7 @@ def test_a_certificate_matches_its_run_wherever_that_lies(certified, tmp_path):
 
 
 @pytest.mark.thorough
-def test_without_its_run_a_certificate_is_left_open(certified, tmp_path):
+def test_certificate_without_its_run_is_left_open(certified, tmp_path):
     _, files = certified
     for path in files:
         shutil.copyfile(path, tmp_path / path.name)
@@ -76,7 +76,7 @@ def test_without_its_run_a_certificate_is_left_open(certified, tmp_path):
     assert done.out.startswith("OPEN: nothing differs, but not all could be checked\n")
 
 
-def test_another_run_is_told(certified):
+def test_another_run_is_reported(certified):
     run_folder, files = certified
     other = next(path for path in run_folder.parent.iterdir() if path != run_folder)
     done = call("verify", files[0], other)
@@ -85,35 +85,35 @@ def test_another_run_is_told(certified):
 
 
 @pytest.mark.thorough
-def test_signed_by_whom_when_and_whether_trusted(certified, copies, tmp_path):
+def test_signer_time_and_trust_of_a_signature_are_reported(certified, copies, tmp_path):
     def verified(*words):
         done = call("verify", copies, *words)
         return done.code, done.out
 
-    letterhead = ("--letterhead", folder_of(certified))
+    letterhead = ("--letterhead", letterhead_of(certified))
 
     for name in ("lab", "other"):
         assert call("sign", "--new-key", tmp_path / f"{name}.key").code == 0
-    code, said = verified("--trust", tmp_path / "lab.key.pub")
-    assert (code, "DIFFERS  unsigned" in said) == (1, True)
+    code, output = verified("--trust", tmp_path / "lab.key.pub")
+    assert (code, "DIFFERS  unsigned" in output) == (1, True)
     signed = call("sign", copies, "--key", tmp_path / "lab.key", "--by", "Zoë Head", *letterhead)
     assert signed.code == 0, signed.err
-    code, said = verified()
-    assert (code, "signed by Zoë Head at 20" in said) == (12, True), "whose key is not known"
+    code, output = verified()
+    assert (code, "signed by Zoë Head at 20" in output) == (12, True), "whose key is not known"
     assert verified(*letterhead)[0] == 0
-    assert "whether that key is theirs is not known" in said
-    code, said = verified("--trust", tmp_path / "lab.key.pub")
-    assert (code, "which is trusted" in said) == (0, True)
-    code, said = verified("--trust", tmp_path / "other.key.pub")
-    assert (code, "not among the trusted keys" in said) == (1, True)
+    assert "whether that key is theirs is not known" in output
+    code, output = verified("--trust", tmp_path / "lab.key.pub")
+    assert (code, "which is trusted" in output) == (0, True)
+    code, output = verified("--trust", tmp_path / "other.key.pub")
+    assert (code, "not among the trusted keys" in output) == (1, True)
     both = ("--trust", tmp_path / "other.key.pub", "--trust", tmp_path / "lab.key.pub")
     assert verified(*both)[0] == 0
 
 
 @pytest.mark.thorough
-def test_a_signature_that_was_changed_is_told(certified, copies, tmp_path):
+def test_changed_signature_is_reported(certified, copies, tmp_path):
     call("sign", "--new-key", tmp_path / "key")
-    letterhead = folder_of(certified)
+    letterhead = letterhead_of(certified)
     call("sign", copies, "--key", tmp_path / "key", "--by", "Zoë", "--letterhead", letterhead)
     path = copies.with_suffix(".sig.json")
     path.write_text(path.read_text(encoding="utf-8").replace("Zoë", "Ada"), encoding="utf-8")
@@ -122,7 +122,7 @@ def test_a_signature_that_was_changed_is_told(certified, copies, tmp_path):
 
 
 @pytest.mark.parametrize("name", ["result.json", "report.html"])
-def test_what_is_no_certificate_is_told(certified, name):
+def test_file_that_is_no_certificate_is_reported(certified, name):
     done = call("verify", certified[0] / name)
     assert done.code == 5
     assert "is not a certificate: it has neither a seal nor" in done.err
@@ -132,9 +132,7 @@ def test_what_is_no_certificate_is_told(certified, name):
     assert call("verify", certified[0], certified[0]).code == 2
 
 
-def test_a_page_that_was_changed_and_sealed_anew_does_not_follow_from_its_content(
-    certified, copies
-):
+def test_resealed_changed_page_does_not_follow_from_its_content(certified, copies):
     page = copies.with_suffix(".html")
     resealed(page, replacing(b"<td>Example customer</td>", b"<td>Another customer</td>"))
     done = verified(certified, page)
@@ -160,8 +158,8 @@ def replacing(old, new):
         b'<img class="logo" src="data:image/png;base64,AAAA" alt="Passed">',
     ],
 )
-def test_a_picture_that_is_not_the_logo_of_issue_is_told(certified, copies, picture):
-    """Whatever it is, it could hide the page, or show another one."""
+def test_picture_other_than_the_issued_logo_is_reported(certified, copies, picture):
+    """Any such picture could hide the page, or show another one."""
     page = copies.with_suffix(".html")
     resealed(page, replacing(b"<h1", picture + b"\n<h1"))
     for done in (verified(certified, page), call("verify", page)):
@@ -170,15 +168,15 @@ def test_a_picture_that_is_not_the_logo_of_issue_is_told(certified, copies, pict
 
 
 @pytest.mark.thorough
-def test_a_member_that_is_there_twice_is_told(copies):
-    """Of the two some programs read the first, and this one the last."""
+def test_duplicate_member_is_reported(copies):
+    """Some programs read the first of the two, and this one the last."""
     resealed(copies, replacing(b"{\n", b'{\n "number": "C-2026-9999",\n'))
     done = call("verify", copies)
     assert done.code == 1
     assert "'number' is given twice" in done.out
 
 
-def test_a_number_that_was_changed_everywhere_does_not_follow_from_the_run(copies):
+def test_number_changed_everywhere_does_not_follow_from_the_run(copies):
     content = json.loads(copies.read_text(encoding="utf-8"))
     printed = content["results"]["headline"]["printed"]
     resealed(copies, replacing(f'"printed": "{printed}"'.encode(), b'"printed": "0.7000"'))
@@ -192,13 +190,13 @@ def test_a_number_that_was_changed_everywhere_does_not_follow_from_the_run(copie
 
 
 @pytest.mark.thorough
-def test_pages_are_made_again_with_the_letterhead_of_their_issue(certified, copies):
+def test_pages_are_regenerated_with_the_issued_letterhead(certified, copies):
     done = verified(certified, copies)
     assert (done.code, ".html regenerated from its content" in done.out) == (0, True)
     if copies.with_suffix(".pdf").exists():
         assert ".pdf regenerated from its content" in done.out
     copied = copies.parent / "letterhead"
-    shutil.copytree(folder_of(certified), copied)
+    shutil.copytree(letterhead_of(certified), copied)
     (copied / "logo.svg").write_text("<svg xmlns='http://www.w3.org/2000/svg'/>", encoding="utf-8")
     done = call("verify", copies, "--letterhead", copied)
     assert done.code == 12
@@ -206,7 +204,7 @@ def test_pages_are_made_again_with_the_letterhead_of_their_issue(certified, copi
 
 
 @pytest.mark.thorough
-def test_the_laboratory_of_another_letterhead_is_told(certified, copies):
+def test_laboratory_of_another_letterhead_is_reported(certified, copies):
     for path in (copies.with_suffix(".html"), copies.with_suffix(".pdf")):
         path.unlink(missing_ok=True)
     resealed(copies, replacing(b"Demonstration laboratory", b"Accredited laboratory"))

@@ -1,4 +1,4 @@
-"""A run with instruments that are spoken to as real ones are, on tape, and again without any."""
+"""A run with loopback instruments, recorded on a tape, and replayed without instruments."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ TWO = ("[8 Hz, 15 Hz, 20 Hz, 25 Hz, 35 Hz]", "[20 Hz, 25 Hz]")
 
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory):
-    """A run on SCPI, Modbus and a serial line, and a look at the devices; then they are gone."""
+    """A run on SCPI, Modbus and a serial line, and a reading of the devices, both recorded."""
     folder = tmp_path_factory.mktemp("loopback")
     procedure = quick_procedure(folder, "no_load_inertia_sweep", TWO)
     station = folder / "station.yaml"
@@ -50,7 +50,7 @@ def replay(recorded, station, runs, *more):
     )  # fmt: skip
 
 
-def test_each_instrument_has_its_commands_and_answers_on_a_tape_of_its_own(recorded):
+def test_each_instrument_has_its_own_tape_of_commands_and_answers(recorded):
     tapes = recorded.folder / "tape/devices"
     first = {}
     for path in sorted(tapes.iterdir()):
@@ -62,23 +62,24 @@ def test_each_instrument_has_its_commands_and_answers_on_a_tape_of_its_own(recor
     assert "write 2000 to holding 1" in first["tester.inverter"]
 
 
-def test_without_any_instrument_the_run_is_the_same_to_the_last_bit(recorded, tmp_path):
-    again = replay(recorded, recorded.station, tmp_path / "runs")
-    assert again.code == ExitCode.PASS, again.err
-    assert "note:" not in again.err
-    (one,), (other,) = (
+def test_replay_without_instruments_is_identical_to_the_last_bit(recorded, tmp_path):
+    replay_run = replay(recorded, recorded.station, tmp_path / "runs")
+    assert replay_run.code == ExitCode.PASS, replay_run.err
+    assert "note:" not in replay_run.err
+    (original,), (copy,) = (
         list(each.iterdir()) for each in (recorded.folder / "runs", tmp_path / "runs")
     )
-    assert read(other).digest == read(one).digest
-    results = [json.loads((each / "result.json").read_text()) for each in (one, other)]
-    assert [result.pop("run")["id"] for result in results] == [one.name, f"{one.name}_replay"]
+    assert read(copy).digest == read(original).digest
+    results = [json.loads((folder / "result.json").read_text()) for folder in (original, copy)]
+    ids = [result.pop("run")["id"] for result in results]
+    assert ids == [original.name, f"{original.name}_replay"]
     assert results[0] == results[1]
-    assert "replayed from" in call("show", other).out
-    certified = call("certify", other, "--authorised-by", "A. Jones", "--letterhead", tmp_path)
+    assert "replayed from" in call("show", copy).out
+    certified = call("certify", copy, "--authorised-by", "A. Jones", "--letterhead", tmp_path)
     assert certified.code != ExitCode.PASS
 
 
-def test_a_tape_of_a_program_that_did_not_watch_drives_is_replayed_as_it_was(tmp_path, monkeypatch):
+def test_tape_without_watched_drives_is_replayed(tmp_path, monkeypatch):
     procedure = quick_procedure(tmp_path, "no_load_inertia_sweep", TWO)
     tape, words = tmp_path / "tape", ("--station", "simulated", "--runs", tmp_path / "runs")
     with monkeypatch.context() as before:
@@ -87,9 +88,9 @@ def test_a_tape_of_a_program_that_did_not_watch_drives_is_replayed_as_it_was(tmp
     manifest = json.loads((tape / "tape.json").read_text())
     assert manifest.pop("watches_drives") is False
     (tape / "tape.json").write_text(json.dumps(manifest))
-    again = call("run", procedure, *words, "--replay", tape)
-    assert again.code == ExitCode.PASS, again.err
-    assert "note:" not in again.err
+    replay_run = call("run", procedure, *words, "--replay", tape)
+    assert replay_run.code == ExitCode.PASS, replay_run.err
+    assert "note:" not in replay_run.err
 
 
 @pytest.mark.thorough
@@ -98,27 +99,27 @@ def test_one_changed_command_is_the_first_difference(recorded, tmp_path):
     text = recorded.station.read_text(encoding="utf-8")
     assert "MEAS:TEMP?" in text
     station.write_text(text.replace("MEAS:TEMP?", "MEAS:TEMPER?"), encoding="utf-8")
-    again = replay(recorded, station, tmp_path / "runs")
-    assert again.code == ExitCode.DEVICE
+    ended = replay(recorded, station, tmp_path / "runs")
+    assert ended.code == ExitCode.DEVICE
     assert (
-        "tester.bridge.jsonl:5 has 'query MEAS:TEMP?', asked was 'query MEAS:TEMPER?'" in again.err
+        "tester.bridge.jsonl:5 has 'query MEAS:TEMP?', asked was 'query MEAS:TEMPER?'" in ended.err
     )
-    assert "the settings of tester are not those of the tape" in again.err
+    assert "the settings of tester are not those of the tape" in ended.err
 
 
-def test_what_the_devices_said_is_said_again(recorded):
-    again = call("devices", recorded.station, "--replay", recorded.folder / "devices", "--json")
-    assert again.code == ExitCode.PASS
-    one, other = (json.loads(each.out)[0] for each in (recorded.devices, again))
-    for each in (one, other):
-        del each["read_s"]
-    assert one == other
-    assert set(one["who"]) == {
+def test_reading_of_devices_is_replayed(recorded):
+    called = call("devices", recorded.station, "--replay", recorded.folder / "devices", "--json")
+    assert called.code == ExitCode.PASS
+    original, copy = (json.loads(devices.out)[0] for devices in (recorded.devices, called))
+    for reading in (original, copy):
+        del reading["read_s"]
+    assert original == copy
+    assert set(original["who"]) == {
         "tester", "tester/bridge", "tester/inverter", "tester/press", "tester/cell",
     }  # fmt: skip
 
 
-def test_an_authors_test_can_use_one_instruments_tape(recorded):
+def test_plugin_test_can_use_the_tape_of_one_instrument(recorded):
     import yaml  # noqa: PLC0415  (this test alone)
 
     station = yaml.safe_load(recorded.station.read_text(encoding="utf-8"))
@@ -132,8 +133,8 @@ def test_an_authors_test_can_use_one_instruments_tape(recorded):
             device.read(["torque"])
 
 
-def test_a_program_that_was_killed_leaves_a_tape_that_replays_up_to_there(tmp_path):
-    """SIGKILL in the middle of a recording: what was said before is on the tape."""
+def test_killed_program_leaves_a_tape_that_replays_to_its_end(tmp_path):
+    """SIGKILL during a recording: the communication before it is on the tape."""
     procedure = quick_procedure(tmp_path, "no_load_inertia_sweep", TWO)
     arguments = (
         "run", str(procedure), "--station", "simulated", "--unattended", "--realtime",
@@ -143,19 +144,19 @@ def test_a_program_that_was_killed_leaves_a_tape_that_replays_up_to_there(tmp_pa
         [*PROGRAM, *arguments], cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
     )
     tape = tmp_path / "tape/devices/tester.jsonl"
-    end_s = time.monotonic() + 60
+    deadline_s = time.monotonic() + 60
     while not (tape.exists() and '"ask":"stream angle' in tape.read_text()):
         assert process.poll() is None
-        assert time.monotonic() < end_s
+        assert time.monotonic() < deadline_s
         time.sleep(0.05)
     process.kill()
     process.wait()
-    again = call(
+    stopped = call(
         "run", procedure, "--station", "simulated", "--runs", tmp_path / "again",
         "--replay", tmp_path / "tape",
     )  # fmt: skip
-    assert again.code == ExitCode.DEVICE
-    assert "error: tester: the tape is over at" in again.err or "clock.jsonl" in again.err
+    assert stopped.code == ExitCode.DEVICE
+    assert "error: tester: the tape is over at" in stopped.err or "clock.jsonl" in stopped.err
     (folder,) = (tmp_path / "again").iterdir()
     assert read(folder).info.sealed
 
@@ -175,7 +176,7 @@ def test_a_program_that_was_killed_leaves_a_tape_that_replays_up_to_there(tmp_pa
     [("run", "no_load_inertia_sweep", "--unattended", "--station"), ("devices",), ("jog",)],
     ids=lambda command: command[0],
 )
-def test_what_is_no_tape_is_told_before_anything_is_connected(  # noqa: PLR0917  (a table)
+def test_invalid_tape_is_refused_before_anything_is_connected(  # noqa: PLR0917  (a table)
     tmp_path, monkeypatch, command, options, code, says
 ):
     monkeypatch.chdir(tmp_path)

@@ -1,4 +1,4 @@
-"""The laboratory's own chain: a calibration, its register entry, and a test that uses it."""
+"""The laboratory's own calibration chain: a calibration, its register entry, and its use."""
 
 from __future__ import annotations
 
@@ -38,31 +38,31 @@ def calibrated(tmp_path_factory):
             folder / "runs",
         )  # fmt: skip
     assert called.code == 0, called.err
-    (found,) = (folder / "runs").iterdir()
-    return found, json.loads((found / "result.json").read_text(encoding="utf-8"))
+    (run_folder,) = (folder / "runs").iterdir()
+    return run_folder, json.loads((run_folder / "result.json").read_text(encoding="utf-8"))
 
 
-def line(torque):
-    """Return what the transducer shows of a torque, without position, way and zero."""
+def indicated(torque):
+    """Return the indication of the transducer for a torque, without its other errors."""
     share = torque / 10
     return GAIN * torque + 10 * CUBIC * (share**3 - share)
 
 
-def test_the_results_are_the_transducer_s_own_errors(calibrated):
-    found = {each["name"]: each for each in calibrated[1]["results"]}
+def test_results_cover_the_true_errors_of_the_transducer(calibrated):
+    results = {each["name"]: each for each in calibrated[1]["results"]}
 
     def is_true(name, truth):
-        estimate = found[name]["estimate"]
+        estimate = results[name]["estimate"]
         assert abs(estimate["value"] - truth) <= estimate["expanded_uncertainty_95"], name
 
     is_true("hysteresis", 4 * HYSTERESIS_NM * 0.24)
-    # a preload, then four loadings in a position, each of which halves what is left of the creep
+    # a preload, then four loadings in a position, each of which halves the remaining creep
     is_true("zero_return", ZERO_NM * (1 / 4 + 1 / 8 + 1 / 16 + 1 / 32) / 4)
-    y = line(STEPS) + 2 * HYSTERESIS_NM * STEPS / 10 * (1 - np.abs(STEPS) / 10)  # of both ways
-    times = np.where(STEPS == 0, 4, 2)
-    off = y - np.polyval(np.polyfit(STEPS, y, 1, w=np.sqrt(times)), STEPS)
-    is_true("nonlinearity", 100 * np.abs(off).max() / np.ptp(y))
-    assert found["reproducibility"]["estimate"]["unit"] == "N·m"
+    y = indicated(STEPS) + 2 * HYSTERESIS_NM * STEPS / 10 * (1 - np.abs(STEPS) / 10)  # of both ways
+    weights = np.where(STEPS == 0, 4, 2)
+    deviation = y - np.polyval(np.polyfit(STEPS, y, 1, w=np.sqrt(weights)), STEPS)
+    is_true("nonlinearity", 100 * np.abs(deviation).max() / np.ptp(y))
+    assert results["reproducibility"]["estimate"]["unit"] == "N·m"
     (at_ten,) = [
         each["estimate"]["value"]
         for each in calibrated[1]["results"]
@@ -72,7 +72,7 @@ def test_the_results_are_the_transducer_s_own_errors(calibrated):
     assert at_ten == pytest.approx(spread, abs=1e-3)
 
 
-def test_it_passes_and_verifies_and_reports(calibrated):
+def test_calibration_passes_verifies_and_is_reported(calibrated):
     folder, document = calibrated
     assert document["verdict"]["verdict"] == "pass"
     assert "hysteresis" in (folder / "report.html").read_text(encoding="utf-8")
@@ -87,7 +87,7 @@ def entry_of(folder):
     return called.out.rstrip()
 
 
-def test_the_entry_has_the_table_and_the_errors(calibrated):
+def test_register_entry_has_the_table_and_the_errors(calibrated):
     folder, _ = calibrated
     called = call(
         "register", "from", folder, "--channel", "tester.torque", "--due", "2099-01-01", "--json",
@@ -95,19 +95,19 @@ def test_the_entry_has_the_table_and_the_errors(calibrated):
     entry = json.loads(called.out)
     assert entry["certificate"] == folder.name
     assert entry["calibration"] == "trial"  # its standard was one
-    points = [{name: text.split()[0] for name, text in each.items() if name != "k"}
-              for each in entry["points"]]  # fmt: skip
-    assert [float(each["applied"]) for each in points] == [2, 4, 6, 8, 10, -2, -4, -6, -8, -10]
-    for each in points:
-        off = float(each["indicated"]) - line(float(each["applied"]))
-        assert abs(off) <= float(each["U"])
-    half = float(entry["accuracy"]["hysteresis"]["limit"].split()[0])
-    assert half == pytest.approx(4 * HYSTERESIS_NM * 0.24 / 2, abs=0.001)
+    points = [{name: text.split()[0] for name, text in point.items() if name != "k"}
+              for point in entry["points"]]  # fmt: skip
+    assert [float(point["applied"]) for point in points] == [2, 4, 6, 8, 10, -2, -4, -6, -8, -10]
+    for point in points:
+        deviation = float(point["indicated"]) - indicated(float(point["applied"]))
+        assert abs(deviation) <= float(point["U"])
+    half_hysteresis = float(entry["accuracy"]["hysteresis"]["limit"].split()[0])
+    assert half_hysteresis == pytest.approx(4 * HYSTERESIS_NM * 0.24 / 2, abs=0.001)
 
 
 @pytest.mark.thorough
-def test_the_starting_torque_uses_the_entry(calibrated, tmp_path):
-    """The transducer shows 0.6 % too much at small torques: the torque becomes as much smaller."""
+def test_starting_torque_uses_the_register_entry(calibrated, tmp_path):
+    """The transducer shows 0.6 % too much at small torques: the result is that much smaller."""
     text = STATION.read_text(encoding="utf-8")
     head, _ = text.split("instruments:\n")
     of_filter = "    low_pass: {type: butterworth, order: 2, corner: 1 kHz}"
@@ -117,15 +117,15 @@ def test_the_starting_torque_uses_the_entry(calibrated, tmp_path):
     for station in (STATION, tmp_path / "own.yaml"):
         runs = tmp_path / station.stem
         for name in ("no_load_inertia_sweep", "starting_torque_1000n"):
-            told = ("--station", station, "--unattended", "--runs", runs)
-            called = call("run", quick_procedure(tmp_path, name), *told)
+            options = ("--station", station, "--unattended", "--runs", runs)
+            called = call("run", quick_procedure(tmp_path, name), *options)
             assert called.code in {0, 10}, called.err
         run = max(runs.glob("*STT*"))
         document = json.loads((run / "result.json").read_text(encoding="utf-8"))
         torques[station.stem] = document["headline"]
     share = torques["own"]["compensated"]["value"] / torques["simulated"]["compensated"]["value"]
     assert share == pytest.approx(1 / 1.006, abs=0.002)
-    names = " ".join(each["name"] for each in torques["own"]["budget"])
+    names = " ".join(component["name"] for component in torques["own"]["budget"])
     assert f"transducer hysteresis ({calibrated[0].name})" in names
 
 
@@ -136,7 +136,7 @@ def test_the_starting_torque_uses_the_entry(calibrated, tmp_path):
         pytest.param("result.json", "does not verify", marks=pytest.mark.thorough),
     ],
 )
-def test_a_run_that_was_changed_gives_no_entry(calibrated, tmp_path, changed, words):
+def test_changed_run_gives_no_register_entry(calibrated, tmp_path, changed, words):
     import shutil  # noqa: PLC0415  (here alone)
 
     copy = tmp_path / calibrated[0].name
@@ -154,7 +154,7 @@ def test_a_run_that_was_changed_gives_no_entry(calibrated, tmp_path, changed, wo
     assert re.search(words, called.err)
 
 
-def test_a_wrong_channel_is_refused(calibrated):
+def test_invalid_channel_is_refused(calibrated):
     folder, _ = calibrated
     called = call("register", "from", folder, "--channel", "tester", "--due", "2099-01-01")
     assert called.code == 5

@@ -1,4 +1,4 @@
-"""Trends, capabilities and gauge studies as a person asks for them, with their mistakes."""
+"""Trends, capabilities and gauge studies from the command line, and mistakes in asking."""
 
 from __future__ import annotations
 
@@ -26,16 +26,16 @@ def folder(tmp_path_factory):
     store_run(runs, "void", {"measurand": {"name": "none"}}, inputs=inputs)
     (runs / "bad").mkdir()
     (runs / "bad" / "run.h5").write_text("no")
-    again = result_document(0.9)
-    again["no_load_run"] = {"id": "no-load 39"}
-    figures = again["compensations"]["template_inverse"]["parameters"]
+    few = result_document(0.9)
+    few["no_load_run"] = {"id": "no-load 39"}
+    figures = few["compensations"]["template_inverse"]["parameters"]
     figures["inertia"] = estimate(0.00232 + 1e-7 * (7 * 40 % 13), 1e-6, "kg·m²")
-    store_run(runs, "few", again, started_utc=on_day(41), inputs={"type": "GE20", "lot": "L2"})
+    store_run(runs, "few", few, started_utc=on_day(41), inputs={"type": "GE20", "lot": "L2"})
     index_all(runs)
     return runs
 
 
-def test_a_shift_is_told_with_the_rule_that_is_met(folder):
+def test_shift_is_reported_with_its_rule(folder):
     done = call("trend", "torque", "--runs", folder)
     assert done.code == 1
     assert "type GE20, lot L1" in done.out
@@ -46,39 +46,39 @@ def test_a_shift_is_told_with_the_rule_that_is_met(folder):
     assert "note: 41 of 41 runs did not pass all checks of the analysis" in done.out
 
 
-def test_the_limits_are_those_of_the_baseline_alone(folder):
-    found = json.loads(call("trend", "torque", "--runs", folder, "--json").out)
-    (series,) = found["series"]
-    values = [each["observed"]["value"] for each in series["points"]]
+def test_limits_are_those_of_the_baseline(folder):
+    charts = json.loads(call("trend", "torque", "--runs", folder, "--json").out)
+    (series,) = charts["series"]
+    values = [point["observed"]["value"] for point in series["points"]]
     mean_range = np.abs(np.diff(values[:20])).mean()
     assert series["individuals"]["centre"] == pytest.approx(np.mean(values[:20]))
     assert series["individuals"]["upper"] == pytest.approx(
         np.mean(values[:20]) + 3 * mean_range / 1.128379, rel=1e-6
     )
-    assert [each["baseline"] for each in series["points"]] == [True] * 20 + [False] * 20
-    first = next(i for i, each in enumerate(series["points"]) if i > 19 and each["rules"])
+    assert [point["baseline"] for point in series["points"]] == [True] * 20 + [False] * 20
+    first = next(i for i, point in enumerate(series["points"]) if i > 19 and point["rules"])
     assert first in range(SHIFTED_FROM, SHIFTED_FROM + 2)
     assert series["points"][0]["observed"]["expanded"] == pytest.approx(0.01)
 
 
-def test_a_baseline_of_days_leaves_the_limits_where_they_were(folder):
+def test_baseline_by_dates_gives_the_same_limits(folder):
     of_days = ("--baseline", "2026-01-01..2026-01-20")
     first = json.loads(call("trend", "torque", "--runs", folder, "--json").out)["series"]
-    again = json.loads(call("trend", "torque", "--runs", folder, "--json", *of_days).out)["series"]
-    assert first[0]["individuals"] == again[0]["individuals"]
+    dated = json.loads(call("trend", "torque", "--runs", folder, "--json", *of_days).out)["series"]
+    assert first[0]["individuals"] == dated[0]["individuals"]
 
 
-def test_what_is_in_control_ends_with_0(folder):
+def test_process_in_control_exits_with_0(folder):
     done = call("trend", "fn", "--runs", folder, "--chart", "ewma")
     assert done.code == 0, done.out
     assert "In control: no rule is met at 20 values after the baseline." in done.out
     assert call("trend", "torque", "--runs", folder, "--until", "2026-01-30").code == 0
 
 
-def test_figures_of_one_no_load_run_count_once(folder):
-    """The run 'few' was compensated with the no-load run of the last day: the same inertia."""
-    found = json.loads(call("trend", "J", "--runs", folder, "--baseline", "10", "--json").out)
-    reasons = [each["reason"] for each in found["excluded"] if each["run_id"] == "few"]
+def test_figures_of_one_no_load_run_count_once_only(folder):
+    """The run 'few' has the no-load run of the last day, and with it the same inertia."""
+    charts = json.loads(call("trend", "J", "--runs", folder, "--baseline", "10", "--json").out)
+    reasons = [run["reason"] for run in charts["excluded"] if run["run_id"] == "few"]
     assert reasons == ["its value is that of day-39: the same no-load run"]
 
 
@@ -101,7 +101,7 @@ def test_figures_of_one_no_load_run_count_once(folder):
         (["torque", "--out", "no/trend.docx"], 2, "no report is written as 'trend.docx'"),
     ],
 )
-def test_what_cannot_be_charted_is_refused_in_words(folder, words, code, told):
+def test_impossible_chart_is_refused_with_a_message(folder, words, code, told):
     done = call("trend", *words, "--runs", folder)
     assert (done.code, "Traceback" in done.err) == (code, False), done.err
     assert told in done.err
@@ -160,7 +160,7 @@ def test_figures_of_several_rigs_or_mandrels_are_not_mixed(of_two_rigs, quantity
     assert "--by rig --by mandrel" in done.err
 
 
-def test_a_name_does_not_steer_the_terminal(tmp_path):
+def test_name_does_not_control_the_terminal(tmp_path):
     store_results(tmp_path / "runs", [0.7, 0.71] * 12, lot="\x1b[31mred")
     index_all(tmp_path / "runs")
     for words in (["--rules", "shewhart"], ["--baseline", "30"]):
@@ -169,7 +169,7 @@ def test_a_name_does_not_steer_the_terminal(tmp_path):
         assert "\x1b" not in done.out + done.err
 
 
-def test_a_figure_of_two_compensations_is_asked_for_by_both_names(tmp_path):
+def test_figure_of_two_compensations_needs_both_names(tmp_path):
     for number in range(12):
         document = result_document(0.7)
         document["no_load_run"] = {"id": f"no-load {number}"}
@@ -188,19 +188,19 @@ def test_a_figure_of_two_compensations_is_asked_for_by_both_names(tmp_path):
     assert call("trend", "energy/inertia", *asked).code == 0
 
 
-def test_a_capability_has_its_interval_and_what_speaks_against_it(folder):
+def test_capability_has_its_interval_and_warnings(folder):
     done = call("capability", "torque", "--upper", "0.95 N·m", "--runs", folder)
     assert done.code == 0, done.err
     assert "Cpu" in done.out
     assert "the process was not in control" in done.out
-    found = json.loads(
+    studies = json.loads(
         call("capability", "torque", "--upper", "0.95 N·m", "--lower", "0.5 N·m",
              "--until", "2026-01-30", "--runs", folder, "--json").out
     )  # fmt: skip
-    indices = {each["name"]: each for each in found["series"][0]["capability"]["indices"]}
+    indices = {index["name"]: index for index in studies["series"][0]["capability"]["indices"]}
     assert list(indices) == ["Cp", "Cpk", "Cpu", "Cpl"]
-    assert all(each["low"] < each["value"] < each["high"] for each in indices.values())
-    assert "in control" not in str(found["series"][0]["warnings"])
+    assert all(index["low"] < index["value"] < index["high"] for index in indices.values())
+    assert "in control" not in str(studies["series"][0]["warnings"])
 
 
 @pytest.mark.parametrize(
@@ -212,19 +212,19 @@ def test_a_capability_has_its_interval_and_what_speaks_against_it(folder):
         (["--upper", "0.2 N·m", "--lower", "0.3 N·m"], 5, "is not below the upper one"),
     ],
 )
-def test_a_capability_without_a_limit_that_fits_is_refused(folder, words, code, told):
+def test_capability_without_a_fitting_limit_is_refused(folder, words, code, told):
     done = call("capability", "torque", *words, "--runs", folder)
     assert done.code == code
     assert told in done.err
 
 
-def session(runs, part, operator, torques, **header):
+def store_session(runs, part, operator, torques, **header):
     document = result_document(float(np.mean(torques)))
     point = document["points"][0]
     document["points"] = [point] * len(torques)
-    made = document["compensations"]["template_inverse"]
-    (first, *_) = made["points"]
-    made["points"] = [{**first, "torque": estimate(float(each))} for each in torques]
+    compensation = document["compensations"]["template_inverse"]
+    (first, *_) = compensation["points"]
+    compensation["points"] = [{**first, "torque": estimate(float(torque))} for torque in torques]
     store_run(
         runs,
         f"{part} by {operator}",
@@ -240,44 +240,44 @@ def sessions(tmp_path_factory):
     runs = tmp_path_factory.mktemp("gauge") / "runs"
     for part, torque in (("P1", 0.6), ("P2", 0.7), ("P3", 0.8)):
         for operator, shift in (("A", 0.0), ("B", 0.01)):
-            session(runs, part, operator, torque + shift + np.array([-0.002, 0.0, 0.002]))
+            store_session(runs, part, operator, torque + shift + np.array([-0.002, 0.0, 0.002]))
     index_all(runs)
     return runs
 
 
-def test_a_gauge_study_of_sessions(sessions):
+def test_gauge_study_of_sessions(sessions):
     done = call("gauge-rr", "--runs", sessions, "--tolerance", "0.5 N·m")
     assert done.code == 0, done.err
     assert "3 parts x 2 operators x 3 trials" in done.out
-    found = json.loads(call("gauge-rr", "--runs", sessions, "--json").out)
-    assert found["readings"][1][1] == pytest.approx([0.708, 0.71, 0.712])
-    components = found["analysis"]["components"]
-    # worked by hand: no interaction, so 2 dof join those of the error: 12 x 0.002^2 / 14
+    study = json.loads(call("gauge-rr", "--runs", sessions, "--json").out)
+    assert study["readings"][1][1] == pytest.approx([0.708, 0.71, 0.712])
+    components = study["analysis"]["components"]
+    # by hand: no interaction, so its 2 dof are pooled with those of the error: 12 x 0.002^2 / 14
     error = 12 * 0.002**2 / 14
     assert components["repeatability"] ** 2 == pytest.approx(error)
     assert components["operator"] ** 2 == pytest.approx((9 * 2 * 0.005**2 - error) / 9)
     assert components["part"] ** 2 == pytest.approx((6 * 0.1**2 * 2 / 2 - error) / 6)
 
 
-def test_a_study_that_is_not_crossed_or_not_balanced_names_what_is_missing(tmp_path):
+def test_incomplete_study_names_what_is_missing(tmp_path):
     runs = tmp_path / "runs"
-    session(runs, "P1", "A", [0.6, 0.61])
-    session(runs, "P1", "B", [0.6, 0.61])
+    store_session(runs, "P1", "A", [0.6, 0.61])
+    store_session(runs, "P1", "B", [0.6, 0.61])
     index_all(runs)
     assert "1 part and 2 operators are not a crossed study" in call("gauge-rr", "--runs", runs).err
-    session(runs, "P2", "A", [0.7, 0.72, 0.71])
+    store_session(runs, "P2", "A", [0.7, 0.72, 0.71])
     index_all(runs)
     done = call("gauge-rr", "--runs", runs)
     assert done.code == 5
     assert "the study is not crossed: P2 by B is missing" in done.err
-    session(runs, "P2", "B", [0.7, 0.72])
+    store_session(runs, "P2", "B", [0.7, 0.72])
     index_all(runs)
     assert "most have 2 trials, P2 by A has 3" in call("gauge-rr", "--runs", runs).err
 
 
 def test_sessions_on_two_rigs_are_two_studies(tmp_path):
     for rig in ("a", "b"):
-        session(tmp_path / rig, "P1", "A", [0.6, 0.61], station_id=rig)
+        store_session(tmp_path / rig, "P1", "A", [0.6, 0.61], station_id=rig)
     index_all(tmp_path)
     done = call("gauge-rr", "--runs", tmp_path)
     assert done.code == 2
@@ -285,8 +285,8 @@ def test_sessions_on_two_rigs_are_two_studies(tmp_path):
     assert "--procedure or --rig" in done.err
 
 
-def test_a_figure_in_two_units_is_not_one_chart(tmp_path):
-    """A rig whose polynomial was stated in mN·m from one day on: no change of the rig."""
+def test_figure_in_two_units_is_not_one_chart(tmp_path):
+    """A polynomial that is stated in mN·m from one day on is no change of the rig."""
     runs = tmp_path / "runs"
     for day in range(24):
         document = result_document(0.72)

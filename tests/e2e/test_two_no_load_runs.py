@@ -1,4 +1,4 @@
-"""A no-load run before and another after: the loaded one waits for it, and what drifts is out."""
+"""A no-load run before and one after: the loaded run waits for it, and drift is removed."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from rigrunner_panel.history import History
 TRUE_NM = 0.7262
 """The simulated bearing's starting torque under 1000 N."""
 COLDER = 1.06
-"""The support's friction after the loaded run, of that before it; halfway in between."""
+"""The support's friction after the loaded run, relative to before it; halfway in between."""
 COULOMB_NM = 0.7597
 PLAIN, AFTER = "max_age: 8 h, ", "max_age: 8 h, after: true, "
 NAMED = "drift between the no-load points (time)"
@@ -32,7 +32,7 @@ def lab(tmp_path_factory):
     runs, procedures = folder / "runs", {}
     procedures["no-load"] = quick_procedure(folder, "no_load_inertia_sweep")
     procedures["loaded"] = quick_procedure(folder, "starting_torque_1000n", (PLAIN, AFTER))
-    made = {}
+    finished = {}
     for number, name in enumerate(("before", "loaded", "after")):
         place = folder / name
         place.mkdir()
@@ -41,40 +41,40 @@ def lab(tmp_path_factory):
         station = station_file(place, ("{seed: 1}", rig))
         procedure = procedures["loaded" if name == "loaded" else "no-load"]
         clock = SimulatedClock(START + timedelta(hours=2 * number))
-        made[name] = run(procedure, runs, station=station, clock=clock)
-    return made
+        finished[name] = run(procedure, runs, station=station, clock=clock)
+    return finished
 
 
-def test_the_loaded_run_waits_and_says_so(lab):
+def test_loaded_run_waits_and_its_state_says_so(lab):
     loaded = lab["loaded"]
     assert loaded.waits
     assert loaded.exit_code is ExitCode.UNDECIDED
     assert loaded.result is None
     assert (loaded.folder / "journal").is_dir()
-    said = call("runs", "--runs", loaded.folder.parent)
-    (line,) = (each for each in said.out.splitlines() if loaded.folder.name in each)
+    listed = call("runs", "--runs", loaded.folder.parent)
+    (line,) = (each for each in listed.out.splitlines() if loaded.folder.name in each)
     assert "completed, waits for a run after it" in line
-    states = {each.run: each.state for each in History(loaded.folder.parent).items()}
+    states = {item.run: item.state for item in History(loaded.folder.parent).items()}
     assert states[loaded.folder.name] == "completed, waits for a run after it"
 
 
 @pytest.mark.thorough
-def test_resume_takes_in_the_second_run_and_the_drift_is_out(lab):
+def test_resume_uses_the_second_run_and_removes_the_drift(lab):
     name, runs = lab["loaded"].folder.name, lab["loaded"].folder.parent
-    said = call("resume", name, "--runs", runs, "--no-load-after", lab["before"].folder.name)
-    assert said.code != 0
-    assert "before this run, and the second one has to come after it" in said.err
-    said = call("resume", name, "--runs", runs)
-    assert said.code in {ExitCode.PASS, ExitCode.FAIL, ExitCode.UNDECIDED}, said.err
+    resumed = call("resume", name, "--runs", runs, "--no-load-after", lab["before"].folder.name)
+    assert resumed.code != 0
+    assert "before this run, and the second one has to come after it" in resumed.err
+    resumed = call("resume", name, "--runs", runs)
+    assert resumed.code in {ExitCode.PASS, ExitCode.FAIL, ExitCode.UNDECIDED}, resumed.err
     stored = read(lab["loaded"].folder)
     assert stored.info.sealed
     assert stored.partners["no_load"].header.run_id == lab["before"].folder.name
     assert stored.partners["no_load_after"].header.run_id == lab["after"].folder.name
-    found = json.loads((lab["loaded"].folder / "result.json").read_text(encoding="utf-8"))
-    assert found["no_load_run_after"]["id"] == lab["after"].folder.name
-    mean = found["headline"]["compensated"]
+    result = json.loads((lab["loaded"].folder / "result.json").read_text(encoding="utf-8"))
+    assert result["no_load_run_after"]["id"] == lab["after"].folder.name
+    mean = result["headline"]["compensated"]
     assert abs(mean["value"] - TRUE_NM) < mean["expanded_uncertainty_95"]
-    (drift,) = (each for each in found["headline"]["budget"] if each["name"] == NAMED)
+    (drift,) = (line for line in result["headline"]["budget"] if line["name"] == NAMED)
     assert drift["contribution"]["value"] == pytest.approx(
         0.5 * (COLDER - 1) * COULOMB_NM * 0.82 / np.sqrt(3), rel=0.25
     )
@@ -95,5 +95,5 @@ def test_resume_takes_in_the_second_run_and_the_drift_is_out(lab):
     assert evidence["no_load_run_after"]["run_id"] == lab["after"].folder.name
     (page,) = (runs.parent / "out").glob("*.html")
     assert page.read_text(encoding="utf-8").count(lab["after"].folder.name) >= 2
-    again = call("analyse", name, "--runs", runs, "--json")
-    assert json.loads(again.out)["headline"]["compensated"] == mean
+    reanalysed = call("analyse", name, "--runs", runs, "--json")
+    assert json.loads(reanalysed.out)["headline"]["compensated"] == mean

@@ -1,4 +1,4 @@
-"""A loop that ends by a result of what was measured by then; also after kill -9."""
+"""A loop that ends by a result of the measurements so far; also after kill -9."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ analysis:
   - readings: {of: tester.torque, statistic: maximum, result: {name: highest, unit: N·m}}
 """
 KILLED_AT = 4
-"""The pass in which the run is killed; it takes more, see `passes_due`."""
+"""The pass in which the run is killed; the loop takes more, see `passes_due`."""
 PROGRAM = """\
 import os, signal, sys
 from pathlib import Path
@@ -68,28 +68,28 @@ def values(folder):
 
 
 def passes_due(measured):
-    """Return in which pass the highest of what was measured is first above the limit, from 1."""
+    """Return the pass, from 1, in which the highest measured value is first above the limit."""
     highest = list(accumulate(measured, max))
     return next(n for n, value in enumerate(highest, 1) if value > LIMIT_NM)
 
 
-def test_the_loop_ends_with_the_pass_in_which_the_result_is_reached(procedure, tmp_path):
+def test_loop_ends_with_the_pass_that_reaches_the_result(procedure, tmp_path):
     notes = []
     done = run(procedure, tmp_path / "runs", listeners=[notes.append])
     measured = values(done.folder)
     assert KILLED_AT < len(measured) < 40
     assert passes_due(measured) == len(measured)
-    said = [each.text for each in notes if isinstance(each, Note)]
-    assert len(said) == len(measured) + 1, "one for each pass, and the procedure's own"
-    assert said[0].endswith("not above 36 mN·m after 1 of 40 times")
-    assert said[-2] == (
+    texts = [note.text for note in notes if isinstance(note, Note)]
+    assert len(texts) == len(measured) + 1, "one for each pass, and the procedure's own"
+    assert texts[0].endswith("not above 36 mN·m after 1 of 40 times")
+    assert texts[-2] == (
         f"highest is {1000 * max(measured):.6g} mN·m: above 36 mN·m after {len(measured)} of 40"
         " times"
     )
-    assert said[-1] == "the end"
+    assert texts[-1] == "the end"
 
 
-def test_the_plan_has_the_worst_case(procedure):
+def test_plan_has_the_worst_case(procedure):
     planned = call("plan", procedure, "--station", "simulated")
     assert planned.out.count("Measure tester.torque, once") == 40
     assert "Until highest is above 36 mN·m: 40 of at most 40 times" in planned.out
@@ -97,7 +97,7 @@ def test_the_plan_has_the_worst_case(procedure):
 
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="kill -9 needs a Unix")
 @pytest.mark.parametrize("step", first(1, ["until", "steps[1].measure"]))
-def test_a_run_that_was_killed_goes_on_and_ends_by_the_same_rule(procedure, tmp_path, step):
+def test_resumed_run_ends_by_the_same_rule(procedure, tmp_path, step):
     at = f"main[0].repeat[{KILLED_AT - 1}].{step}"
     killed = subprocess.run(
         [sys.executable, "-c", PROGRAM, procedure, tmp_path / "runs", at],
@@ -141,27 +141,27 @@ analysis:
 """
 
 
-def test_the_place_that_was_measured_last_counts(tmp_path):
-    """It was the place that was measured first for the last time: 0 A, with 12.031 V."""
+def test_place_measured_last_counts(tmp_path):
+    """Earlier it was the place measured first, seen last: 0 A, with 12.031 V."""
     procedure, station = written(tmp_path, procedure=AT_A_PLACE_BEFORE)
     notes = []
     run(procedure, tmp_path / "runs", station=station, listeners=[notes.append])
-    (said,) = [each.text for each in notes if isinstance(each, Note)]
-    assert said == "voltage is 11.987 V: below 12 V after 1 of 3 times"
+    (text,) = [note.text for note in notes if isinstance(note, Note)]
+    assert text == "voltage is 11.987 V: below 12 V after 1 of 3 times"
 
 
-def test_without_a_value_there_the_run_says_why(tmp_path):
+def test_run_without_a_value_says_why(tmp_path):
     divided = "of: bench.voltage, divided_by: bench.ripple, per"
-    told = AT_A_PLACE_BEFORE.replace("of: bench.voltage, per", divided)
-    told = told.replace("[bench.voltage]", "[bench.voltage, bench.ripple]")
-    told = told.replace("unit: V", 'unit: "%"').replace("below: 12 V", "below: 12 %")
-    procedure, station = written(tmp_path, procedure=told, station=STATION.replace("9 mV", "0 mV"))
+    text = AT_A_PLACE_BEFORE.replace("of: bench.voltage, per", divided)
+    text = text.replace("[bench.voltage]", "[bench.voltage, bench.ripple]")
+    text = text.replace("unit: V", 'unit: "%"').replace("below: 12 V", "below: 12 %")
+    procedure, station = written(tmp_path, procedure=text, station=STATION.replace("9 mV", "0 mV"))
     done = run(procedure, tmp_path / "runs", station=station)
     assert done.outcome == "error"
     assert "There is no value of voltage at bench.current = 5 A: bench.ripple is 0" in done.reason
 
 
-def test_of_several_the_first_that_is_met_ends_the_loop(procedure, tmp_path):
+def test_first_condition_met_of_several_ends_the_loop(procedure, tmp_path):
     assert SEVERAL != PROCEDURE
     procedure.write_text(SEVERAL, encoding="utf-8")
     measured = values(run(procedure, tmp_path / "runs").folder)
@@ -171,7 +171,7 @@ def test_of_several_the_first_that_is_met_ends_the_loop(procedure, tmp_path):
     assert len(values(run(procedure, tmp_path / "others").folder)) == 1
 
 
-def test_what_is_wrong_with_one_of_several_is_placed(procedure):
+def test_mistake_in_one_of_several_conditions_is_located(procedure):
     wrong = SEVERAL.replace("result: highest, above", "result: higest, above")
     procedure.write_text(wrong.replace("channel: tester.torque", "channel: tester.tork"), "utf-8")
     checked = call("check", procedure, "--station", "simulated")
@@ -194,15 +194,15 @@ def test_what_is_wrong_with_one_of_several_is_placed(procedure):
         ("result: highest,", "of: highest,", "unknown key 'of'"),
     ],
 )
-def test_a_loop_that_cannot_end_so_is_refused(procedure, old, new, words):
+def test_impossible_end_of_a_loop_is_refused(procedure, old, new, words):
     procedure.write_text(PROCEDURE.replace(old, new), encoding="utf-8")
     checked = call("check", procedure)
     assert checked.code == 3
     assert words in checked.err
 
 
-def test_a_loop_can_end_by_a_result_that_states_its_measurand(tmp_path):
-    """A torque is computed of what was recorded by then, as any other result."""
+def test_loop_can_end_by_a_torque(tmp_path):
+    """A torque is computed from the recordings so far, like any other result."""
     shipped = find_procedure("no_load_breakaway")
     starts = "  - repeat:\n      times: 10\n      steps:\n"
     text = shipped.read_text(encoding="utf-8").replace("rest: 30 s", "rest: 1 s")

@@ -1,4 +1,4 @@
-"""Six wear blocks at 10 Hz, a final test at 10 Hz, and two dwells: each is what it is labelled."""
+"""Six wear blocks at 10 Hz, a final test at 10 Hz, and two dwells: labels tell them apart."""
 
 from __future__ import annotations
 
@@ -78,29 +78,29 @@ def six(tmp_path_factory):
     folder = tmp_path_factory.mktemp("six")
     run(quick_procedure(folder, "no_load_inertia_sweep", ("[8 Hz, 15 Hz", "[8 Hz, 10 Hz, 15 Hz")),
         folder / "runs")  # fmt: skip
-    found = run(written(folder, SIX), folder / "runs").folder
-    return found, json.loads((found / "result.json").read_text(encoding="utf-8"))
+    run_folder = run(written(folder, SIX), folder / "runs").folder
+    return run_folder, json.loads((run_folder / "result.json").read_text(encoding="utf-8"))
 
 
 def test_only_the_final_test_is_a_point_of_the_torque(six):
     _, document = six
     assert [point["recording"] for point in document["points"]] == ["007_10Hz_final"]
     (part,) = document["decision"]["parts"]
-    (torque,) = [each for each in document["results"] if each["name"] == "torque"]
+    (torque,) = [result for result in document["results"] if result["name"] == "torque"]
     assert part["result"]["value"] == pytest.approx(torque["estimate"]["value"])
 
 
-def test_each_block_is_a_row_of_its_own(six):
+def test_each_block_has_its_own_row(six):
     folder, document = six
-    friction = [each for each in document["results"] if each["name"] == "friction"]
-    assert [each["coordinates"]["block"]["value"] for each in friction] == [1, 2, 3, 4, 5, 6]
-    assert {each["coordinates"]["phase"] for each in friction} == {"wear"}
-    assert len({each["estimate"]["value"] for each in friction}) == 6
-    names = [each.name for each in read(folder).recordings]
+    friction = [result for result in document["results"] if result["name"] == "friction"]
+    assert [result["coordinates"]["block"]["value"] for result in friction] == [1, 2, 3, 4, 5, 6]
+    assert {result["coordinates"]["phase"] for result in friction} == {"wear"}
+    assert len({result["estimate"]["value"] for result in friction}) == 6
+    names = [recording.name for recording in read(folder).recordings]
     assert names == [*(f"{n:03d}_10Hz_wear_block{n}" for n in range(1, 7)), "007_10Hz_final"]
 
 
-def test_the_report_and_show_have_six_rows_and_one_point(six):
+def test_report_and_show_have_six_wear_rows(six):
     folder, _ = six
     shown = call("show", folder).out
     assert len(re.findall(r"^ *wear +[1-6] ", shown, re.MULTILINE)) == 6
@@ -108,7 +108,7 @@ def test_the_report_and_show_have_six_rows_and_one_point(six):
     assert len(re.findall(r'<th scope="row" class="left">wear</th>', page)) == 6
 
 
-def test_without_a_choice_they_are_refused_rather_than_averaged(tmp_path):
+def test_unselected_recordings_are_refused_rather_than_averaged(tmp_path):
     file = written(tmp_path, SIX.replace("      where: {phase: final}\n", ""))
     called = call("check", file, "--station", find_station("simulated"))
     assert called.code == 3
@@ -132,17 +132,17 @@ def test_breakaways_after_two_dwells_are_not_pooled(dwells):
     assert "dwell" in pooled.err
 
 
-def test_each_dwell_is_chosen_or_a_result_of_its_own(dwells):
+def test_each_dwell_is_selected_or_its_own_result(dwells):
     text, folder = dwells
     text = text.replace("  - breakaway:\n", GREATEST + CHOSEN)
     file = written(folder, text, "chosen.yaml")
-    found = run(file, folder / "runs", station=BENCH).folder
-    document = json.loads((found / "result.json").read_text(encoding="utf-8"))
-    greatest = [each for each in document["results"] if each["name"] == "greatest"]
-    at = [each["coordinates"]["dwell"] for each in greatest]
+    run_folder = run(file, folder / "runs", station=BENCH).folder
+    document = json.loads((run_folder / "result.json").read_text(encoding="utf-8"))
+    greatest = [result for result in document["results"] if result["name"] == "greatest"]
+    at = [result["coordinates"]["dwell"] for result in greatest]
     assert at == [{"value": 10.0, "unit": "s"}, {"value": 60.0, "unit": "s"}]
     used = [name for point in document["points"] for name in point.get("recordings", [])]
     used = used or [point["recording"] for point in document["points"]]
     assert all("dwell60s" in name for name in used)
-    late = [each.name for each in read(found).recordings if each.coordinates["dwell"] == 60]
+    late = [one.name for one in read(run_folder).recordings if one.coordinates["dwell"] == 60]
     assert len(late) == 6
