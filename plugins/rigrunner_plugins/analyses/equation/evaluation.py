@@ -25,7 +25,8 @@ from rigrunner_plugins.analyses.equation.evaluated import (
     names_of,
     tried,
 )
-from rigrunner_plugins.analyses.equation.model import SEVERAL, CorrelationError, inputs_of
+from rigrunner_plugins.analyses.equation.inputs import SEVERAL, CorrelationError
+from rigrunner_plugins.analyses.equation.model import inputs_of
 from rigrunner_plugins.analyses.equation.results import (
     groups_of_results,
     missing_results,
@@ -39,7 +40,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from rigrunner.api import Estimate, MeasurementModel, ResultDefinition, RunData
-    from rigrunner_plugins.analyses.equation.model import Inputs
+    from rigrunner_plugins.analyses.equation.inputs import Inputs
     from rigrunner_plugins.analyses.equation.settings import EquationSettings
     from rigrunner_plugins.analyses.settings import ResultSettings
     from rigrunner_plugins.analyses.sources import Group

@@ -16,7 +16,7 @@ from rigrunner.signal.monte_carlo.intervals import numerical_tolerance
 from rigrunner.signal.propagation import sensitivities
 from rigrunner.signal.rounding import places
 from rigrunner_plugins.analyses.equation.kinds import written
-from rigrunner_plugins.analyses.equation.model import Tree
+from rigrunner_plugins.analyses.equation.tree import Tree
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence

@@ -1,0 +1,122 @@
+"""A result of another analysis as inputs of a model: one for each line of its budget.
+
+Results that have an error in common share its input.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import inf, isclose, isfinite, isnan
+from typing import TYPE_CHECKING
+
+from rigrunner.api import Component, Distribution, Input, MeasurementResult, unit
+from rigrunner.api.units import si_symbol
+from rigrunner_plugins.analyses.equation.tree import Effect
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Mapping
+
+    from rigrunner.api.coordinates import CoordinateValue
+    from rigrunner_plugins.analyses.equation.inputs import Inputs
+
+
+def enter_result(
+    found: Inputs,
+    name: str,
+    result: MeasurementResult,
+    taken: Collection[str],
+    place: Mapping[str, CoordinateValue],
+) -> None:
+    """Add a result by its budget lines; a line that another input also has becomes one input.
+
+    `taken` are the names used in the model itself. A result that holds at all places of the model,
+    such as a zero reading, has the same error at all of them, also by its scatter.
+    """
+    stated, estimate = unit(result.of.unit), result.estimate
+    found.fixed[name] = estimate.value * stated.factor + stated.offset
+    of = result.coordinates
+    differs = bool(place) and place.keys() <= of.keys()
+    effects: list[Effect] = []
+    for line in result.components or _whole(result):
+        if line.u == 0:
+            continue
+        error = _error_of(line, is_here=of.keys() == place.keys())
+        error = None if error is None else _shared(found, error, taken)
+        slope, is_at_place = line.sensitivity * stated.factor, line.at_place
+        # So `Inputs.model` marks the line of several correlated inputs: it has no value of its own.
+        joint = line.common and line.shared and isnan(line.value) and line.sensitivity == 1
+        may_differ = not line.shared or joint
+        if error is None:
+            part = _part_of(line, result, stated.factor, place, differs=differs)
+            # It may be there by another result that is made of this one, or by another symbol.
+            error = _shared(found, part, taken) or replace(part, name=f"{part.name}, as {name}")
+            if error not in found.inputs:
+                found.inputs.append(error)
+            slope, is_at_place, may_differ = 1.0, differs, may_differ and differs
+        if joint:
+            found.claim(line.name, result.name)
+        found.doubt(line, error.name)
+        if is_at_place:
+            found.at_place.add(error.name)
+        if may_differ:
+            found.own_lines.add(error.name)
+        effects.append(Effect(error.name, slope=slope, at=error.value))
+    found.effects[name] = tuple(effects)
+
+
+def _error_of(line: Component, *, is_here: bool) -> Input | None:
+    """Return the error of a line that another result may share; otherwise None.
+
+    `is_here`: the result is one of the very place, so an error of this place is one of it.
+    """
+    stated = isfinite(line.value) and isfinite(line.input_u) and isfinite(line.sensitivity)
+    is_shared = (line.common and line.shared) or (line.at_place and is_here)
+    if not (is_shared and stated):
+        return None
+    return Input(line.name, line.value, line.input_u, line.dof, _shape(line), line.unit,
+                 common=line.common)  # fmt: skip
+
+
+def _shared(found: Inputs, error: Input, taken: Collection[str]) -> Input | None:
+    """Return the input of an error that several results have; None if its name is of another."""
+    for each in (error, replace(error, name=f"{error.name}, of results")):
+        known = next((one for one in found.inputs if one.name == each.name), None)
+        if known is None and each.name not in taken:
+            found.inputs.append(each)
+            return each
+        # The degrees of freedom of a line that was propagated are rounded.
+        if known and known == replace(each, dof=known.dof) and isclose(known.dof, each.dof):
+            return known
+    return None
+
+
+def _part_of(
+    line: Component,
+    result: MeasurementResult,
+    factor: float,
+    place: Mapping[str, CoordinateValue],
+    *,
+    differs: bool,
+) -> Input:
+    """Return a line as an error of this result only, in its SI unit."""
+    apart = [
+        f"{key} = {each}"
+        for key, each in result.coordinates.items()
+        if not (differs and key in place)
+    ]
+    at = f" at {', '.join(apart)}" if apart else ""
+    symbol = si_symbol(unit(result.of.unit).dimension)
+    name, u = f"{line.name}, of {result.name}{at}", line.u * factor
+    return Input(name, 0.0, u, line.dof, _shape(line), symbol, common=line.common or not differs)
+
+
+def _shape(line: Component) -> Distribution:
+    is_known = line.distribution in set(Distribution)
+    return Distribution(line.distribution) if is_known else Distribution.NORMAL
+
+
+def _whole(result: MeasurementResult) -> tuple[Component, ...]:
+    """Return the uncertainty of a result without a budget, as its only line."""
+    estimate = result.estimate
+    shape = Distribution.T if estimate.dof < inf else Distribution.NORMAL
+    return (Component("uncertainty", estimate.u, estimate.dof, str(shape), common=False),)
