@@ -35,7 +35,7 @@ class Inputs:
     effects: dict[str, tuple[Effect, ...]] = field(default_factory=dict)
     r: dict[tuple[str, str], float] = field(default_factory=dict)
     """The correlation of two inputs, by their names."""
-    own_lines: set[str] = field(default_factory=set)
+    unshared: set[str] = field(default_factory=set)
     """Errors that may differ between readings, so other results do not share them."""
     at_place: set[str] = field(default_factory=set)
     """Errors of results that differ between places; other results share them at the same place."""
@@ -50,44 +50,44 @@ class Inputs:
 
     def tree(self, settings: EquationSettings, result: ResultSettings) -> Tree:
         """Return the equation of one result."""
-        stated = unit(result.unit)
+        result_unit = unit(result.unit)
         return Tree(settings.parsed, settings.called(result), self.fixed, self.effects,
-                    stated.factor, stated.offset)  # fmt: skip
+                    result_unit.factor, result_unit.offset)  # fmt: skip
 
     def model(self, tree: Tree) -> MeasurementModel:
         """Return the measurement model of one result."""
-        inputs, r = self._at_worst(tree)
-        names = [each.name for each in inputs]
+        inputs, r = self._worst_case(tree)
+        names = [member.name for member in inputs]
         correlation = np.eye(len(names)) if r else None
         if correlation is not None:
-            for (one, other), each in r.items():
+            for (one, other), coefficient in r.items():
                 i, j = names.index(one), names.index(other)
-                correlation[i, j] = correlation[j, i] = each
-        lines = {each.line: Line(nan) for each in inputs if each.line}
+                correlation[i, j] = correlation[j, i] = coefficient
+        lines = {member.line: Line(nan) for member in inputs if member.line}
         return MeasurementModel(tuple(inputs), tree, correlation, lines)
 
-    def _at_worst(self, tree: Tree) -> tuple[list[Input], dict[tuple[str, str], float]]:
+    def _worst_case(self, tree: Tree) -> tuple[list[Input], dict[tuple[str, str], float]]:
         """Return inputs and correlations; what is not known of these is as bad as it can be."""
         inputs, r = list(self.inputs), dict(self.r)
         model = MeasurementModel(tuple(inputs), tree)
         if len(self.unsure) <= 1 or not isfinite(model.value):  # one has nothing in common
             return inputs, r
         groups: dict[tuple[str, bool], dict[int, float]] = {}
-        for row, (each, slope) in enumerate(zip(inputs, sensitivities(model), strict=True)):
-            if each.name in self.unsure and each.name not in self.lines and slope:
-                of, is_scatter = self.unsure[each.name]
+        for row, (member, slope) in enumerate(zip(inputs, sensitivities(model), strict=True)):
+            if member.name in self.unsure and member.name not in self.lines and slope:
+                of, is_scatter = self.unsure[member.name]
                 groups.setdefault((of, is_scatter or slope > 0), {})[row] = slope
-        for (of, _), found in groups.items():
-            if len(found) == 1:
+        for (of, _), slopes in groups.items():
+            if len(slopes) == 1:
                 continue
-            members = [inputs[row] for row in found]
-            line = f"{of}{SEVERAL}{'' if max(found.values()) > 0 else ', lowering'}"
-            dof = min(each.dof for each in members)
-            for row, each in zip(found, members, strict=True):
+            members = [inputs[row] for row in slopes]
+            line = f"{of}{SEVERAL}{'' if max(slopes.values()) > 0 else ', lowering'}"
+            dof = min(member.dof for member in members)
+            for row, member in zip(slopes, members, strict=True):
                 ensemble = line if dof < inf else ""
-                inputs[row] = replace(each, dof=dof, line=line, ensemble=ensemble)
-            for i, j in combinations(found, 2):
-                r[inputs[i].name, inputs[j].name] = float(np.sign(found[i] * found[j]))
+                inputs[row] = replace(member, dof=dof, line=line, ensemble=ensemble)
+            for i, j in combinations(slopes, 2):
+                r[inputs[i].name, inputs[j].name] = float(np.sign(slopes[i] * slopes[j]))
         return inputs, r
 
     def claim(self, line: str, owner: str) -> None:
@@ -99,7 +99,7 @@ class Inputs:
                 " is not known: write them as results of one equation"
             )
 
-    def doubt(self, line: Component, name: str) -> None:
+    def note_unsure(self, line: Component, name: str) -> None:
         """Note what is not known of the input of a line of a result."""
         if line.of_points:
             self.unsure[name] = line.of_points, True
@@ -109,7 +109,7 @@ class Inputs:
             # An error that is stated as a share of the reading, and so of another size here.
             self.unsure |= dict.fromkeys((name, line.name), (line.name, False))
 
-    def marked(self, line: Component) -> Component:
+    def with_sharing(self, line: Component) -> Component:
         """Return a line of a result's budget with what it may share with that of another."""
         several_of, is_several, _ = line.name.partition(SEVERAL)
         of, is_scatter = self.unsure.get(line.name, ("", False))
@@ -117,7 +117,7 @@ class Inputs:
             of, is_scatter = several_of, (several_of, True) in self.unsure.values()
         return replace(
             line,
-            shared=line.name not in self.own_lines and (is_scatter or not is_several),
+            shared=line.name not in self.unshared and (is_scatter or not is_several),
             at_place=line.name in self.at_place,
             of_points=of if is_scatter else "",
         )

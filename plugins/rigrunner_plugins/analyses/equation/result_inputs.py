@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def enter_result(
-    found: Inputs,
+    inputs: Inputs,
     name: str,
     result: MeasurementResult,
     taken: Collection[str],
@@ -32,36 +32,36 @@ def enter_result(
     `taken` are the names used in the model itself. A result that holds at all places of the model,
     such as a zero reading, has the same error at all of them, also by its scatter.
     """
-    stated, estimate = unit(result.of.unit), result.estimate
-    found.fixed[name] = estimate.value * stated.factor + stated.offset
-    of = result.coordinates
-    differs = bool(place) and place.keys() <= of.keys()
+    result_unit, estimate = unit(result.of.unit), result.estimate
+    inputs.fixed[name] = estimate.value * result_unit.factor + result_unit.offset
+    coordinates = result.coordinates
+    differs = bool(place) and place.keys() <= coordinates.keys()
     effects: list[Effect] = []
-    for line in result.components or _whole(result):
+    for line in result.components or _only_line(result):
         if line.u == 0:
             continue
-        error = _error_of(line, is_here=of.keys() == place.keys())
-        error = None if error is None else _shared(found, error, taken)
-        slope, is_at_place = line.sensitivity * stated.factor, line.at_place
+        error = _error_of(line, is_here=coordinates.keys() == place.keys())
+        error = None if error is None else _shared(inputs, error, taken)
+        slope, is_at_place = line.sensitivity * result_unit.factor, line.at_place
         # So `Inputs.model` marks the line of several correlated inputs: it has no value of its own.
-        joint = line.common and line.shared and isnan(line.value) and line.sensitivity == 1
-        may_differ = not line.shared or joint
+        is_joint = line.common and line.shared and isnan(line.value) and line.sensitivity == 1
+        may_differ = not line.shared or is_joint
         if error is None:
-            part = _part_of(line, result, stated.factor, place, differs=differs)
+            part = _part_of(line, result, result_unit.factor, place, differs=differs)
             # It may be there by another result that is made of this one, or by another symbol.
-            error = _shared(found, part, taken) or replace(part, name=f"{part.name}, as {name}")
-            if error not in found.inputs:
-                found.inputs.append(error)
+            error = _shared(inputs, part, taken) or replace(part, name=f"{part.name}, as {name}")
+            if error not in inputs.inputs:
+                inputs.inputs.append(error)
             slope, is_at_place, may_differ = 1.0, differs, may_differ and differs
-        if joint:
-            found.claim(line.name, result.name)
-        found.doubt(line, error.name)
+        if is_joint:
+            inputs.claim(line.name, result.name)
+        inputs.note_unsure(line, error.name)
         if is_at_place:
-            found.at_place.add(error.name)
+            inputs.at_place.add(error.name)
         if may_differ:
-            found.own_lines.add(error.name)
+            inputs.unshared.add(error.name)
         effects.append(Effect(error.name, slope=slope, at=error.value))
-    found.effects[name] = tuple(effects)
+    inputs.effects[name] = tuple(effects)
 
 
 def _error_of(line: Component, *, is_here: bool) -> Input | None:
@@ -73,20 +73,24 @@ def _error_of(line: Component, *, is_here: bool) -> Input | None:
     is_shared = (line.common and line.shared) or (line.at_place and is_here)
     if not (is_shared and stated):
         return None
-    return Input(line.name, line.value, line.input_u, line.dof, _shape(line), line.unit,
+    return Input(line.name, line.value, line.input_u, line.dof, _distribution(line), line.unit,
                  common=line.common)  # fmt: skip
 
 
-def _shared(found: Inputs, error: Input, taken: Collection[str]) -> Input | None:
+def _shared(inputs: Inputs, error: Input, taken: Collection[str]) -> Input | None:
     """Return the input of an error that several results have; None if its name is of another."""
-    for each in (error, replace(error, name=f"{error.name}, of results")):
-        known = next((one for one in found.inputs if one.name == each.name), None)
-        if known is None and each.name not in taken:
-            found.inputs.append(each)
-            return each
+    for candidate in (error, replace(error, name=f"{error.name}, of results")):
+        existing = next((member for member in inputs.inputs if member.name == candidate.name), None)
+        if existing is None and candidate.name not in taken:
+            inputs.inputs.append(candidate)
+            return candidate
         # The degrees of freedom of a line that was propagated are rounded.
-        if known and known == replace(each, dof=known.dof) and isclose(known.dof, each.dof):
-            return known
+        if (
+            existing
+            and existing == replace(candidate, dof=existing.dof)
+            and isclose(existing.dof, candidate.dof)
+        ):
+            return existing
     return None
 
 
@@ -99,24 +103,26 @@ def _part_of(
     differs: bool,
 ) -> Input:
     """Return a line as an error of this result only, in its SI unit."""
-    apart = [
-        f"{key} = {each}"
-        for key, each in result.coordinates.items()
+    place_texts = [
+        f"{key} = {value}"
+        for key, value in result.coordinates.items()
         if not (differs and key in place)
     ]
-    at = f" at {', '.join(apart)}" if apart else ""
+    at = f" at {', '.join(place_texts)}" if place_texts else ""
     symbol = si_symbol(unit(result.of.unit).dimension)
     name, u = f"{line.name}, of {result.name}{at}", line.u * factor
-    return Input(name, 0.0, u, line.dof, _shape(line), symbol, common=line.common or not differs)
+    return Input(
+        name, 0.0, u, line.dof, _distribution(line), symbol, common=line.common or not differs
+    )
 
 
-def _shape(line: Component) -> Distribution:
+def _distribution(line: Component) -> Distribution:
     is_known = line.distribution in set(Distribution)
     return Distribution(line.distribution) if is_known else Distribution.NORMAL
 
 
-def _whole(result: MeasurementResult) -> tuple[Component, ...]:
+def _only_line(result: MeasurementResult) -> tuple[Component, ...]:
     """Return the uncertainty of a result without a budget, as its only line."""
     estimate = result.estimate
-    shape = Distribution.T if estimate.dof < inf else Distribution.NORMAL
-    return (Component("uncertainty", estimate.u, estimate.dof, str(shape), common=False),)
+    distribution = Distribution.T if estimate.dof < inf else Distribution.NORMAL
+    return (Component("uncertainty", estimate.u, estimate.dof, str(distribution), common=False),)

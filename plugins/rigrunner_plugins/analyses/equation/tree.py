@@ -40,7 +40,7 @@ class Tree:
     """
 
     model: Model
-    wanted: str
+    symbol: str
     fixed: Mapping[str, float]
     """Values without uncertainty, in SI units."""
     effects: Mapping[str, tuple[Effect, ...]]
@@ -51,48 +51,48 @@ class Tree:
     def __call__(self, inputs: Mapping[str, Array]) -> Array:
         """Return the result for trials, shape (n,)."""
         values = self._values(inputs)
-        for each in self.model.equations:
-            values[each.name] = evaluated(each.expression, values)[0]
-        return np.asarray((values[self.wanted] - self.offset) / self.factor)
+        for equation in self.model.equations:
+            values[equation.name] = evaluated(equation.expression, values)[0]
+        return np.asarray((values[self.symbol] - self.offset) / self.factor)
 
     def gradient(self, inputs: Mapping[str, Array]) -> Mapping[str, Array]:
         """Return the derivative with respect to each input for trials, shape (n,)."""
         values = self._values(inputs)
         totals: dict[str, _Total] = {name: {name: np.array(1.0)} for name in inputs}
         for name, effects in self.effects.items():
-            own = totals.setdefault(name, {})
+            derivatives = totals.setdefault(name, {})
             mean = self._mean(name, inputs)
-            gains = [each.name for each in effects if each.is_gain]
-            if name in own:
-                own[name] = 1.0 + np.asarray(sum(inputs[gain] for gain in gains))
-            for each in effects:
-                own[each.name] = mean if each.is_gain else np.array(each.slope)
+            gains = [effect.name for effect in effects if effect.is_gain]
+            if name in derivatives:
+                derivatives[name] = 1.0 + np.asarray(sum(inputs[gain] for gain in gains))
+            for effect in effects:
+                derivatives[effect.name] = mean if effect.is_gain else np.array(effect.slope)
         for equation in self.model.equations:
             names = equation.expression.names()
             value, slopes = evaluated(equation.expression, values, names)
             values[equation.name] = value
             total: _Total = {}
             for name, slope in slopes.items():
-                for of, part in totals.get(name, {}).items():
-                    total[of] = total.get(of, 0.0) + slope * part
+                for input_name, part in totals.get(name, {}).items():
+                    total[input_name] = total.get(input_name, 0.0) + slope * part
             totals[equation.name] = total
-        return {name: each / self.factor for name, each in totals[self.wanted].items()}
+        return {name: slope / self.factor for name, slope in totals[self.symbol].items()}
 
     def undefined(self, inputs: Mapping[str, Array]) -> str:
         """Return the innermost part of the equation that gives no finite number, as text."""
         values = self._values(inputs)
-        parts = {each.name: each.expression for each in self.model.equations}
+        parts = {equation.name: equation.expression for equation in self.model.equations}
         for name, part in parts.items():
             values[name] = evaluated(part, values)[0]
-        node: Node = Name(self.wanted, 0)
+        node: Node = Name(self.symbol, 0)
         while True:
             if isinstance(node, Name) and node.name in parts:
                 node = parts[node.name].root
-            inner = node.operands if isinstance(node, Operation) else ()
+            operands = node.operands if isinstance(node, Operation) else ()
             bad = [
-                each
-                for each in inner
-                if not np.isfinite(evaluated(Expression("", each), values)[0])
+                operand
+                for operand in operands
+                if not np.isfinite(evaluated(Expression("", operand), values)[0])
             ]
             if not bad:
                 break
@@ -103,14 +103,14 @@ class Tree:
         return text
 
     def _values(self, inputs: Mapping[str, Array]) -> dict[str, Array]:
-        values: dict[str, Array] = {name: np.asarray(each) for name, each in self.fixed.items()}
+        values: dict[str, Array] = {name: np.asarray(value) for name, value in self.fixed.items()}
         values |= inputs
         for name, effects in self.effects.items():
             mean = self._mean(name, inputs)
             total = mean
-            for each in effects:
-                moved = each.slope * (inputs[each.name] - each.at)
-                total = total + moved * (mean if each.is_gain else 1.0)
+            for effect in effects:
+                change = effect.slope * (inputs[effect.name] - effect.at)
+                total = total + change * (mean if effect.is_gain else 1.0)
             values[name] = total
         return values
 
