@@ -12,7 +12,7 @@ from rigrunner.api.devices import CountsStreams, KnowsTruth
 from rigrunner.api.driver import wait_until_arrived
 from rigrunner.api.quantity import legible
 from rigrunner_plugins.devices.composite.base import POLL_S, Composite, find
-from rigrunner_plugins.devices.composite.clocks.aligned import AlignedStream, Wanted
+from rigrunner_plugins.devices.composite.clocks.aligned import AlignedStream, StreamPlan
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterator, Mapping, Sequence
@@ -30,15 +30,15 @@ class Reads(Composite):
         """Return the present value of each channel, each part asked once."""
         self.need_connection()
         routes = [find("channel", name, self.channel_routes) for name in channels]
-        read = {
+        values = {
             part: self.parts[part].read([route.name for route in routes if route.part == part])
             for part in dict.fromkeys(route.part for route in routes)
         }
-        return {route.info.name: float(read[route.part][route.name]) for route in routes}
+        return {route.info.name: float(values[route.part][route.name]) for route in routes}
 
 
 class Observes(Composite):
-    """Tells what of its parts is not a number."""
+    """Gives the readings of its parts that are not numbers."""
 
     @property
     def readings(self) -> Sequence[ReadingInfo]:
@@ -49,11 +49,11 @@ class Observes(Composite):
         """Return each as it is now, each part asked once."""
         self.need_connection()
         routes = [find("reading", name, self.reading_routes) for name in readings]
-        told = {
-            part: self.parts[part].observe([each.name for each in routes if each.part == part])
+        observed = {
+            part: self.parts[part].observe([route.name for route in routes if route.part == part])
             for part in dict.fromkeys(route.part for route in routes)
         }
-        return {route.info.name: told[route.part][route.name] for route in routes}
+        return {route.info.name: observed[route.part][route.name] for route in routes}
 
 
 class Sets(Composite):
@@ -76,8 +76,8 @@ class Sets(Composite):
         route = find("drive", drive, self.drive_routes)
         if drive not in self.set_points or not self.parts[route.part].arrived(route.name):
             return False
-        off = abs(self.standing(route) - self.set_points[drive])
-        return off <= route.info.allowed_deviation
+        deviation = abs(self.standing(route) - self.set_points[drive])
+        return deviation <= route.info.allowed_deviation
 
     def set(self, drive: str, value: float) -> None:
         """Give the drive a new set-point and wait until it is reached."""
@@ -119,27 +119,27 @@ class Streams(Composite):
         if len(parts) == 1 and self.parts[parts[0]].device.sample_rate_hz == self.sample_rate_hz:
             names = [route.name for route in routes]
             return _renamed(self.parts[parts[0]].stream(names, duration_s, stop), routes)
-        wanted = Wanted(routes, self.parts, self.clocks, self.reference, self.patience.answer_s)
-        self._aligned = AlignedStream(wanted, duration_s, stop, self.clock)
+        plan = StreamPlan(routes, self.parts, self.clocks, self.reference, self.patience.answer_s)
+        self._aligned = AlignedStream(plan, duration_s, stop, self.clock)
         return self._aligned.blocks()
 
     def stream_conditions(self) -> Mapping[str, tuple[float, str]]:
-        """Return what the parts found of the last stream, and how their clocks were aligned.
+        """Return what the parts report of the last stream, and how their clocks were aligned.
 
         What a part says of a channel stands under the channel's name in the role.
         """
-        found: dict[str, tuple[float, str]] = {}
+        conditions: dict[str, tuple[float, str]] = {}
         for route in self._streamed:
             part = self.parts[route.part]
             names = [info.name for info in part.device.channels]
-            for name, value in part.found().items():
+            for name, value in part.stream_conditions().items():
                 # Of the longest name of a channel that it begins with.
-                own = max(
+                channel = max(
                     (each for each in names if name.startswith(f"{each}_")), key=len, default=""
                 )
-                if own == route.name:
-                    found[route.info.name + name.removeprefix(own)] = value
-        return found if self._aligned is None else {**found, **self._aligned.conditions()}
+                if channel == route.name:
+                    conditions[route.info.name + name.removeprefix(channel)] = value
+        return conditions if self._aligned is None else {**conditions, **self._aligned.conditions()}
 
 
 class Pauses(Sets):
@@ -148,18 +148,18 @@ class Pauses(Sets):
     def pause(self) -> None:
         """Bring what moves in cycles to its safe value; all else stays as it is."""
         self.need_connection()
-        self.held = {
+        self.paused_set_points = {
             name: self.set_points.get(name, route.info.safe_value)
             for name, route in self.drive_routes.items()
             if route.info.sets_cycle_frequency
         }
-        for name in self.held:
+        for name in self.paused_set_points:
             self.set(name, self.drive_routes[name].info.safe_value)
 
     def resume(self) -> None:
         """Let it move again as before."""
         self.need_connection()
-        for name, value in self.held.items():
+        for name, value in self.paused_set_points.items():
             self.set(name, value)
 
 
@@ -172,16 +172,16 @@ class CountsPartsStreams(Composite):
             device = part.device
             if not isinstance(device, CountsStreams):
                 continue
-            theirs = {
+            names = {
                 drive: route.name
                 for drive, route in self.drive_routes.items()
                 if route.part == name
             }
-            own = [
-                {theirs[drive]: value for drive, value in each.items() if drive in theirs}
-                for each in streams
+            part_streams = [
+                {names[drive]: value for drive, value in stream.items() if drive in names}
+                for stream in streams
             ]
-            part.call("continue a run", partial(device.continue_after, own))
+            part.call("continue a run", partial(device.continue_after, part_streams))
 
 
 class KnowsPartsTruth(Composite):
@@ -189,11 +189,11 @@ class KnowsPartsTruth(Composite):
 
     def truth(self) -> Mapping[str, float]:
         """Return what the simulators among the parts know."""
-        known: dict[str, float] = {}
+        values: dict[str, float] = {}
         for part in self.parts.values():
             if isinstance(part.device, KnowsTruth):
-                known |= part.call("tell the truth", part.device.truth)
-        return known
+                values |= part.call("tell the truth", part.device.truth)
+        return values
 
 
 def _renamed(blocks: Generator[Block], routes: Sequence[ChannelRoute]) -> Generator[Block]:

@@ -48,7 +48,7 @@ class Composite:
         self.drive_routes = drives
         self.reading_routes = readings
         self.set_points: dict[str, float] = {}
-        self.held: Mapping[str, float] = {}
+        self.paused_set_points: Mapping[str, float] = {}
         self._connected = False
 
     @property
@@ -71,36 +71,36 @@ class Composite:
         streaming = {route.part for route in self.channel_routes.values() if route.info.streams}
         if len(streaming) > 1:
             return False
-        read = [route.read_back or route for route in self.drive_routes.values()]
+        routes = [route.read_back or route for route in self.drive_routes.values()]
         return all(
-            getattr(self.parts[each.part].device, "reads_back_while_streaming", False)
-            for each in read
-            if each.part in streaming
+            getattr(self.parts[route.part].device, "reads_back_while_streaming", False)
+            for route in routes
+            if route.part in streaming
         )
 
     def connect(self, timeout_s: float) -> Identity:
         """Connect all parts; if one fails, make safe and close those that are connected."""
-        found: dict[str, Identity] = {}
+        identities: dict[str, Identity] = {}
         try:
             for name, part in self.parts.items():
-                found[name] = part.connect(timeout_s)
+                identities[name] = part.connect(timeout_s)
         except BaseException as error:
-            # Nothing stays energised or open; what fails in that is told beside the error.
-            safe = [part.make_safe for part in self._safe_order() if part.name in found]
-            failed = _all_tried([*safe, *(part.close for part in self.parts.values())])
-            if failed and isinstance(error, DeviceError):
-                error.message = "; then ".join([error.message, *map(str, failed)])
+            # Nothing stays energised or open; what fails in that is added to the error.
+            safe_calls = [part.make_safe for part in self._safe_order() if part.name in identities]
+            errors = _try_all([*safe_calls, *(part.close for part in self.parts.values())])
+            if errors and isinstance(error, DeviceError):
+                error.message = "; then ".join([error.message, *map(str, errors)])
             else:
-                for each in failed:
-                    add_beside(error, str(each))
+                for failure in errors:
+                    add_beside(error, str(failure))
             raise
         self._connected = True
         return Identity(
             "Rigrunner",
-            f"composite of {', '.join(found)}",
+            f"composite of {', '.join(identities)}",
             "",
-            simulated=any(each.simulated for each in found.values()),
-            parts=found,
+            simulated=any(identity.simulated for identity in identities.values()),
+            parts=identities,
         )
 
     def make_safe(self) -> Mapping[str, float]:
@@ -112,39 +112,39 @@ class Composite:
         """
         given_up = {part: late for part in self._safe_order() if (late := part.late)}
         self.set_points.clear()
-        self.held = {}  # a pause is over: nothing may move again by `resume`
-        told: dict[str, Mapping[str, float]] = {}
+        self.paused_set_points = {}  # a pause is over: nothing may move again by `resume`
+        read_back: dict[str, Mapping[str, float]] = {}
         standing: dict[str, float] = {}
 
         def make_safe(part: Part) -> None:
-            told[part.name] = part.make_safe()
+            read_back[part.name] = part.make_safe()
 
         def look(route: DriveRoute) -> None:
             drive = route.info.name
-            if route.part not in told:
-                with suppress(Exception):  # what failed is told already
+            if route.part not in read_back:
+                with suppress(Exception):  # the failure is reported already
                     standing[drive] = self.standing(route)
             elif route.read_back is None:
-                standing[drive] = told[route.part][route.name]
+                standing[drive] = read_back[route.part][route.name]
             else:
                 standing[drive] = self._resting(route)
 
         def make_safe_behind(part: Part, late: MovingCall) -> None:
-            told[part.name] = part.make_safe_behind(late)
+            read_back[part.name] = part.make_safe_behind(late)
 
-        failed = _all_tried([partial(make_safe, part) for part in self._safe_order()])
-        failed += _all_tried([partial(make_safe_behind, *each) for each in given_up.items()])
-        failed += _all_tried([partial(look, route) for route in self.drive_routes.values()])
-        if failed:
-            raise _summed_up(failed, standing, self.drives)
+        errors = _try_all([partial(make_safe, part) for part in self._safe_order()])
+        errors += _try_all([partial(make_safe_behind, *call) for call in given_up.items()])
+        errors += _try_all([partial(look, route) for route in self.drive_routes.values()])
+        if errors:
+            raise _combined_error(errors, standing, self.drives)
         return standing
 
     def close(self) -> None:
         """Close all parts; the first error is raised after all were tried."""
         self._connected = False
-        failed = _all_tried([part.close for part in self.parts.values()])
-        if failed:
-            raise failed[0]
+        errors = _try_all([part.close for part in self.parts.values()])
+        if errors:
+            raise errors[0]
 
     def _safe_order(self) -> list[Part]:
         names = [*(route.part for route in self.drive_routes.values()), *self.parts]
@@ -156,8 +156,8 @@ class Composite:
         until_s = self.clock.monotonic_s() + info.longest_s
         while True:
             value = self.standing(route)
-            near = abs(value - info.safe_value) <= info.allowed_deviation
-            if near or self.clock.monotonic_s() >= until_s:
+            is_near = abs(value - info.safe_value) <= info.allowed_deviation
+            if is_near or self.clock.monotonic_s() >= until_s:
                 return value
             self.clock.sleep(POLL_S)
 
@@ -174,7 +174,7 @@ class Composite:
             raise DeviceLostError("not connected")
 
 
-def _all_tried(calls: Iterable[Callable[[], object]]) -> list[DeviceError]:
+def _try_all(calls: Iterable[Callable[[], object]]) -> list[DeviceError]:
     """Make all calls, whatever fails, and return what did; Ctrl-C is raised after the last one."""
     errors = errors_of(*calls)
     if any(isinstance(error, KeyboardInterrupt) for error in errors):
@@ -185,20 +185,20 @@ def _all_tried(calls: Iterable[Callable[[], object]]) -> list[DeviceError]:
     ]
 
 
-def _summed_up(
-    failed: Sequence[DeviceError], standing: Mapping[str, float], drives: Sequence[DriveInfo]
+def _combined_error(
+    errors: Sequence[DeviceError], standing: Mapping[str, float], drives: Sequence[DriveInfo]
 ) -> DeviceError:
     """Return one error of all: of the first's kind, with what failed and where the rest stands."""
     units = {info.name: info.unit for info in drives}
-    known = [f"{name} at {value:g} {units[name]}" for name, value in standing.items()]
-    told = dict.fromkeys(each.message for each in failed)
-    rest = f"; read back were {', '.join(known)}" if known else ""
-    return type(failed[0])("; ".join(told) + rest, hint=failed[0].hint)
+    actual_values = [f"{name} at {value:g} {units[name]}" for name, value in standing.items()]
+    messages = dict.fromkeys(error.message for error in errors)
+    read_back_text = f"; read back were {', '.join(actual_values)}" if actual_values else ""
+    return type(errors[0])("; ".join(messages) + read_back_text, hint=errors[0].hint)
 
 
-def find(kind: str, name: str, known: Mapping[str, _Route]) -> _Route:
+def find(kind: str, name: str, routes: Mapping[str, _Route]) -> _Route:
     """Return the route of that name; raise DeviceRejectedError with the names that there are."""
-    if name not in known:
-        listing = ", ".join(known) or "none"
+    if name not in routes:
+        listing = ", ".join(routes) or "none"
         raise DeviceRejectedError(f"there is no {kind} '{name}'", hint=f"there are: {listing}")
-    return known[name]
+    return routes[name]

@@ -21,7 +21,7 @@ from rigrunner_plugins.devices.daq.settings import (
     TorqueChannel,
     VoltageOutput,
 )
-from rigrunner_plugins.devices.extras import missing
+from rigrunner_plugins.devices.extras import missing_package
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -81,7 +81,7 @@ def library() -> Any:
         import nidaqmx.stream_readers  # noqa: PLC0415  (an optional package)
         import nidaqmx.system  # noqa: PLC0415  (an optional package)
     except ImportError as error:
-        raise missing("nidaqmx", "daq") from error
+        raise missing_package("nidaqmx", "daq") from error
     return nidaqmx
 
 
@@ -90,11 +90,11 @@ def facts(device: str) -> Facts:
     ni = library()
     with mapped(f"look for {device}"):
         version = ni.system.System.local().driver_version
-        found = ni.system.Device(device)
+        ni_device = ni.system.Device(device)
         return Facts(
-            model=found.product_type,
-            serial=f"{found.serial_num:X}",
-            simulated=bool(found.is_simulated),
+            model=ni_device.product_type,
+            serial=f"{ni_device.serial_num:X}",
+            simulated=bool(ni_device.is_simulated),
             driver=".".join(str(part) for part in version),
         )
 
@@ -132,16 +132,16 @@ class Acquisition:
 
         By '<channel>_filter_delay' in s and '<channel>_filter_corner' in Hz.
         """
-        found: dict[str, tuple[float, str]] = {}
+        conditions: dict[str, tuple[float, str]] = {}
         units = self._ni.constants.DigitalWidthUnits.SECONDS
         for name in self._analog:
             channel = self._task.ai_channels[name]
             with suppress(DeviceError), mapped("read the filter"):  # many devices have none
                 channel.ai_filter_delay_units = units
-                found[f"{name}_filter_delay"] = (float(channel.ai_filter_delay), "s")
+                conditions[f"{name}_filter_delay"] = (float(channel.ai_filter_delay), "s")
             with suppress(DeviceError), mapped("read the filter"):
-                found[f"{name}_filter_corner"] = (float(channel.ai_lowpass_cutoff_freq), "Hz")
-        return found
+                conditions[f"{name}_filter_corner"] = (float(channel.ai_lowpass_cutoff_freq), "Hz")
+        return conditions
 
     def start(self) -> None:
         """Start the counters, then the analogue inputs whose clock they follow."""
@@ -181,12 +181,12 @@ class Acquisition:
             else:
                 self._task = self._task or self._new_task()
                 if isinstance(channel, TorqueChannel):
-                    added = self._add_torque(self._task, name, channel)
+                    ni_channel = self._add_torque(self._task, name, channel)
                 else:
-                    added = self._add_voltage(self._task, name, channel)
+                    ni_channel = self._add_voltage(self._task, name, channel)
                 self._analog.append(name)
                 if self._settings.remove_filter_delay:
-                    added.ai_remove_filter_delay = True
+                    ni_channel.ai_remove_filter_delay = True
         continuous = {
             "sample_mode": self._ni.constants.AcquisitionType.CONTINUOUS,
             "samps_per_chan": round(self._settings.rate * self._settings.buffer),
@@ -215,7 +215,7 @@ class Acquisition:
     def _add_torque(self, task: Any, name: str, channel: TorqueChannel) -> Any:
         constants = self._ni.constants
         ratios, torques = ([*column] for column in zip(*channel.table, strict=True))
-        known = {
+        arguments = {
             "name_to_assign_to_channel": name,
             "min_val": -channel.range,
             "max_val": channel.range,
@@ -229,7 +229,7 @@ class Acquisition:
         }
         if len(ratios) > 2:  # noqa: PLR2004  (a line has two points)
             return task.ai_channels.add_ai_torque_bridge_table_chan(
-                channel.source, electrical_vals=ratios, physical_vals=torques, **known
+                channel.source, electrical_vals=ratios, physical_vals=torques, **arguments
             )
         return task.ai_channels.add_ai_torque_bridge_two_point_lin_chan(
             channel.source,
@@ -237,7 +237,7 @@ class Acquisition:
             second_electrical_val=ratios[1],
             first_physical_val=torques[0],
             second_physical_val=torques[1],
-            **known,
+            **arguments,
         )
 
     def _add_encoder(self, task: Any, name: str, channel: EncoderChannel) -> None:
@@ -293,7 +293,7 @@ class Outputs:
             task.do_channels.add_do_chan(drive.source, name_to_assign_to_lines=name)
         else:
             # A negative scale swaps the ends of the range.
-            ends = sorted(drive.from_si(each.si) for each in (drive.min, drive.max))
+            ends = sorted(drive.from_si(limit.si) for limit in (drive.min, drive.max))
             task.ao_channels.add_ao_voltage_chan(
                 drive.source, name_to_assign_to_channel=name, min_val=ends[0], max_val=ends[1]
             )
@@ -308,14 +308,14 @@ def mapped(what: str, *, running: bool = False) -> Iterator[None]:
     try:
         yield
     except (errors.DaqNotFoundError, errors.DaqNotSupportedError) as error:
-        raise DeviceNotFoundError(f"{what}: {_first(error)}", hint=NO_DRIVER) from error
+        raise DeviceNotFoundError(f"{what}: {_summary(error)}", hint=NO_DRIVER) from error
     except errors.DaqError as error:
-        raise _of_code(what, error.error_type.name, _first(error), running=running) from error
+        raise _coded_error(what, error.error_type.name, _summary(error), running=running) from error
     except errors.Error as error:
-        raise DeviceRejectedError(f"{what}: {_first(error)}") from error
+        raise DeviceRejectedError(f"{what}: {_summary(error)}") from error
 
 
-def _of_code(what: str, code: str, words: str, *, running: bool) -> DeviceError:
+def _coded_error(what: str, code: str, words: str, *, running: bool) -> DeviceError:
     if code in OVERRUN:
         return DeviceLostError(
             f"{what}: samples were lost, they came faster than they were read: {words}",
@@ -332,6 +332,6 @@ def _of_code(what: str, code: str, words: str, *, running: bool) -> DeviceError:
     return DeviceRejectedError(f"{what}: {words}")
 
 
-def _first(error: Exception) -> str:
+def _summary(error: Exception) -> str:
     """Return the first sentence of what the driver says; it adds paragraphs of properties."""
     return str(error).strip().partition("\n")[0].rstrip(".")

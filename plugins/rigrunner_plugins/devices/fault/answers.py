@@ -18,8 +18,8 @@ def affect(fault: FaultSettings, call: Call, clock: Clock) -> None:
     if fault.kind in ("timeout", "late"):
         clock.sleep(fault.extent_si)
     if fault.kind == "timeout":
-        told = f"'{call}' was not answered within {fault.extent_si:g} s"
-        raise DeviceTimeoutError(told, hint=HINT)
+        message = f"'{call}' was not answered within {fault.extent_si:g} s"
+        raise DeviceTimeoutError(message, hint=HINT)
     if fault.kind == "lost":
         raise DeviceLostError(f"the connection broke in '{call}'", hint=HINT)
     if fault.kind == "rejected":

@@ -110,9 +110,9 @@ class Place(Settings):
 
     @model_validator(mode="after")
     def _is_one_place(self) -> Self:
-        given = [key for key in (*Table, "reference") if getattr(self, key) is not None]
-        if len(given) != 1:
-            got = " and ".join(given) or "none"
+        given_keys = [key for key in (*Table, "reference") if getattr(self, key) is not None]
+        if len(given_keys) != 1:
+            got = " and ".join(given_keys) or "none"
             raise ValueError(
                 f"expected one of holding, input, coil, discrete and reference, got {got}"
             )
@@ -194,12 +194,12 @@ class Number(Place):
         try:
             raw = struct.pack(self._code, number if type_ in _FLOATS else round(number))
         except (struct.error, OverflowError, ValueError) as error:
-            told = f"{number:g} does not fit into {type_}"
+            message = f"{number:g} does not fit into {type_}"
             if type_ not in _FLOATS:
                 bits = 16 * self.count
                 lowest = 0 if type_ == f"uint{bits}" else -(2 ** (bits - 1))
-                told += f": {lowest} to {lowest + 2**bits - 1}"
-            raise ValueError(told) from error
+                message += f": {lowest} to {lowest + 2**bits - 1}"
+            raise ValueError(message) from error
         return self._in_order(struct.unpack(f">{len(raw) // 2}H", raw))
 
     @property
@@ -214,6 +214,6 @@ class Number(Place):
         return words[::-1] if self.word_order == "little" else words
 
 
-def span(address: int, count: int) -> str:
+def address_text(address: int, count: int) -> str:
     """Return addresses in words: '3' or '3-4'."""
     return str(address) if count == 1 else f"{address}-{address + count - 1}"

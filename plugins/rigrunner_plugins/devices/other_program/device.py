@@ -25,12 +25,12 @@ class OtherProgram:
     @property
     def channels(self) -> Sequence[ChannelInfo]:
         """What is recorded or read."""
-        return [each.info(name) for name, each in self._settings.channels.items()]
+        return [channel.info(name) for name, channel in self._settings.channels.items()]
 
     @property
     def drives(self) -> Sequence[DriveInfo]:
         """What is set."""
-        return [each.info(name) for name, each in self._settings.drives.items()]
+        return [drive.info(name) for name, drive in self._settings.drives.items()]
 
     @property
     def sample_rate_hz(self) -> float:

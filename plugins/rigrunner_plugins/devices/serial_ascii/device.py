@@ -74,12 +74,12 @@ class SerialAscii(Driver):
     def observe(self, readings: Sequence[str]) -> dict[str, Reading]:
         """Return each reading, all out of one line."""
         self._need_connection()
-        found = self._settings.readings_in(self._line())
-        if unknown := [name for name in readings if name not in found]:
+        values = self._settings.readings_in(self._line())
+        if unknown := [name for name in readings if name not in values]:
             raise DeviceRejectedError(
-                f"there is no reading '{unknown[0]}'", hint=f"there are: {', '.join(found)}"
+                f"there is no reading '{unknown[0]}'", hint=f"there are: {', '.join(values)}"
             )
-        return {name: found[name] for name in readings}
+        return {name: values[name] for name in readings}
 
     def _line(self) -> str:
         request = self._settings.request
@@ -101,23 +101,25 @@ class SerialAscii(Driver):
             raise
 
     def _identify(self) -> Identity:
-        wanted, port = self._settings.identification, self._settings.port
-        if wanted is None or self._settings.simulated:
+        identification, port = self._settings.identification, self._settings.port
+        if identification is None or self._settings.simulated:
             simulated = self._settings.simulated
             return Identity("unidentified", f"instrument at {port}", "", simulated=simulated)
 
         def ask() -> str:
             lines, stale_s = self._linked(), self._settings.stale
             try:
-                return lines.ask(wanted.query, partial(fits, wanted.expect), stale_s).strip()
+                return lines.ask(
+                    identification.query, partial(fits, identification.expect), stale_s
+                ).strip()
             except DeviceTimeoutError as error:
                 raise DeviceNotFoundError(
-                    f"no instrument that matches '{wanted.expect}' answers '{wanted.query}':"
-                    f" {error.message}",
+                    f"no instrument that matches '{identification.expect}' answers"
+                    f" '{identification.query}': {error.message}",
                     hint="is it the right instrument? in `expect`, .* matches anything",
                 ) from error
 
-        answer = self.exchange(f"query {wanted.query}", ask)
+        answer = self.exchange(f"query {identification.query}", ask)
         return Identity("(maker not told)", answer, "")
 
     def _open(self) -> None:

@@ -1,4 +1,4 @@
-"""What has been heard of an instrument that sends lines: the newest, the recorded, and rubbish."""
+"""Buffers what an instrument sends: the newest line, the recorded ones, and unreadable ones."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Line:
     at_s: float
 
 
-class Hearing:
+class LineBuffer:
     """Bytes go in from one thread, lines come out to another one."""
 
     def __init__(self, settings: SerialAsciiSettings, clock: Clock) -> None:
@@ -45,15 +45,15 @@ class Hearing:
         self._recorded: list[Line] | None = None
         self._is_answer: Callable[[str], bool] | None = None
         self._answer: str | None = None
-        self._unasked = b""
+        self._unsolicited = b""
         self._rubbish = 0
         self._problem: DeviceError | None = None
 
-    def hear(self, data: bytes) -> None:
+    def feed(self, data: bytes) -> None:
         """Take bytes as they come."""
         with self._changed:
             if self._is_answer is None:
-                self._unasked = (self._unasked + data)[-_LONGEST_LINE:]
+                self._unsolicited = (self._unsolicited + data)[-_LONGEST_LINE:]
             *lines, tail = (self._tail + data).split(self._ending)
             self._tail = tail[-_LONGEST_LINE:]
             # The rest of a line that was begun before could pass for a whole one, with a smaller
@@ -62,7 +62,7 @@ class Hearing:
                 self._begins_within_a_line = False
                 lines = lines[1:]
             for line in lines:
-                self._take_in(Line(decoded(line), self._clock.monotonic_s()))
+                self._add(Line(decoded(line), self._clock.monotonic_s()))
             self._changed.notify_all()
 
     def fail(self, error: Exception) -> None:
@@ -95,13 +95,13 @@ class Hearing:
                 assert self._answer is not None  # noqa: S101  (waited for)
                 return self._answer
             finally:
-                self._is_answer, self._unasked = None, b""
+                self._is_answer, self._unsolicited = None, b""
 
-    def unasked(self) -> str:
+    def unsolicited(self) -> str:
         """Return what has come since the last answer."""
         with self._changed:
-            unasked, self._unasked = self._unasked, b""
-            return decoded(unasked)
+            unsolicited, self._unsolicited = self._unsolicited, b""
+            return decoded(unsolicited)
 
     def record(self) -> None:
         """Keep every line from now on."""
@@ -120,7 +120,7 @@ class Hearing:
         with self._changed:
             self._recorded = None
 
-    def _take_in(self, line: Line) -> None:
+    def _add(self, line: Line) -> None:
         self._last = line
         if self._is_answer is not None and self._answer is None:
             if self._is_answer(line.text):
@@ -169,7 +169,7 @@ class Hearing:
         return float("inf") if line is None else self._clock.monotonic_s() - line.at_s
 
     def _silence(self, within_s: float) -> DeviceTimeoutError:
-        port, named = self._settings.port, termination_name(self._settings.termination)
+        port, ending_name = self._settings.port, termination_name(self._settings.termination)
         if self._last is not None:
             return DeviceTimeoutError(
                 f"{port}: no valid line within {within_s:g} s; the last one,"
@@ -178,7 +178,7 @@ class Hearing:
             )
         if self._tail:
             return DeviceTimeoutError(
-                f"{port}: characters come, {shown(decoded(self._tail))}, but no {named}",
+                f"{port}: characters come, {shown(decoded(self._tail))}, but no {ending_name}",
                 hint="is `termination` right? do baud rate, data bits and parity match?",
             )
         return DeviceTimeoutError(

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from rigrunner.api import DeviceContext, StopToken
-    from rigrunner_plugins.devices.serial_ascii.hearing import Line
+    from rigrunner_plugins.devices.serial_ascii.line_buffer import Line
     from rigrunner_plugins.devices.serial_ascii.settings import SerialAsciiSettings
 
 _UNEVEN_S = 0.15

@@ -37,10 +37,10 @@ class Tabulated:
     @property
     def channels(self) -> Sequence[ChannelInfo]:
         """The columns that are no set-points."""
-        told = self._settings
+        table = self._settings
         return [
-            ChannelInfo(name, told.unit(name), name.capitalize(), shown_in=told.written_in(name))
-            for name in told.channels
+            ChannelInfo(name, table.unit(name), name.capitalize(), shown_in=table.written_in(name))
+            for name in table.channels
         ]
 
     @property
@@ -85,10 +85,10 @@ class Tabulated:
         return None if self._row(set_points) else self._no_row(set_points)
 
     def _row(self, set_points: Mapping[str, float]) -> Row | None:
-        here = [set_points[name] for name in self._settings.set_points]
+        values = [set_points[name] for name in self._settings.set_points]
         for row in self._settings.rows:
-            there = self._settings.place(row)
-            if all(isclose(a, b, rel_tol=SAME) for a, b in zip(there, here, strict=True)):
+            row_values = self._settings.place(row)
+            if all(isclose(a, b, rel_tol=SAME) for a, b in zip(row_values, values, strict=True)):
                 return row
         return None
 

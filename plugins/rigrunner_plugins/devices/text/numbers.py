@@ -61,10 +61,10 @@ class NumberInText(Settings):
             )
         sign, digits, rest = match.groups()
         if rest.strip() != self.unit_in_answer:
-            wanted = f"'{self.unit_in_answer}'" if self.unit_in_answer else "nothing more"
+            expected = f"'{self.unit_in_answer}'" if self.unit_in_answer else "nothing more"
             raise DeviceRejectedError(
                 f"{what} is {shown(text)}: after the number is {shown(rest.strip())}, expected"
-                f" {wanted}",
+                f" {expected}",
                 hint="a unit? set the instrument to the station's, or change `unit_in_answer`"
                 " together with `unit`",
             )

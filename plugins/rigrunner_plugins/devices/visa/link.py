@@ -106,9 +106,9 @@ class VisaLink:
         return data
 
     def _write(self, resource: Any, text: str) -> None:
-        if left := self._unread(resource):
+        if unread := self._unread(resource):
             raise DeviceRejectedError(
-                f"before '{text}' was sent, the instrument had sent {shown(left)} unasked",
+                f"before '{text}' was sent, the instrument had sent {shown(unread)} unasked",
                 hint="does it answer commands (see `acknowledge`)? is `termination` right?",
             )
         ending = self._settings.write_termination
@@ -135,16 +135,16 @@ class VisaLink:
 
     def _without_termination(self, raw: bytes, query: str) -> str:
         text, ending = decoded(raw), self._settings.termination
-        named = termination_name(ending)
+        ending_name = termination_name(ending)
         if not text.endswith(ending):
             raise DeviceRejectedError(
-                f"the answer to '{query}' is {shown(text)}, which does not end with {named}",
+                f"the answer to '{query}' is {shown(text)}, which does not end with {ending_name}",
                 hint="is `termination` right?",
             )
         if text[:1] in {"\r", "\n"} and text.strip():
             raise DeviceRejectedError(
                 f"the answer to '{query}' is {shown(text)}: it begins with the end of another one",
-                hint=f"`termination` is {named}; does the instrument send more than that?",
+                hint=f"`termination` is {ending_name}; does the instrument send more than that?",
             )
         return text.removesuffix(ending)
 

@@ -6,7 +6,7 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.api import DeviceNotFoundError
-from rigrunner_plugins.devices.extras import missing
+from rigrunner_plugins.devices.extras import missing_package
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -63,7 +63,7 @@ def _manager(backend: str, folder: Path) -> Any:
     try:
         import pyvisa  # noqa: PLC0415  (slow, and optional)
     except ImportError as error:
-        raise missing("pyvisa", "visa") from error
+        raise missing_package("pyvisa", "visa") from error
     try:
         return pyvisa.ResourceManager(library(backend, folder))
     except Exception as error:  # of any kind, from whatever library that is
@@ -90,8 +90,8 @@ def _set_up(resource: Any, settings: VisaSettings) -> None:
     resource.flow_control = constants.ControlFlow[line.flow_control]
 
 
-def _hint(name: str, told: str) -> str:
-    if "denied" in told.lower():
+def _hint(name: str, error_text: str) -> str:
+    if "denied" in error_text.lower():
         return "no permission to use that port; on Linux, join its group, often 'dialout'"
     if name.startswith("TCPIP"):
         return "is the instrument switched on, the address correct, and its network port enabled?"

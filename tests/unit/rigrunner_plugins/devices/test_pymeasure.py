@@ -15,7 +15,7 @@ from rigrunner.api.errors import (
     PluginError,
 )
 from rigrunner.rig import Rig
-from rigrunner_plugins.devices.pymeasure.binding import instrument_class, unit_told
+from rigrunner_plugins.devices.pymeasure.binding import instrument_class, unit_in_description
 from unit.rigrunner_plugins.devices.helpers_instruments import REGISTRY, instrument, merged
 from unit.rigrunner_plugins.devices.helpers_peers import HANG_UP, SILENCE, Lines, SocketPeer, peer
 
@@ -341,7 +341,7 @@ class TestUnits:
     )
     def test_of_a_property(self, instrument_name, name, unit):
         found = instrument_class(f"pymeasure.instruments.{instrument_name}")
-        assert unit_told(found, name) == unit
+        assert unit_in_description(found, name) == unit
 
     @pytest.mark.parametrize("unit", ["mV", "N·m", "A"])
     def test_another_one_without_a_scale_is_refused(self, unit):

@@ -27,7 +27,7 @@ from rigrunner.bus import Bus
 from rigrunner.clock import SimulatedClock
 from rigrunner.engine import UnattendedAnswers, run_plan
 from rigrunner.rig import Rig
-from rigrunner_plugins.devices.serial_ascii.hearing import Hearing
+from rigrunner_plugins.devices.serial_ascii.line_buffer import LineBuffer
 from rigrunner_plugins.devices.serial_ascii.settings import SerialAsciiSettings
 from unit.rigrunner_plugins.devices.helpers_instruments import REGISTRY, instrument, merged
 from unit.rigrunner_plugins.devices.helpers_peers import SILENCE, Lines, SerialPeer
@@ -139,14 +139,14 @@ def test_lines_that_are_no_measurement_are_passed_over():
 @given(st.lists(st.integers(0, 99), min_size=1, max_size=8), st.data())
 def test_lines_are_the_same_however_their_bytes_come(numbers, data):
     settings = SerialAsciiSettings.model_validate(merged(CELL, port="/dev/ttyUSB0"))
-    hearing = Hearing(settings, SimulatedClock())
+    buffer = LineBuffer(settings, SimulatedClock())
     sent = b"cut off\r\n" + b"".join(map(line, numbers))
-    hearing.record()
+    buffer.record()
     while sent:
         size = data.draw(st.integers(1, len(sent)))
-        hearing.hear(sent[:size])
+        buffer.feed(sent[:size])
         sent = sent[size:]
-    heard = [settings.values_in(each.text)["torque"] for each in hearing.recorded()]
+    heard = [settings.values_in(each.text)["torque"] for each in buffer.recorded()]
     assert heard == numbers
 
 

@@ -56,9 +56,9 @@ def line_through(sightings: Sequence[Sighting]) -> Relation:
 
     What the sightings scatter beyond their uncertainties widens the result (Birge's ratio).
     """
-    tau = np.array([each.tau_s for each in sightings])
-    delta = np.array([each.delta_s for each in sightings])
-    weight = np.array([each.u_s for each in sightings]) ** -2.0
+    tau = np.array([sighting.tau_s for sighting in sightings])
+    delta = np.array([sighting.delta_s for sighting in sightings])
+    weight = np.array([sighting.u_s for sighting in sightings]) ** -2.0
     center = float(np.average(tau, weights=weight))
     offset = float(np.average(delta, weights=weight))
     spread = float(weight @ (tau - center) ** 2)
