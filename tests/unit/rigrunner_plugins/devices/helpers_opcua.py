@@ -44,8 +44,8 @@ class Users:
     """Who may log in."""
 
     def get_user(self, iserver, username=None, password=None, certificate=None):  # noqa: ARG002
-        known = username is None or (username, password) == ("lab", PASSWORD)
-        return User(role=UserRole.User) if known else None
+        accepted = username is None or (username, password) == ("lab", PASSWORD)
+        return User(role=UserRole.User) if accepted else None
 
 
 class Bench:
@@ -155,8 +155,8 @@ class Bench:
     async def _tick(self):
         """Let the motor be where it is told to be, while it is enabled."""
         enabled = await self.nodes["Enable"].read_value()
-        wanted = await self.nodes["Set"].read_value() if enabled else 0.0
-        await self.nodes["Actual"].write_value(wanted, ua.VariantType.Float)
+        set_point = await self.nodes["Set"].read_value() if enabled else 0.0
+        await self.nodes["Actual"].write_value(set_point, ua.VariantType.Float)
 
 
 def device(settings, folder=Path(), clock=None):

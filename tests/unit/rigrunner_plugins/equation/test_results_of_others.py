@@ -41,10 +41,10 @@ def equation(name, unit, model, inputs, **more):
 def found(*analyses, meters=METERS, places=PLACES):
     columns = {"meter.voltage": VOLT, "meter.current": AMPERE}
     run = run_of(columns, UNITS, meters, places)
-    asked = [AnalysisRef.model_validate({name: told}) for name, told in analyses]
-    made = findings_of(run, asked, Scrutiny(registry()))
-    assert not [missing for each in made for missing in each.missing]
-    return [result for each in made for result in each.results]
+    references = [AnalysisRef.model_validate({name: settings}) for name, settings in analyses]
+    findings_ = findings_of(run, references, Scrutiny(registry()))
+    assert not [missing for findings in findings_ for missing in findings.missing]
+    return [result for findings in findings_ for result in findings.results]
 
 
 def mean(values):
@@ -66,10 +66,10 @@ def test_a_ratio_of_two_results_of_one_meter_has_its_gain_once():
     assert ratio.estimate.value == pytest.approx(expected.x, rel=1e-12)
     assert ratio.estimate.u == pytest.approx(expected.u, rel=1e-6)
     assert ratio.estimate.dof == pytest.approx(expected.df, rel=1e-4)
-    lines = {each.name: each.u for each in ratio.components}
+    lines = {line.name: line.u for line in ratio.components}
     assert lines["gain of meter.voltage"] == pytest.approx(0, abs=1e-9)
     independent = ratio.estimate.value * sqrt(
-        sum((each.estimate.u / each.estimate.value) ** 2 for each in (high, low))
+        sum((result.estimate.u / result.estimate.value) ** 2 for result in (high, low))
     )
     assert ratio.estimate.u < independent * 0.9
 
@@ -81,8 +81,8 @@ def test_an_error_in_one_figure_may_be_another_at_each_reading():
         readings("high", 2), readings("low", 1),
         equation("off", "V", "a - b", {"a": "high", "b": "low"}), meters=meters,
     )  # fmt: skip
-    each = GTC.ureal(0, 0.002 / sqrt(3)), GTC.ureal(0, 0.002 / sqrt(3))
-    expected = read(VOLT[:4], 0, each[0]) - read(VOLT[4:], 0, each[1])
+    voltages = GTC.ureal(0, 0.002 / sqrt(3)), GTC.ureal(0, 0.002 / sqrt(3))
+    expected = read(VOLT[:4], 0, voltages[0]) - read(VOLT[4:], 0, voltages[1])
     assert off.estimate.u == pytest.approx(expected.u, rel=1e-9)
 
 
@@ -150,19 +150,21 @@ def test_what_is_made_of_a_result_without_a_value_has_none_at_that_place():
             "inputs": {"R": "R", **of["inputs"]}, "per": ["load.current"],
         }),
     ]  # fmt: skip
-    asked = [AnalysisRef.model_validate({name: told}) for name, told in analyses]
-    made = findings_of(run_of(columns, UNITS, METERS, [0.0, 1.0]), asked, Scrutiny(registry()))
-    assert [each.sentence for one in made for each in one.missing] == [
+    references = [AnalysisRef.model_validate({name: settings}) for name, settings in analyses]
+    findings_ = findings_of(
+        run_of(columns, UNITS, METERS, [0.0, 1.0]), references, Scrutiny(registry())
+    )
+    assert [gap.sentence for findings in findings_ for gap in findings.missing] == [
         "There is no value of R at load.current = 0 A: 'U / I' gives no finite number.",
         "There is no value of twice at load.current = 0 A: there is none of R.",
         "There is no value of power at load.current = 0 A: there is none of R.",
     ]
-    assert [(each.name, each.place) for one in made for each in one.results] == [
+    assert [(result.name, result.place) for one in findings_ for result in one.results] == [
         ("R", "load.current = 1 A"), ("twice", "load.current = 1 A"),
         ("power", "load.current = 1 A"),
         ("double", "load.current = 0 A"), ("double", "load.current = 1 A"),
     ]  # fmt: skip
-    assert made[2].results[1].estimate.value == pytest.approx(2 * VOLT[0])
+    assert findings_[2].results[1].estimate.value == pytest.approx(2 * VOLT[0])
 
 
 def test_a_constant_of_two_results_is_one_error_whatever_the_symbols_of_the_model_are():
@@ -177,7 +179,7 @@ def test_a_constant_of_two_results_is_one_error_whatever_the_symbols_of_the_mode
             "inputs": {"a": "one", "b": "two"},
         }),
     )  # fmt: skip
-    (line,) = (each for each in ratio.components if each.name.startswith("R_N"))
+    (line,) = (line for line in ratio.components if line.name.startswith("R_N"))
     assert line.u == pytest.approx(0, abs=1e-12)
 
 
@@ -195,11 +197,15 @@ def test_results_with_the_same_correlated_constants_are_not_combined():
         equation("with_own", "V", "A + a + b", {"A": "one"},
                  constants=of["constants"], correlations=of["correlations"]),
     ]  # fmt: skip
-    asked = [AnalysisRef.model_validate({name: told}) for name, told in analyses]
+    references = [AnalysisRef.model_validate({name: settings}) for name, settings in analyses]
     columns = {"meter.voltage": VOLT, "meter.current": AMPERE}
-    made = findings_of(run_of(columns, UNITS, METERS, PLACES), asked, Scrutiny(registry()))
-    assert [each.name for one in made for each in one.results] == ["one", "two"]
-    assert [each.why.partition(", and what")[0] for one in made for each in one.missing] == [
+    findings_ = findings_of(
+        run_of(columns, UNITS, METERS, PLACES), references, Scrutiny(registry())
+    )
+    assert [result.name for findings in findings_ for result in findings.results] == ["one", "two"]
+    assert [
+        gap.why.partition(", and what")[0] for findings in findings_ for gap in findings.missing
+    ] == [
         "'a and b, correlated' is a line of one and of two",
         "'a and b, correlated' is a line of one and of the model",
     ]
@@ -232,9 +238,9 @@ def test_at_each_place_two_equations_share_the_error_of_the_result_there():
         equation("three", "V", "3 * v", {"v": "v"}, **at),
         equation("total", "V", "a + b", {"a": "two", "b": "three"}, **at), meters=meters,
     )  # fmt: skip
-    each = GTC.ureal(0, 0.002 / sqrt(3))
+    error = GTC.ureal(0, 0.002 / sqrt(3))
     assert total.place == "load.current = 2 A"
-    expected = 5 * read(VOLT[:4], 0, each)
+    expected = 5 * read(VOLT[:4], 0, error)
     assert total.estimate.u == pytest.approx(expected.u, rel=1e-9)
     assert total.estimate.dof == pytest.approx(expected.df, rel=1e-4)
 
@@ -250,11 +256,11 @@ def test_errors_in_one_figure_of_results_that_add_up_count_as_equal():
         equation("less", "V", "b - a", {"a": "one", "b": "two"}), meters=meters,
     )  # fmt: skip
     u = 0.002 / sqrt(3)
-    lines = {each.name: each for each in both.components}
+    lines = {line.name: line for line in both.components}
     (line,) = (each for name, each in lines.items() if name.startswith("reading of"))
     assert line.u == pytest.approx(3 * u, rel=1e-9)
     assert not line.shared
-    of_difference = [each.u for each in less.components if each.name.startswith("reading of")]
+    of_difference = [line.u for line in less.components if line.name.startswith("reading of")]
     assert np.linalg.norm(of_difference) == pytest.approx(sqrt(5) * u, rel=1e-9)
     assert one.estimate.value + two.estimate.value == pytest.approx(both.estimate.value)
 
@@ -302,5 +308,5 @@ def test_an_offset_stated_as_a_share_of_the_reading_adds_up_in_a_sum():
     )  # fmt: skip
     limits = 0.001 * np.array([VOLT[:4].max(), VOLT[4:].max()]) / sqrt(3)
     for result, expected in ((total, limits.sum()), (off, np.linalg.norm(limits))):
-        lines = [each.u for each in result.components if each.name.startswith("offset")]
+        lines = [line.u for line in result.components if line.name.startswith("offset")]
         assert np.linalg.norm(lines) == pytest.approx(expected, rel=1e-6)
