@@ -76,14 +76,14 @@ def partner_problems(settings: ReadingsSettings, _: PlannedRun, partner: RunData
 
 
 def joined(
-    own: Sequence[Component], theirs: Sequence[Component], words: str
+    lines: Sequence[Component], partner_lines: Sequence[Component], words: str
 ) -> Iterator[Component]:
     """Yield the lines of both budgets; lines of the same name become one.
 
     `theirs` already have the sensitivities of the difference or quotient.
     """
-    remaining = {line.name: line for line in theirs}
-    for line in own:
+    remaining = {line.name: line for line in partner_lines}
+    for line in lines:
         other = remaining.get(line.name)
         if other is not None and line.shared and other.shared and line.common and other.common:
             yield _merged(line, remaining.pop(line.name))

@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from rigrunner_plugins.analyses.statistics import Statistic
 
 SPECIMEN = "specimen"
-"""The input that names what is tested."""
+"""The input that names the specimen."""
 SMALL = 1e-6
 """Share of an error used to find its effect; at this size every statistic is linear."""
 
@@ -108,16 +108,16 @@ class Readings:
         )
 
     def _of_another_specimen(self, run: RunData) -> Iterator[str]:
-        """Yield a note if what is subtracted was measured of another specimen, as in a queue."""
+        """Yield a note if the subtracted run is of another specimen, as in a queue."""
         if self.settings.tare is None:
             return
         tare = run.partners[self.settings.tare.name]
-        ours, theirs = (a_run.inputs.get(SPECIMEN) for a_run in (run, tare))
-        if ours and theirs and ours != theirs:
+        specimen, tare_specimen = (a_run.inputs.get(SPECIMEN) for a_run in (run, tare))
+        if specimen and tare_specimen and specimen != tare_specimen:
             words = partner_words(self.settings.tare.name)
             yield (
                 f"{self.settings.result.name}: the {words}, {tare.run_id}, is of specimen"
-                f" {theirs}, and this run of {ours}."
+                f" {tare_specimen}, and this run of {specimen}."
             )
 
     def _at(
@@ -200,21 +200,19 @@ class Readings:
 
     def _undefined(self, group: Group, partner: Partner | None) -> str:
         """Return why the statistic has no value at a place; '' where it has one."""
-        settings, compared_groups = self.settings, [group]
+        settings, measured = self.settings, [group]
         if partner is not None:
-            compared_groups.append(partner.at(group))
+            measured.append(partner.at(group))
         if settings.statistic == "integral":
-            reasons = (why_no_integral(group.series(group.times_s)) for group in compared_groups)
+            reasons = (why_no_integral(group.series(group.times_s)) for group in measured)
             if why := next(filter(None, reasons), ""):
                 return why
         divisor = settings.divided_by
-        if divisor is not None and not all(
-            group.values[divisor].all() for group in compared_groups
-        ):
+        if divisor is not None and not all(group.values[divisor].all() for group in measured):
             return f"{divisor} is 0, and nothing can be divided by it"
         if partner is None or settings.relative_to is None:
             return ""
-        base = compared_groups[-1].series(self._combined(compared_groups[-1]))
+        base = measured[-1].series(self._combined(measured[-1]))
         if self._statistic.value(base):
             return ""
         return f"the value of the {partner.words} is 0, and nothing can be divided by it"

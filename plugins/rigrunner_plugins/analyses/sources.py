@@ -111,9 +111,9 @@ def groups(
         count = max((len(values_) for values_ in part.values.values()), default=1)
         set_ = {name: np.full(count, set_value(part, name)) for name in set_points}
         units = {name: set_unit(part, name) for name in set_points}
-        here = replace(part, values={**part.values, **set_}, units={**part.units, **units})
+        extended = replace(part, values={**part.values, **set_}, units={**part.units, **units})
         key = tuple(coordinate.usual for coordinate in _place_by(part, per))
-        parts_by_place.setdefault(key, []).append(here)
+        parts_by_place.setdefault(key, []).append(extended)
     return [
         _group(dict(zip(per, _place_by(place_parts[0], per), strict=True)), place_parts, set_points)
         for place_parts in parts_by_place.values()
@@ -203,11 +203,7 @@ def _labels(parts: Sequence[Part]) -> Iterator[tuple[int, ...]]:
 
 def parts(run: RunData, names: Sequence[str], table: str | None = None) -> Iterator[Part]:
     """Yield each recording with all the channels; else each row, or those of a table."""
-    recordings = [
-        recording
-        for recording in run.recordings
-        if all(name in recording.channels for name in names)
-    ]
+    recordings = [each for each in run.recordings if all(name in each.channels for name in names)]
     if table is None and recordings:
         for recording in recordings:
             yield _of_recording(recording, run, names)

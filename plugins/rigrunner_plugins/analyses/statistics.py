@@ -147,7 +147,7 @@ def _between(parts: Sequence[Array], error: Callable[[Array], Scatter]) -> Scatt
 
 
 def _independent_count(series: Series) -> float:
-    """Return how many values tell as much; of recordings that differ in level: their number."""
+    """Return the effective number of values; of recordings that differ in level: their number."""
     if not series.in_a_row:
         return float(len(series.values))
     if _between_recordings(series):
@@ -305,9 +305,9 @@ def why_no_integral(series: Series) -> str:
     steps = np.diff(np.sort(series.times_s))
     if not len(steps):
         return "one value has no integral over time"
-    near = np.maximum(np.append(steps[1:], 0.0), np.append(0.0, steps[:-1]))
-    longest = int(np.argmax(np.where(near > 0, steps / np.maximum(near, 1e-300), 0.0)))
-    if not 0 < LONG * near[longest] < steps[longest]:
+    neighbours = np.maximum(np.append(steps[1:], 0.0), np.append(0.0, steps[:-1]))
+    longest = int(np.argmax(np.where(neighbours > 0, steps / np.maximum(neighbours, 1e-300), 0.0)))
+    if not 0 < LONG * neighbours[longest] < steps[longest]:
         return ""
     return (
         f"nothing was read for {steps[longest]:.3g} s, over {LONG} times as long as before and"

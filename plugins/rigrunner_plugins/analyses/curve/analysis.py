@@ -98,13 +98,9 @@ class CurveAnalysis:
             curve_results, errors = curve.results(notes)
             results += curve_results
             missing += [
-                MissingResult(
-                    of=definition,
-                    coordinates=source.place,
-                    why=str(errors[definition.name]).rstrip("."),
-                )
-                for definition in self.settings.yields()
-                if definition.name in errors
+                MissingResult(of=of, coordinates=source.place, why=str(errors[of.name]).rstrip("."))
+                for of in self.settings.yields()
+                if of.name in errors
             ]
             refused |= {name: e for name, e in errors.items() if isinstance(e, DataError)}
             if curve_results:
@@ -194,9 +190,9 @@ class _CurveAtPlace:
 
     @property
     def _points(self) -> str:
-        of, where = self.settings, self.settings.where.items()
+        settings, where = self.settings, self.settings.where.items()
         at = "".join(f", {name} = {value}" for name, value in (*where, *self.source.place.items()))
-        return f"{SCATTER} of {of.of} over {' and '.join(of.over.values())}{at}"
+        return f"{SCATTER} of {settings.of} over {' and '.join(settings.over.values())}{at}"
 
     @property
     def _place(self) -> str:
@@ -266,20 +262,20 @@ class _CurveAtPlace:
                         size = step / largest if largest else STEP
                     read = np.array([count > 0 for count in self.source.counts], np.float64)
                     shares = Shares(np.ones(len(fitted.values.y)), read)
-                    changes = self._effects_of_error(
+                    changes = self._changes(
                         fitted, values, column, acts=error.acts, size=size, shares=shares
                     )
                 effects.append((self._error(channel, column, error), changes))
         for channel, error, shares in self.source.of_zeros:
             column = columns.get(channel)
             step = STEP * float(fitted.values.ranges[0 if column is None else 1 + column])
-            changes = self._effects_of_error(
+            changes = self._changes(
                 fitted, values, column, acts=error.acts, size=step, shares=shares
             )
             effects.append((self._error(channel, column, error), changes))
         return effects
 
-    def _effects_of_error(
+    def _changes(
         self,
         fitted: Fitted,
         values: Sequence[Derived],
@@ -389,7 +385,7 @@ def _change(value: Derived, refitted: Fitted) -> float:
 
 
 def _any_change(value: Derived, refitted: Fitted) -> float:
-    return value.again(refitted) - value.value
+    return value.recompute(refitted) - value.value
 
 
 def _named(

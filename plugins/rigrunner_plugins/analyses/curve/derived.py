@@ -1,8 +1,8 @@
 """Values derived from a fitted curve, with their uncertainty from the scatter about it.
 
 A value is first derived from the points as measured. This fixes choices such as the place of the
-greatest deviation. Its function `again` then recomputes the value for other points with the same
-choices, which gives the effect of an instrument's error.
+greatest deviation. Its function `recompute` then gives the value for other points with the same
+choices, and so the effect of an instrument's error.
 """
 
 from __future__ import annotations
@@ -146,7 +146,7 @@ class Derived:
     u: float
     """Standard uncertainty, type A."""
     dof: float
-    again: Callable[[Fitted], float]
+    recompute: Callable[[Fitted], float]
     is_difference: bool = False
     """Whether it is a difference of readings of the same instrument at one place."""
     by_requested_y: float = 0.0
@@ -161,38 +161,38 @@ def parameter(fitted: Fitted, name: str) -> Derived:
         raise DataError(f"the fit has no parameter '{name}'; it has: {', '.join(names)}")
     place = names.index(name)
 
-    def again(other: Fitted) -> float:
+    def recompute(other: Fitted) -> float:
         return float(other.curve.coefficients[place])
 
     u = sqrt(float(fitted.curve.covariance[place, place]))
-    return Derived(again(fitted), u, fitted.curve.dof, again)
+    return Derived(recompute(fitted), u, fitted.curve.dof, recompute)
 
 
 def value_at(fitted: Fitted, settings: ValueAt, at: Mapping[str, Quantity]) -> Derived:
     """Return the curve at a place; raise OutOfRangeError outside the points, unless allowed."""
     x = np.array([at[name].si - fitted.values.origin for name in fitted.values.names])
     inside = fitted.is_inside(x)
-    where = ", ".join(map(str, at.values()))
+    place = ", ".join(map(str, at.values()))
     if not inside and not settings.extrapolate:
         hint = "measure there, or say 'extrapolate: yes'"
-        raise OutOfRangeError(f"{where} is outside the points, {_range(fitted, at)}: {hint}")
+        raise OutOfRangeError(f"{place} is outside the points, {_range(fitted, at)}: {hint}")
     if not inside and not isinstance(fitted.curve, Extrapolating):
-        raise OutOfRangeError(f"{where} is outside the points, and this fit gives nothing there")
+        raise OutOfRangeError(f"{place} is outside the points, and this fit gives nothing there")
     row = x[None, :] if len(x) > 1 else x
 
-    def again(other: Fitted) -> float:
+    def recompute(other: Fitted) -> float:
         return float(other.at(row)[0][0])
 
     u = float(fitted.at(row)[1][0])
     note = "" if inside else (
-        f"{where} is outside the points, {_range(fitted, at)}: the uncertainty is that of the"
+        f"{place} is outside the points, {_range(fitted, at)}: the uncertainty is that of the"
         " coefficients, if the curve holds there"
     )  # fmt: skip
-    return Derived(again(fitted), u, fitted.curve.dof, again, note=note)
+    return Derived(recompute(fitted), u, fitted.curve.dof, recompute, note=note)
 
 
 def x_at(fitted: Fitted, settings: XAt, index: int, count: int) -> Derived:
-    """Return the x at index the curve reaches y; raise OutOfRangeError for no or several solutions.
+    """Return the x at which the curve reaches y; raise OutOfRangeError for no or several solutions.
 
     First order: u(x)² = (u(curve)² + s²/m) / slope², with m readings of y (Draper and Smith,
     Applied Regression Analysis, 3rd edition, 3.2).
@@ -225,13 +225,15 @@ def x_at(fitted: Fitted, settings: XAt, index: int, count: int) -> Derived:
     g = (CERTAIN * u_slope / slope) ** 2
     note = f"(2 u/slope)² is {g:.2g}: the interval is only nearly symmetric" if g > LINEAR else ""
 
-    def again(other: Fitted) -> float:
+    def recompute(other: Fitted) -> float:
         difference = other.values.requested_y[index] - other.y(x)
         return x + fitted.values.origin + float(difference) / slope
 
     u = hypot(float(fitted.at(x)[1][0]), s) / abs(slope)
     by_y = 1 / slope if count else 0.0
-    return Derived(again(fitted), u, fitted.curve.dof, again, by_requested_y=by_y, note=note)
+    return Derived(
+        recompute(fitted), u, fitted.curve.dof, recompute, by_requested_y=by_y, note=note
+    )
 
 
 def slope(fitted: Fitted, settings: Slope) -> Derived:
@@ -239,20 +241,19 @@ def slope(fitted: Fitted, settings: Slope) -> Derived:
     if settings.at is None:
         low, high = fitted.ends
 
-        def again(other: Fitted) -> float:
+        def recompute(other: Fitted) -> float:
             return other.between(low, high)[0]
 
-        return Derived(again(fitted), fitted.between(low, high)[1], fitted.curve.dof, again)
-    x = settings.at.si - fitted.values.origin
+        return Derived(recompute(fitted), fitted.between(low, high)[1], fitted.curve.dof, recompute)
+    at = settings.at
+    x = at.si - fitted.values.origin
     if not fitted.is_inside([x]):
-        raise OutOfRangeError(
-            f"{settings.at} is outside the points, {_range(fitted, {'': settings.at})}"
-        )
+        raise OutOfRangeError(f"{at} is outside the points, {_range(fitted, {'': at})}")
 
-    def again_at(other: Fitted) -> float:
+    def recompute_at(other: Fitted) -> float:
         return other.slope(x)[0]
 
-    return Derived(again_at(fitted), fitted.slope(x)[1], fitted.curve.dof, again_at)
+    return Derived(recompute_at(fitted), fitted.slope(x)[1], fitted.curve.dof, recompute_at)
 
 
 def nonlinearity(fitted: Fitted, settings: Nonlinearity) -> Derived:
@@ -278,13 +279,13 @@ def nonlinearity(fitted: Fitted, settings: Nonlinearity) -> Derived:
     weights[rows] += 1 / len(rows)
     s, dof = fitted.curve.residual_s, fitted.curve.dof
 
-    def again(other: Fitted) -> float:
+    def recompute(other: Fitted) -> float:
         deviation = float(deviations(other)[rows].mean())
         return sign * deviation / (other.span() if settings.of_span else 1.0)
 
     span = fitted.span() if settings.of_span else 1.0
     u = s * float(np.linalg.norm(weights * fitted.scale)) / span
-    return Derived(again(fitted), u, dof, again)
+    return Derived(recompute(fitted), u, dof, recompute)
 
 
 def both_ways(
@@ -323,14 +324,14 @@ def both_ways(
     rising, falling = clusters[which]
     s, dof = _repeatability(fitted, clusters) or _about_each_way(fitted, ways, fit)
 
-    def again(other: Fitted) -> float:
+    def recompute(other: Fitted) -> float:
         residuals = _residuals(other)
         difference = float(residuals[falling].mean() - residuals[rising].mean())
         return sign * difference / (other.span() if settings.of_span else 1.0)
 
     shares = [float(np.sum(fitted.scale[rows] ** 2)) / len(rows) ** 2 for rows in (rising, falling)]
     u = s * sqrt(sum(shares)) / (fitted.span() if settings.of_span else 1.0)
-    return Derived(again(fitted), u, dof, again, is_difference=True)
+    return Derived(recompute(fitted), u, dof, recompute, is_difference=True)
 
 
 def _residuals(fitted: Fitted) -> Array:
@@ -338,7 +339,7 @@ def _residuals(fitted: Fitted) -> Array:
     return fitted.values.y - fitted.at(fitted.values.x[:, 0])[0]
 
 
-def same_x(values: Values, way: Array) -> list[Array]:
+def same_x(values: Values, directions: Array) -> list[Array]:
     """Return which points were taken at the same x, sorted from the lowest x.
 
     They are within `SAME_X` of the range of x. Set-points that differ in one way (n,) were meant to
@@ -347,7 +348,7 @@ def same_x(values: Values, way: Array) -> list[Array]:
     x = values.x[:, 0]
     width = SAME_X * float(np.ptp(x))
     if values.is_set:
-        steps = [np.diff(np.sort(x[way == direction])) for direction in np.unique(way)]
+        steps = [np.diff(np.sort(x[directions == way])) for way in np.unique(directions)]
         width = min([width, *(step / 2 for step in np.concatenate(steps) if step > EDGE * width)])
     order = np.argsort(x, kind="stable")
     lowest, starts = x[order], [0]
@@ -359,8 +360,8 @@ def same_x(values: Values, way: Array) -> list[Array]:
 def _ways(settings: BothWays, places: Sequence[Mapping[str, CoordinateValue]]) -> Array:
     """Return 0 for each point with rising x, 1 for falling, -1 otherwise, shape (n,)."""
     ways = [
-        next((i for i, way in enumerate(settings.ways)
-              if settings.label in place and matches(way, place[settings.label])), -1)
+        next((i for i, value in enumerate(settings.ways)
+              if settings.label in place and matches(value, place[settings.label])), -1)
         for place in places
     ]  # fmt: skip
     return np.array(ways)
@@ -380,9 +381,9 @@ def _repeatability(
     return sqrt(squares / dof), dof
 
 
-def _about_each_way(fitted: Fitted, way: Array, fit: Fit) -> tuple[float, float]:
+def _about_each_way(fitted: Fitted, directions: Array, fit: Fit) -> tuple[float, float]:
     """Return the pooled scatter about one curve per direction, over its scale, or about one."""
-    ways = [way == direction for direction in (0, 1)]
+    ways = [directions == direction for direction in (0, 1)]
     try:
         curves = [fit(fitted.values.chosen(rows).points()) for rows in ways]
     except DataError:

@@ -144,19 +144,15 @@ def _of_differences(symbol: str) -> tuple[str, float]:
 
 
 def _table(curves: Sequence[tuple[str, Fitted]], settings: CurveSettings, of: str) -> Table:
-    rows = [
-        (place, parameter)
-        for place, fitted in curves
-        for parameter in parameters_of(fitted, settings)
-    ]
-    several = len(curves) > 1
+    has_several = len(curves) > 1
     return Table(
         of=of,
         title="Parameters of the fit, with u from the scatter about the curve",
-        columns=(*(("where",) if several else ()), "", "estimate", "u", "unit"),
+        columns=(*(("where",) if has_several else ()), "", "estimate", "u", "unit"),
         rows=tuple(
-            (*((place,) if several else ()), parameter.name, *_shown(parameter), parameter.unit)
-            for place, parameter in rows
+            (*((place,) if has_several else ()), parameter.name, *_shown(parameter), parameter.unit)
+            for place, fitted in curves
+            for parameter in parameters_of(fitted, settings)
         ),
     )
 

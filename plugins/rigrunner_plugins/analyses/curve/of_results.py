@@ -72,9 +72,7 @@ def _source(
         first[0].coordinates[name].unit or "1" if x is None else x.of.unit
         for name, x in zip(names, first[1:], strict=True)
     ]
-    columns = [
-        [_x(point, column, name) for point in points] for column, name in enumerate(names, 1)
-    ]
+    columns = [[_x(point, i, name) for point in points] for i, name in enumerate(names, 1)]
     x, y_unit = np.array(columns, np.float64).T, first[0].of.unit
     units = tuple(si_symbol(unit(symbol).dimension) for symbol in symbols)
     origin = origin_of(settings, units)

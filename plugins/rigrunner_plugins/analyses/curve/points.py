@@ -81,14 +81,14 @@ class Values:
 
     def points(self) -> Points:
         """Return the points in the form that a fit takes."""
-        several = len(self.names) > 1
+        has_several_x = len(self.names) > 1
         return Points(
-            self.x if several else self.x[:, 0],
+            self.x if has_several_x else self.x[:, 0],
             self.y,
             self.u_y,
-            x_unit="" if several or self.units[0] == "1" else _divisor(self.units[0]),
+            x_unit="" if has_several_x or self.units[0] == "1" else _divisor(self.units[0]),
             y_unit="" if self.y_unit == "1" else self.y_unit,
-            regressors=self.names if several else (),
+            regressors=self.names if has_several_x else (),
             x_name=self.names[0].rpartition(".")[2],
             y_name=self.y_name.rpartition(".")[2],
             dof_y=self.dof_y,
@@ -348,20 +348,20 @@ def _scatter_of_x(run: RunData, parts: Sequence[Part], settings: CurveSettings) 
 
 
 def _scatter(
-    run: RunData, parts: Sequence[Part], of: str, settings: CurveSettings
+    run: RunData, parts: Sequence[Part], channel: str, settings: CurveSettings
 ) -> tuple[Array | None, Array | None]:
     """Return u of each value from the scatter in its recording, and its dof; None without.
 
     With that of a zero which it has alone.
     """
-    scatters = [STATISTICS[settings.statistic].scatter(_series(part, of)) for part in parts]
+    scatters = [STATISTICS[settings.statistic].scatter(_series(part, channel)) for part in parts]
     known_scatters = [scatter for scatter in scatters if scatter is not None]
     if len(known_scatters) < len(parts):
         return None, None
     u, dof = np.array(known_scatters).T
-    zeros = [part.zeros.get(of, nan) for part in parts]
+    zeros = [part.zeros.get(channel, nan) for part in parts]
     for i, zero in enumerate(zeros):
-        error = run.zero_error(of, zero) if zeros.count(zero) == 1 else None
+        error = run.zero_error(channel, zero) if zeros.count(zero) == 1 else None
         if error is not None:
             total = hypot(u[i], error.u)  # Welch and Satterthwaite (GUM G.4.1)
             u[i], dof[i] = total, total**4 / (u[i] ** 4 / dof[i] + error.u**4 / error.dof)

@@ -41,6 +41,7 @@ if TYPE_CHECKING:
 
     from rigrunner.api import Objection, Quantity, ResultDefinition
 
+_Path = tuple[str | int, ...]
 _KEY = f"^{NAME}([.]{NAME}){{0,2}}$"
 BOTH_WAYS = 2
 """Number of directions of a hysteresis: rising and falling."""
@@ -185,7 +186,7 @@ class CurveResults(Settings):
             raise ValueError(f"no result is named; there are: {', '.join(type(self).model_fields)}")
         return self
 
-    def all_of(self) -> Iterator[tuple[tuple[str | int, ...], ResultSettings]]:
+    def all_of(self) -> Iterator[tuple[_Path, ResultSettings]]:
         """Yield each result with its key."""
         for name, result in self.parameters.items():
             yield ("parameters", name), result
@@ -270,7 +271,7 @@ class CurveSettings(Settings):
     def requires(self) -> Requirements:
         """Return the channels and coordinates to read, and the range that x must cover."""
         names = tuple(result.name for _, result in self.results.all_of())
-        several = len(self.over) > 1
+        has_several_x = len(self.over) > 1
         set_x = {name: source for name, source in self.over.items() if source not in self.x_results}
         ways = [(key, way) for key, way in self.results.all_of() if isinstance(way, BothWays)]
         channels = (
@@ -282,11 +283,11 @@ class CurveSettings(Settings):
             *(
                 NeededChannel(
                     name=source,
-                    key=("over", name) if several else ("over",),
+                    key=("over", name) if has_several_x else ("over",),
                     enters=names,
                     or_coordinate=True,
                     spans=self._span(name),
-                    x_of="" if several else "fit",
+                    x_of="" if has_several_x else "fit",
                 )
                 for name, source in set_x.items()
             ),
@@ -313,7 +314,7 @@ class CurveSettings(Settings):
             *(
                 NeededResult(
                     name=source,
-                    key=("over", name) if several else ("over",),
+                    key=("over", name) if has_several_x else ("over",),
                     for_each_of=self.of,
                 )
                 for name, source in self.over.items()
@@ -333,15 +334,15 @@ class CurveSettings(Settings):
         units = {name: _coherent(symbol) for name, symbol in units.items()}
         is_difference = is_spread(self.of, self.statistic)
         y = units[self.of]
-        difference_unit = unit_of_errors(y)
-        y = difference_unit if is_difference else y
+        error_unit = unit_of_errors(y)
+        y = error_unit if is_difference else y
         x = {name: units[source] or "1" for name, source in self.over.items()}
         only_x = next(iter(x.values()))
         yield from _misfit_of_quantity(("reference",), self.reference, only_x)
         yield from self._unlike_fit(units)
         yield from unlike_rms(self.of, self.statistic, unit(units[self.of]).dimension)
         for key, result in self.results.all_of():
-            path: tuple[str | int, ...] = ("results", *key)
+            path: _Path = ("results", *key)
             if isinstance(result, ValueAt):
                 for name, value in self.at(result).items():
                     subkey = (name,) if isinstance(result.at, Mapping) else ()
@@ -354,9 +355,8 @@ class CurveSettings(Settings):
                 yield from _misfit_of_quantity((*path, "at"), result.at, only_x)
                 yield from _misfit_of_slope(path, result, y, only_x)
             elif isinstance(result, Deviation):
-                yield from _misfit_of_unit(
-                    path, result, "1" if result.of_span else difference_unit, difference=True
-                )
+                expected = "1" if result.of_span else error_unit
+                yield from _misfit_of_unit(path, result, expected, difference=True)
 
     def _unlike_fit(self, units: Mapping[str, str]) -> Iterator[Objection]:
         """Yield an error for each parameter that the fit does not have, or has in another unit."""
@@ -389,18 +389,14 @@ def _coherent(symbol: str) -> str:
     return symbol if unit_ is None else si_symbol(unit_.dimension)
 
 
-def _misfit_of_quantity(
-    key: tuple[str | int, ...], quantity: Quantity | None, si: str
-) -> Iterator[Objection]:
+def _misfit_of_quantity(key: _Path, quantity: Quantity | None, si: str) -> Iterator[Objection]:
     dimension = unit(si).dimension
     if quantity is not None and quantity.dimension != dimension:
         got, expected = with_article(quantity.dimension), with_article(dimension)
         yield key, f"got '{quantity}', {got}; expected {expected}", ""
 
 
-def _misfit_of_slope(
-    path: tuple[str | int, ...], result: Slope, y: str, x: str
-) -> Iterator[Objection]:
+def _misfit_of_slope(path: _Path, result: Slope, y: str, x: str) -> Iterator[Objection]:
     try:
         yield from _misfit_of_unit(path, result, quotient(y, x))
     except QuantityError as error:
@@ -408,7 +404,7 @@ def _misfit_of_slope(
 
 
 def _misfit_of_unit(
-    path: tuple[str | int, ...], result: Any, si: str, *, difference: bool = False
+    path: _Path, result: Any, si: str, *, difference: bool = False
 ) -> Iterator[Objection]:
     stated, expected = unit(result.unit), unit(si)
     if stated.dimension != expected.dimension:

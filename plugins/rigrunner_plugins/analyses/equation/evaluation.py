@@ -71,8 +71,8 @@ class EquationAnalysis:
         names = [channel.of for channel in settings.channels.values()]
         channels = [name for name in names if is_read(run, name)]
         set_points = [name for name in names if name not in channels]
-        other_results = (*results, *missing)
-        if missing_check := missing_results(other_results, settings):
+        others = (*results, *missing)
+        if missing_check := missing_results(others, settings):
             return Findings(checks=(missing_check,))
         place_groups = (
             groups(
@@ -84,20 +84,14 @@ class EquationAnalysis:
                 table=settings.table,
             )
             if names
-            else groups_of_results(other_results, settings)
+            else groups_of_results(others, settings)
         )
         definitions = settings.yields()
-        evaluated = [
-            self._evaluate_place(run, other_results, group, definitions) for group in place_groups
-        ]
-        by_place = [
-            [result for result in row if isinstance(result, Evaluated)] for row in evaluated
-        ]
-        by_name = [result for row in zip(*evaluated, strict=True) for result in row]
+        rows = [self._evaluate_place(run, others, group, definitions) for group in place_groups]
+        by_place = [[result for result in row if isinstance(result, Evaluated)] for row in rows]
+        by_name = [result for row in zip(*rows, strict=True) for result in row]
         ordered = [result for result in by_name if isinstance(result, Evaluated)]
-        result_units = {
-            result.name: si_symbol(unit(result.of.unit).dimension) for result in other_results
-        }
+        result_units = {result.name: si_symbol(unit(result.of.unit).dimension) for result in others}
         return Findings(
             results=tuple(evaluated.result for evaluated in ordered),
             missing=tuple(result for result in by_name if isinstance(result, MissingResult)),
@@ -126,11 +120,11 @@ class EquationAnalysis:
     def _evaluate_place(
         self,
         run: RunData,
-        other_results: Sequence[ResultPlace],
+        others: Sequence[ResultPlace],
         group: Group,
         definitions: Sequence[ResultDefinition],
     ) -> list[Evaluated | MissingResult]:
-        results = results_at(other_results, self.settings, group.place)
+        results = results_at(others, self.settings, group.place)
         try:
             inputs = inputs_of(run, self.settings, group, results)
         except CorrelationError as error:
@@ -211,8 +205,8 @@ class EquationAnalysis:
 
 def _in_unit(model: MeasurementModel, component: Component, symbol: str) -> Component:
     """Return a budget line of several inputs, converted to the unit of the result."""
-    several = sum(input_.budget_line == component.name for input_ in model.inputs) > 1
-    return replace(component, unit=symbol) if several else component
+    is_of_several = sum(input_.budget_line == component.name for input_ in model.inputs) > 1
+    return replace(component, unit=symbol) if is_of_several else component
 
 
 def _widened(estimate: Estimate, added: float) -> Estimate:
@@ -225,24 +219,20 @@ def _widened(estimate: Estimate, added: float) -> Estimate:
 
 
 def _checks(results: Sequence[Evaluated]) -> Iterator[Check]:
-    """Yield a check for each evaluated: whether y ± U covers the stated share of the trials."""
+    """Yield a check for each result: whether y ± U covers the stated share of the trials."""
     for name in names_of(results):
         named = [evaluated for evaluated in results if evaluated.result.name == name]
-        trials = [
-            (evaluated, evaluated.trial)
-            for evaluated in tried(named)
-            if evaluated.trial is not None
-        ]
+        trials = [(each, each.trial) for each in tried(named) if each.trial is not None]
         if not trials:
             continue
         worst, trial = max(trials, key=lambda pair: _missed(pair[1]))
         wide = [pair for pair in trials if pair[0].result.estimate.u > MOST_ABOVE * pair[1].u > 0]
         failed = [evaluated for evaluated, trial in trials if _missed(trial) > MOST_MISSED]
         failed += [evaluated for evaluated, _ in wide if evaluated not in failed]
-        affected = failed if len(named) <= MOST_TRIED else named  # of others nobody knows
-        of = tuple((name, evaluated.result.coordinates) for evaluated in affected) if failed else ()
+        affected = failed if len(named) <= MOST_TRIED else named  # the others were not tried
+        places = tuple((name, each.result.coordinates) for each in affected) if failed else ()
         if wide and _missed(trial) <= MOST_MISSED:
-            yield replace(_too_wide(name, *wide[0], _elsewhere(failed, wide[0][0])), of=of)
+            yield replace(_too_wide(name, *wide[0], _elsewhere(failed, wide[0][0])), of=places)
             continue
         ok = _missed(trial) <= MOST_MISSED
         place = f" at {worst.result.place}" if worst.result.place else ""
@@ -262,7 +252,7 @@ def _checks(results: Sequence[Evaluated]) -> Iterator[Check]:
             threshold=MOST_MISSED,
             unit="1",
             decisive=True,
-            of=of,
+            of=places,
         )
 
 
@@ -296,10 +286,7 @@ def _missed(trial: Trial) -> float:
 def _notes(settings: EquationSettings, results: Sequence[Evaluated]) -> Iterator[str]:
     bent = [evaluated for evaluated in results if evaluated.added > 0]
     for name in names_of(bent):
-        most = max(
-            (evaluated for evaluated in bent if evaluated.result.name == name),
-            key=lambda evaluated: evaluated.added,
-        )
+        most = max((each for each in bent if each.result.name == name), key=lambda each: each.added)
         u = most.result.estimate.u
         yield (
             f"{name}: the curvature of the model counts: u is {u:.2g} {most.result.of.unit} with"
@@ -323,9 +310,8 @@ def _notes(settings: EquationSettings, results: Sequence[Evaluated]) -> Iterator
             " they are among the constants, or left out."
         )
     single = any(evaluated.result.readings == 1 for evaluated in results)
-    if single and any(
-        channel.instrument and not channel.scatter for channel in settings.channels.values()
-    ):
+    channels = settings.channels.values()
+    if single and any(channel.instrument and not channel.scatter for channel in channels):
         yield (
             f"{first}: a value is a single reading, which shows no scatter: its uncertainty is the"
             " instrument's alone."

@@ -12,6 +12,7 @@ import numpy as np
 from rigrunner.api import Component, Input, MeasurementModel, unit
 from rigrunner.api.uncertainty import Line
 from rigrunner.signal.propagation import sensitivities
+from rigrunner_plugins.analyses.equation.settings import symbol_of
 from rigrunner_plugins.analyses.equation.tree import Effect, Tree
 
 if TYPE_CHECKING:
@@ -51,7 +52,7 @@ class Inputs:
     def tree(self, settings: EquationSettings, result: ResultSettings) -> Tree:
         """Return the equation of one result."""
         result_unit = unit(result.unit)
-        return Tree(settings.parsed, settings.called(result), self.fixed, self.effects,
+        return Tree(settings.parsed, symbol_of(result), self.fixed, self.effects,
                     result_unit.factor, result_unit.offset)  # fmt: skip
 
     def model(self, tree: Tree) -> MeasurementModel:
@@ -67,7 +68,7 @@ class Inputs:
         return MeasurementModel(tuple(inputs), tree, correlation, lines)
 
     def _worst_case(self, tree: Tree) -> tuple[list[Input], dict[tuple[str, str], float]]:
-        """Return inputs and correlations; what is not known of these is as bad as it can be."""
+        """Return inputs and correlations; unknown correlations get their worst possible value."""
         inputs, r = list(self.inputs), dict(self.r)
         model = MeasurementModel(tuple(inputs), tree)
         if len(self.unsure) <= 1 or not isfinite(model.value):  # one has nothing in common
@@ -75,13 +76,13 @@ class Inputs:
         groups: dict[tuple[str, bool], dict[int, float]] = {}
         for row, (member, slope) in enumerate(zip(inputs, sensitivities(model), strict=True)):
             if member.name in self.unsure and member.name not in self.lines and slope:
-                of, is_scatter = self.unsure[member.name]
-                groups.setdefault((of, is_scatter or slope > 0), {})[row] = slope
-        for (of, _), slopes in groups.items():
+                source, is_scatter = self.unsure[member.name]
+                groups.setdefault((source, is_scatter or slope > 0), {})[row] = slope
+        for (source, _), slopes in groups.items():
             if len(slopes) == 1:
                 continue
             members = [inputs[row] for row in slopes]
-            line = f"{of}{SEVERAL}{'' if max(slopes.values()) > 0 else ', lowering'}"
+            line = f"{source}{SEVERAL}{'' if max(slopes.values()) > 0 else ', lowering'}"
             dof = min(member.dof for member in members)
             for row, member in zip(slopes, members, strict=True):
                 ensemble = line if dof < inf else ""
@@ -100,7 +101,7 @@ class Inputs:
             )
 
     def note_unsure(self, line: Component, name: str) -> None:
-        """Note what is not known of the input of a line of a result."""
+        """Note that it is unknown how much an input has in common with others."""
         if line.of_points:
             self.unsure[name] = line.of_points, True
         elif not line.shared:
@@ -110,14 +111,14 @@ class Inputs:
             self.unsure |= dict.fromkeys((name, line.name), (line.name, False))
 
     def with_sharing(self, line: Component) -> Component:
-        """Return a line of a result's budget with what it may share with that of another."""
+        """Return a line of a result's budget, marked with what other results may share of it."""
         several_of, is_several, _ = line.name.partition(SEVERAL)
-        of, is_scatter = self.unsure.get(line.name, ("", False))
+        source, is_scatter = self.unsure.get(line.name, ("", False))
         if is_several:
-            of, is_scatter = several_of, (several_of, True) in self.unsure.values()
+            source, is_scatter = several_of, (several_of, True) in self.unsure.values()
         return replace(
             line,
             shared=line.name not in self.unshared and (is_scatter or not is_several),
             at_place=line.name in self.at_place,
-            of_points=of if is_scatter else "",
+            of_points=source if is_scatter else "",
         )

@@ -32,7 +32,7 @@ _SIGNS = {"+": "added to", "-": "subtracted from"}
 
 @dataclass(frozen=True)
 class Kind:
-    """The kind of a part of a model: exponents of base units, and what they do not tell."""
+    """The kind of a part of a model: exponents of base units, and what these do not show."""
 
     exponents: tuple[Fraction, ...] = _PLAIN
     scale: str = ""
@@ -93,9 +93,7 @@ class Kind:
         if _without_angle(self) != _without_angle(other):
             return False
         only_time = not any(
-            exponent
-            for place, exponent in enumerate(self.exponents)
-            if place not in {_SECOND, _ANGLE}
+            power for place, power in enumerate(self.exponents) if place not in {_SECOND, _ANGLE}
         )
         turns = abs(self.exponents[_ANGLE] - other.exponents[_ANGLE])
         return only_time and bool(self.exponents[_SECOND]) and turns == 1
@@ -106,7 +104,7 @@ _RADIAN = Kind(tuple(map(Fraction, exponents_of("angle"))))
 
 
 class KindError(Exception):
-    """A part of a model has the wrong kind; says which part, and why."""
+    """A part of a model has the wrong kind; holds the part and the reason."""
 
     def __init__(self, node: Node, message: str, hint: str = "") -> None:
         super().__init__(message)

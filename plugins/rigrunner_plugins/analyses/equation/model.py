@@ -115,10 +115,10 @@ def _enter_readings(inputs: Inputs, settings: EquationSettings, group: Group) ->
     # Of one joint t distribution there is one number of degrees of freedom: the least.
     dof = min((dof for _, dof in scattered.values()), default=inf)
     for name, (u, own_dof) in scattered.items():
-        of = settings.inputs[name].of
-        mean = float(group.values[of].mean())
+        source = settings.inputs[name].of
+        mean = float(group.values[source].mean())
         inputs.inputs.append(
-            Input(name, mean, u, dof if together else own_dof, Distribution.T, group.units[of],
+            Input(name, mean, u, dof if together else own_dof, Distribution.T, group.units[source],
                   ensemble=TOGETHER if together else "")
         )  # fmt: skip
     if together:

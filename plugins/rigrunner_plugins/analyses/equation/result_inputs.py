@@ -73,24 +73,20 @@ def _error_of(line: Component, *, is_here: bool) -> Input | None:
     is_shared = (line.common and line.shared) or (line.at_place and is_here)
     if not (is_shared and stated):
         return None
-    return Input(line.name, line.value, line.input_u, line.dof, _distribution(line), line.unit,
+    return Input(line.name, line.value, line.input_u, line.dof, _shape(line), line.unit,
                  common=line.common)  # fmt: skip
 
 
 def _shared(inputs: Inputs, error: Input, taken: Collection[str]) -> Input | None:
     """Return the input of an error that several results have; None if its name is of another."""
     for candidate in (error, replace(error, name=f"{error.name}, of results")):
-        existing = next((member for member in inputs.inputs if member.name == candidate.name), None)
-        if existing is None and candidate.name not in taken:
+        same = next((member for member in inputs.inputs if member.name == candidate.name), None)
+        if same is None and candidate.name not in taken:
             inputs.inputs.append(candidate)
             return candidate
         # The degrees of freedom of a line that was propagated are rounded.
-        if (
-            existing
-            and existing == replace(candidate, dof=existing.dof)
-            and isclose(existing.dof, candidate.dof)
-        ):
-            return existing
+        if same and same == replace(candidate, dof=same.dof) and isclose(same.dof, candidate.dof):
+            return same
     return None
 
 
@@ -111,12 +107,10 @@ def _part_of(
     at = f" at {', '.join(place_texts)}" if place_texts else ""
     symbol = si_symbol(unit(result.of.unit).dimension)
     name, u = f"{line.name}, of {result.name}{at}", line.u * factor
-    return Input(
-        name, 0.0, u, line.dof, _distribution(line), symbol, common=line.common or not differs
-    )
+    return Input(name, 0.0, u, line.dof, _shape(line), symbol, common=line.common or not differs)
 
 
-def _distribution(line: Component) -> Distribution:
+def _shape(line: Component) -> Distribution:
     is_known = line.distribution in set(Distribution)
     return Distribution(line.distribution) if is_known else Distribution.NORMAL
 

@@ -75,7 +75,7 @@ def _at(
     name: str,
     place: Mapping[str, CoordinateValue],
 ) -> ResultPlace:
-    matching = [
+    hits = [
        result
         for result in results
         if result.name == name
@@ -84,12 +84,10 @@ def _at(
         and is_at({k: v for k, v in settings.where.items() if k in result.coordinates},
                   result.coordinates)
     ]  # fmt: skip
-    if len(matching) != 1:
+    if len(hits) != 1:
         at = ", ".join(f"{key} = {value}" for key, value in place.items())
-        raise DataError(
-            f"got {len(matching)} results {name}{f' at {at}' if at else ''}, expected one"
-        )
-    return matching[0]
+        raise DataError(f"got {len(hits)} results {name}{f' at {at}' if at else ''}, expected one")
+    return hits[0]
 
 
 def _is_same(one: CoordinateValue, other: CoordinateValue) -> bool:

@@ -283,7 +283,7 @@ class EquationSettings(Settings):
         if {"result", "results", "inputs", "constants"} <= fields.keys():
             results = _all_results(fields["result"], fields["results"])
             if results:
-                result_names = [_called(result) for result in results]
+                result_names = [symbol_of(result) for result in results]
                 read(model, {*fields["inputs"], *fields["constants"]}, result_names)
         return model
 
@@ -292,7 +292,7 @@ class EquationSettings(Settings):
         if (self.result is None) == (not self.results):
             raise ValueError("one of 'result' and 'results' is needed")
         names = [result.name for result in self.all_results]
-        symbols = [_called(result) for result in self.all_results]
+        symbols = [symbol_of(result) for result in self.all_results]
         if len(set(names)) < len(names) or len(set(symbols)) < len(symbols):
             raise ValueError("two results have one name or symbol")
         twice = set(self.inputs) & set(self.constants)
@@ -324,25 +324,25 @@ class EquationSettings(Settings):
                 below[:] = [value - share * above for value, above in zip(below, row, strict=True)]
 
     def _refuse_correlation(self, index: int, one: str, other: str) -> None:
-        where = ("correlations", index, "between")
+        key = ("correlations", index, "between")
         names = {*self.inputs, *self.constants}
         for name in (one, other):
             if name not in names:
-                raise _PartError(f"there is no '{name}'", *where)
+                raise _PartError(f"there is no '{name}'", *key)
         pairs = [set(correlation.between) for correlation in self.correlations]
         if one == other or pairs.count({one, other}) > 1:
-            raise _PartError(f"'{one}' and '{other}' are named twice", *where)
+            raise _PartError(f"'{one}' and '{other}' are named twice", *key)
         if (one in self.inputs) != (other in self.inputs):
-            raise _PartError("an input and a constant; expected two of one kind", *where)
+            raise _PartError("an input and a constant; expected two of one kind", *key)
         if any(name in self.from_results for name in (one, other)):
-            raise _PartError("how results are correlated follows from their budgets", *where)
+            raise _PartError("how results are correlated follows from their budgets", *key)
         if one in self.constants:
             first, second = self.constants[one], self.constants[other]
             if not (first.standard_uncertainty and second.standard_uncertainty):
-                raise _PartError("an exact constant cannot be correlated", *where)
+                raise _PartError("an exact constant cannot be correlated", *key)
             if first.dof != second.dof:
                 raise _PartError(
-                    "their degrees of freedom differ, but must be those of one estimation", *where
+                    "their degrees of freedom differ, but must be those of one estimation", *key
                 )
 
     @property
@@ -354,11 +354,7 @@ class EquationSettings(Settings):
     def parsed(self) -> Model:
         """The parsed model."""
         names = {*self.inputs, *self.constants}
-        return read(self.model, names, [_called(result) for result in self.all_results])
-
-    def called(self, result: ResultSettings) -> str:
-        """Return a result's symbol in the model; its name if it has no usable symbol."""
-        return _called(result)
+        return read(self.model, names, [symbol_of(result) for result in self.all_results])
 
     @property
     def channels(self) -> Mapping[str, InputSettings]:
@@ -429,7 +425,7 @@ class EquationSettings(Settings):
         yield from self._misfits(kinds)
 
     def _misfits(self, kinds: dict[str, Kind]) -> Iterator[Objection]:
-        results = {_called(result): result for result in self.all_results}
+        results = {symbol_of(result): result for result in self.all_results}
         for equation in self.parsed.equations:
             root = equation.expression.root
             try:
@@ -468,6 +464,7 @@ def _all_results(
     return several if only is None else (only,)
 
 
-def _called(result: ResultSettings) -> str:
+def symbol_of(result: ResultSettings) -> str:
+    """Return a result's symbol in the model; its name if it has no usable symbol."""
     symbol = result.symbol
     return symbol if symbol.isascii() and symbol.isidentifier() else result.name

@@ -16,6 +16,7 @@ from rigrunner.signal.monte_carlo.intervals import numerical_tolerance
 from rigrunner.signal.propagation import sensitivities
 from rigrunner.signal.rounding import places
 from rigrunner_plugins.analyses.equation.kinds import written
+from rigrunner_plugins.analyses.equation.settings import symbol_of
 from rigrunner_plugins.analyses.equation.tree import Tree
 
 if TYPE_CHECKING:
@@ -31,7 +32,7 @@ DIGITS = 1
 
 def formulas(settings: EquationSettings) -> Iterator[Formula]:
     """Yield the equations, each with the result under which it is shown: its own, or the next."""
-    stated = {settings.called(result): result.name for result in settings.all_results}
+    stated = {symbol_of(result): result.name for result in settings.all_results}
     quantities = {name: str(quantity) for name, quantity in settings.parsed.literals.items()}
     equations = settings.parsed.equations
     for index, equation in enumerate(equations):
@@ -46,15 +47,13 @@ def formulas(settings: EquationSettings) -> Iterator[Formula]:
 
 
 def tables(
-    settings: EquationSettings,
-    results_by_place: Sequence[Sequence[Evaluated]],
-    units: Mapping[str, str],
+    settings: EquationSettings, by_place: Sequence[Sequence[Evaluated]], units: Mapping[str, str]
 ) -> Iterator[Table]:
     """Yield the tables of results by place; the tables of inputs show the first place.
 
     `units` has the SI unit of each channel.
     """
-    first = next((result for results in results_by_place for result in results), None)
+    first = next((result for results in by_place for result in results), None)
     if first is None:
         return
     name = first.result.name
@@ -64,14 +63,14 @@ def tables(
     if pairs:
         yield Table(of=name, title=f"Correlation of the inputs{at}",
                     columns=("", "", "r"), rows=tuple(pairs))  # fmt: skip
-    if any(len(results) > 1 for results in results_by_place):
+    if any(len(results) > 1 for results in by_place):
         yield Table(
             of=name,
             title="Correlation of the results",
             columns=("", "", "where", "r"),
             rows=tuple(
                 (one.result.name, other.result.name, one.result.place, correlation(one, other))
-                for results in results_by_place
+                for results in by_place
                 for one, other in combinations(results, 2)
             ),
         )
@@ -81,10 +80,11 @@ def both_methods(tried: Sequence[Evaluated]) -> Iterator[Table]:
     """Yield the GUM and Monte Carlo values of results of one name."""
     rows = [row for result in tried if (row := _compared(result)) is not None]
     if rows:
-        of = tried[0].result.of
+        definition = tried[0].result.of
         named = ("y", "u", "low", "high")
         columns = [f"{name} ({how})" for how in ("GUM", "Monte Carlo") for name in named]
-        yield Table(of=of.name, title=f"GUM and Monte Carlo, in {of.unit}; 95 % from low to high",
+        title = f"GUM and Monte Carlo, in {definition.unit}; 95 % from low to high"
+        yield Table(of=definition.name, title=title,
                     columns=("where", *columns, f"agree to {DIGITS} digit of u"),
                     rows=tuple(rows))  # fmt: skip
 
@@ -126,8 +126,8 @@ def _inputs(
     for name, source in settings.inputs.items():
         if name in fixed:
             value, symbol = _on_its_scale(settings, name, fixed[name], units[source.of])
-            how = "no scatter" if source.is_channel else f"result {source.of}, by its budget"
-            rows.append((name, value if np.isfinite(value) else "no value", how, "", "", symbol))
+            remark = "no scatter" if source.is_channel else f"result {source.of}, by its budget"
+            rows.append((name, value if np.isfinite(value) else "no value", remark, "", "", symbol))
     for name, constant in settings.constants.items():
         if name in fixed:
             stated = constant.value
@@ -152,8 +152,8 @@ def _compared(evaluated: Evaluated) -> tuple[float | str, ...] | None:
         return None
     expanded_u = expanded(estimate)
     low, high = estimate.value - expanded_u, estimate.value + expanded_u
-    off = max(abs(low - trial.low), abs(high - trial.high))
-    agrees = off <= numerical_tolerance(estimate.u, DIGITS)
+    deviation = max(abs(low - trial.low), abs(high - trial.high))
+    agrees = deviation <= numerical_tolerance(estimate.u, DIGITS)
     shown = (estimate.value, estimate.u, low, high, trial.mean, trial.u, trial.low, trial.high)
     decimals = places(estimate.u, 3)
     return (

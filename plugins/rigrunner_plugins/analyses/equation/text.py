@@ -84,15 +84,14 @@ def read(text: str, input_names: Collection[str], result_names: Collection[str])
             raise ExpressionError(f"column {column}: '{name}' is {reason}", column=column,
                                   hint="give it another name")  # fmt: skip
         try:
-            # Blanks in place of what stands before keep the columns of errors those of all.
+            # Blanks in place of the text before keep the columns of errors right.
             expression = parse(" " * start + formulas[start:end], known_names)
         except ExpressionError as error:
             raise _at_origin(error, origins) from None
         equations.append(Equation(name, expression))
         known_names.add(name)
-    missing = [
-        name for name in result_names if name not in {equation.name for equation in equations}
-    ]
+    defined = {equation.name for equation in equations}
+    missing = [name for name in result_names if name not in defined]
     if missing:
         raise ExpressionError(f"it gives no '{missing[0]}'", hint=f"write '{missing[0]} = ...'")
     return Model(tuple(equations), literals, origins)
@@ -104,7 +103,7 @@ def _parts(
     result_names: Collection[str],
     origins: tuple[int, ...],
 ) -> list[tuple[str, int, int, int]]:
-    """Return each name, where it stands, and the start and end of its formula."""
+    """Return each name, its position, and the start and end of its formula."""
     if not beginnings:
         (only, *others) = result_names
         if others:

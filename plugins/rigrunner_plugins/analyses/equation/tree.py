@@ -89,14 +89,14 @@ class Tree:
             if isinstance(node, Name) and node.name in parts:
                 node = parts[node.name].root
             operands = node.operands if isinstance(node, Operation) else ()
-            bad = [
+            undefined = [
                 operand
                 for operand in operands
                 if not np.isfinite(evaluated(Expression("", operand), values)[0])
             ]
-            if not bad:
+            if not undefined:
                 break
-            node = bad[0]
+            node = undefined[0]
         text = written(node)
         for name, literal in self.model.literals.items():
             text = re.sub(rf"\b{name}\b", str(literal), text)
