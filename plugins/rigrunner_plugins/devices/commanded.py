@@ -31,19 +31,19 @@ class CommandedDriver(Driver):
     _skips_setup = False
 
     def begin_talk(self, timeout_s: float) -> Identity:
-        """Open the connection and say who answers; raise a DeviceError."""
+        """Open the connection and return the identity; raise a DeviceError."""
         raise NotImplementedError
 
     def set_up(self) -> None:
-        """Bring the instrument to where the station wants it; raise a DeviceError."""
+        """Set the instrument up as the station defines; raise a DeviceError."""
         raise NotImplementedError
 
     def send(self, command: str) -> None:
-        """Have the instrument do something; raise a DeviceError."""
+        """Send the instrument a command; raise a DeviceError."""
         raise NotImplementedError
 
     def open(self, timeout_s: float) -> Identity:
-        """Open the connection, say who answers, and set it up."""
+        """Open the connection, identify the instrument, and set it up."""
         making_safe = self._skips_setup
         with self.without_setup():
             identity = self.begin_talk(timeout_s)
@@ -101,7 +101,7 @@ class OneAtATime:
 
     @contextmanager
     def alone(self, patience_s: float) -> Iterator[None]:
-        """Wait until nobody else talks; raise DeviceTimeoutError if that takes too long."""
+        """Wait for exclusive access; raise DeviceTimeoutError if that takes too long."""
         if not self._lock.acquire(timeout=patience_s):
             raise DeviceTimeoutError("an earlier exchange with the instrument still hangs")
         try:

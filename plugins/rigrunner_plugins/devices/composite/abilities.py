@@ -27,7 +27,7 @@ class Reads(Composite):
     """Gives single values of its parts' channels."""
 
     def read(self, channels: Sequence[str]) -> Mapping[str, float]:
-        """Return the present value of each channel, each part asked once."""
+        """Return the present value of each channel; each part is read once."""
         self.need_connection()
         routes = [find("channel", name, self.channel_routes) for name in channels]
         values = {
@@ -46,7 +46,7 @@ class Observes(Composite):
         return tuple(route.info for route in self.reading_routes.values())
 
     def observe(self, readings: Sequence[str]) -> Mapping[str, Reading]:
-        """Return each as it is now, each part asked once."""
+        """Return the present value of each reading; each part is read once."""
         self.need_connection()
         routes = [find("reading", name, self.reading_routes) for name in readings]
         observed = {
@@ -72,11 +72,11 @@ class Sets(Composite):
         self.set_points[drive] = value
 
     def arrived(self, drive: str) -> bool:
-        """Say whether it is reached, by the part that sets it and by the one that measures it."""
+        """Return whether it is reached, by the part that sets it and the one that measures it."""
         route = find("drive", drive, self.drive_routes)
         if drive not in self.set_points or not self.parts[route.part].arrived(route.name):
             return False
-        deviation = abs(self.standing(route) - self.set_points[drive])
+        deviation = abs(self.actual_value(route) - self.set_points[drive])
         return deviation <= route.info.allowed_deviation
 
     def set(self, drive: str, value: float) -> None:
@@ -85,10 +85,10 @@ class Sets(Composite):
         wait_until_arrived(self, self.drive_routes[drive].info, value, self.clock, POLL_S)
 
     def read_back(self, drive: str) -> float:
-        """Return where the drive stands."""
+        """Return the actual value of the drive."""
         route = find("drive", drive, self.drive_routes)
         self.need_connection()
-        return self.standing(route)
+        return self.actual_value(route)
 
 
 class Streams(Composite):
@@ -167,7 +167,7 @@ class CountsPartsStreams(Composite):
     """Has simulators among its parts that count streams."""
 
     def continue_after(self, streams: Sequence[Mapping[str, float]]) -> None:
-        """Tell each part that asks for it what was streamed before, by its own drives' names."""
+        """Pass the earlier streams to each part that counts them, by its own drives' names."""
         for name, part in self.parts.items():
             device = part.device
             if not isinstance(device, CountsStreams):

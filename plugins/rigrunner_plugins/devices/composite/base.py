@@ -63,7 +63,7 @@ class Composite:
 
     @property
     def reads_back_while_streaming(self) -> bool:
-        """Whether where drives stand comes from parts that do not stream, or allow it meanwhile.
+        """Whether drives are read back from parts that do not stream, or allow it meanwhile.
 
         Not where several parts stream: their clocks are compared by when samples arrive, and each
         read-back would delay that.
@@ -104,40 +104,40 @@ class Composite:
         )
 
     def make_safe(self) -> Mapping[str, float]:
-        """Make all parts safe, whatever fails, and return where the drives stand.
+        """Make all parts safe, whatever fails, and return the actual values of the drives.
 
         Parts come in the order in which the drives name them. A set of a part that was given up is
-        waited for then, and the part made safe behind it. If one fails, the error tells which, why,
-        and where the other drives stand.
+        waited for then, and the part made safe behind it. If one fails, the error states which and
+        why, and the actual values of the other drives.
         """
         given_up = {part: late for part in self._safe_order() if (late := part.late)}
         self.set_points.clear()
         self.paused_set_points = {}  # a pause is over: nothing may move again by `resume`
         read_back: dict[str, Mapping[str, float]] = {}
-        standing: dict[str, float] = {}
+        actual_values: dict[str, float] = {}
 
         def make_safe(part: Part) -> None:
             read_back[part.name] = part.make_safe()
 
-        def look(route: DriveRoute) -> None:
+        def read_actual(route: DriveRoute) -> None:
             drive = route.info.name
             if route.part not in read_back:
                 with suppress(Exception):  # the failure is reported already
-                    standing[drive] = self.standing(route)
+                    actual_values[drive] = self.actual_value(route)
             elif route.read_back is None:
-                standing[drive] = read_back[route.part][route.name]
+                actual_values[drive] = read_back[route.part][route.name]
             else:
-                standing[drive] = self._resting(route)
+                actual_values[drive] = self._actual_at_rest(route)
 
         def make_safe_behind(part: Part, late: MovingCall) -> None:
             read_back[part.name] = part.make_safe_behind(late)
 
         errors = _try_all([partial(make_safe, part) for part in self._safe_order()])
         errors += _try_all([partial(make_safe_behind, *call) for call in given_up.items()])
-        errors += _try_all([partial(look, route) for route in self.drive_routes.values()])
+        errors += _try_all([partial(read_actual, route) for route in self.drive_routes.values()])
         if errors:
-            raise _combined_error(errors, standing, self.drives)
-        return standing
+            raise _combined_error(errors, actual_values, self.drives)
+        return actual_values
 
     def close(self) -> None:
         """Close all parts; the first error is raised after all were tried."""
@@ -150,19 +150,19 @@ class Composite:
         names = [*(route.part for route in self.drive_routes.values()), *self.parts]
         return [self.parts[name] for name in dict.fromkeys(names)]
 
-    def _resting(self, route: DriveRoute) -> float:
-        """Return where a drive stands once it is at its safe value, or has had its time."""
+    def _actual_at_rest(self, route: DriveRoute) -> float:
+        """Return the actual value of a drive once it is safe, or has had its time."""
         info = route.info
         until_s = self.clock.monotonic_s() + info.longest_s
         while True:
-            value = self.standing(route)
+            value = self.actual_value(route)
             is_near = abs(value - info.safe_value) <= info.allowed_deviation
             if is_near or self.clock.monotonic_s() >= until_s:
                 return value
             self.clock.sleep(POLL_S)
 
-    def standing(self, route: DriveRoute) -> float:
-        """Return where a drive stands, by the channel that measures it if there is one."""
+    def actual_value(self, route: DriveRoute) -> float:
+        """Return the actual value of a drive, by the channel that measures it if there is one."""
         if route.read_back is None:
             return self.parts[route.part].read_back(route.name)
         channel = route.read_back
@@ -186,13 +186,13 @@ def _try_all(calls: Iterable[Callable[[], object]]) -> list[DeviceError]:
 
 
 def _combined_error(
-    errors: Sequence[DeviceError], standing: Mapping[str, float], drives: Sequence[DriveInfo]
+    errors: Sequence[DeviceError], actual_values: Mapping[str, float], drives: Sequence[DriveInfo]
 ) -> DeviceError:
-    """Return one error of all: of the first's kind, with what failed and where the rest stands."""
+    """Return one error, of the first's kind, with all failures and the known actual values."""
     units = {info.name: info.unit for info in drives}
-    actual_values = [f"{name} at {value:g} {units[name]}" for name, value in standing.items()]
+    texts = [f"{name} at {value:g} {units[name]}" for name, value in actual_values.items()]
     messages = dict.fromkeys(error.message for error in errors)
-    read_back_text = f"; read back were {', '.join(actual_values)}" if actual_values else ""
+    read_back_text = f"; read back were {', '.join(texts)}" if texts else ""
     return type(errors[0])("; ".join(messages) + read_back_text, hint=errors[0].hint)
 
 

@@ -1,4 +1,4 @@
-"""One instrument of a composite: each call of it has a time limit, and its errors say its name."""
+"""One instrument of a composite: each call has a time limit, and errors begin with its name."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ class Part:
             return future.result(0)
 
     def connect(self, timeout_s: float) -> Identity:
-        """Open the connection and say who answers."""
+        """Open the connection and return the identity."""
         identity: Identity = self.call(
             "connect", lambda: self.device.connect(timeout_s), 2 * timeout_s
         )
@@ -109,7 +109,7 @@ class Part:
         return {name: total / samples for name, total in totals.items()}
 
     def observe(self, readings: Sequence[str]) -> Mapping[str, Reading]:
-        """Return what is not a number."""
+        """Return the present value of each reading."""
         return self.call("read", lambda: self.device.observe(readings))
 
     def begin(self, drive: str, value: float) -> None:
@@ -129,13 +129,13 @@ class Part:
             call(what, move if self.is_inline else self._moving.next(what, move, limit_s), limit_s)
 
     def arrived(self, drive: str) -> bool:
-        """Say whether the drive is at its set-point, as the device itself sees it."""
+        """Return whether the drive is at its set-point, as the device itself sees it."""
         if not isinstance(self.device, Approaching):
             return True  # it was waited for
         return self.call(f"read back {drive}", lambda: bool(self.device.arrived(drive)))
 
     def read_back(self, drive: str) -> float:
-        """Return where a drive stands, as the device itself sees it."""
+        """Return the actual value of a drive, as the device itself reads it."""
         return self.call(f"read back {drive}", lambda: float(self.device.read_back(drive)))
 
     @property
@@ -185,7 +185,7 @@ class Part:
 
     @contextmanager
     def streaming(self) -> Iterator[None]:
-        """Hold that it streams: what gives single values by a stream cannot do so meanwhile."""
+        """Mark it as streaming: an instrument that only streams cannot be read meanwhile."""
         self._streams += 1
         try:
             yield

@@ -128,7 +128,7 @@ class Acquisition:
             return float(task.timing.samp_clk_rate)
 
     def filters(self) -> dict[str, tuple[float, str]]:
-        """Return the delay and the corner of each analogue channel's filter, where it tells them.
+        """Return the delay and the corner of each analogue channel's filter, if it reports them.
 
         By '<channel>_filter_delay' in s and '<channel>_filter_corner' in Hz.
         """
@@ -333,5 +333,5 @@ def _coded_error(what: str, code: str, words: str, *, running: bool) -> DeviceEr
 
 
 def _summary(error: Exception) -> str:
-    """Return the first sentence of what the driver says; it adds paragraphs of properties."""
+    """Return the first line of the driver's message; paragraphs of properties follow it."""
     return str(error).strip().partition("\n")[0].rstrip(".")

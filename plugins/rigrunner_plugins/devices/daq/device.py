@@ -55,7 +55,7 @@ class Daq(Driver):
         return self._settings.rate
 
     def open(self, timeout_s: float) -> Identity:  # noqa: ARG002  (the driver has its own)
-        """Find the info, try its channels once, and refuse another one or another rate."""
+        """Find the device, try its channels once, and refuse another one or another rate."""
         self.shut()
         info = facts(self._settings.device)
         expected = self._settings.expect
@@ -115,7 +115,7 @@ class Daq(Driver):
         self._written[drive] = value
 
     def actual(self, drive: str) -> float:
-        """Return what the channel of its read-back says, the level of its line, or its set-point.
+        """Return the value of its read-back channel, the level of its line, or its set-point.
 
         Raises DeviceRejectedError where nothing says it and nothing was written yet.
         """
@@ -140,7 +140,7 @@ class Daq(Driver):
         return self._blocks(channels, duration_s, stop)
 
     def stream_conditions(self) -> Mapping[str, tuple[float, str]]:
-        """Return delay and corner of each channel's filter, as far as the device tells them."""
+        """Return delay and corner of each channel's filter, as far as the device reports them."""
         return self._filters
 
     def _blocks(

@@ -14,7 +14,7 @@ HINT = "a fault that the station injects"
 
 
 def affect(fault: FaultSettings, call: Call, clock: Clock) -> None:
-    """Let a call fail or wait as the fault says; nothing where the fault is of another kind."""
+    """Let a call fail or wait by the fault; do nothing if the fault is of another kind."""
     if fault.kind in ("timeout", "late"):
         clock.sleep(fault.extent_si)
     if fault.kind == "timeout":

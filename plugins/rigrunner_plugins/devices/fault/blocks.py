@@ -81,7 +81,7 @@ def _time_back(fault: FaultSettings, blocks: Iterator[Block], chosen: int) -> It
 
 
 def _gap(fault: FaultSettings, blocks: Iterator[Block], chosen: int) -> Iterator[Block]:
-    """Count on as if no sample were missing; the times tell, where the gap is not hidden."""
+    """Count on as if no sample were missing; the times show it, unless the gap is hidden."""
     begin = end = -1
     for index, block in enumerate(blocks):
         gap = max(1, round(fault.extent_si * block.rate_hz))

@@ -128,8 +128,8 @@ def make(settings: FaultyDeviceSettings, context: DeviceContext) -> Device:
     """
     inner = context.make(settings.plugin, settings.settings)
     check_faults(settings.faults, inner)
-    able = [part for ability, part in _PARTS.items() if isinstance(inner, ability)]
-    kind = type("FaultyDevice", (*able, FaultyDevice), {})
+    abilities = [mixin for ability, mixin in _PARTS.items() if isinstance(inner, ability)]
+    kind = type("FaultyDevice", (*abilities, FaultyDevice), {})
     return cast("Device", kind(settings, context, inner))
 
 
@@ -166,7 +166,7 @@ class FaultyDevice:
 
     @property
     def reads_back_while_streaming(self) -> bool:
-        """Whether the wrapped device says so."""
+        """Whether the wrapped device does."""
         return bool(getattr(self._inner, "reads_back_while_streaming", False))
 
     def connect(self, timeout_s: float) -> Identity:
@@ -289,7 +289,7 @@ class _FaultyStreaming(FaultyDevice):
 
 class _FaultyKnowsStream(_FaultyStreaming):
     def stream_conditions(self) -> Mapping[str, tuple[float, str]]:
-        """Return what the wrapped device found of its last stream."""
+        """Return what the wrapped device reports of its last stream."""
         return cast("Mapping[str, tuple[float, str]]", self._inner.stream_conditions())
 
 
@@ -307,7 +307,7 @@ class _FaultyPausable(FaultyDevice):
 
 class _FaultyCountsStreams(FaultyDevice):
     def continue_after(self, streams: Sequence[Mapping[str, float]]) -> None:
-        """Tell the wrapped device what was streamed before."""
+        """Pass the earlier streams to the wrapped device."""
         self._inner.continue_after(streams)
 
 
@@ -318,7 +318,7 @@ class _FaultyObserving(FaultyDevice):
         return cast("Sequence[ReadingInfo]", self._inner.readings)
 
     def observe(self, readings: Sequence[str]) -> Mapping[str, Reading]:
-        """Return what the wrapped device tells; the faults are of numbers."""
+        """Return the readings of the wrapped device; the faults are of numbers."""
         self._need_connection("observe")
         return cast("Mapping[str, Reading]", self._inner.observe(readings))
 

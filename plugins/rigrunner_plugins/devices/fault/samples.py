@@ -46,8 +46,8 @@ def _nan(fault: FaultSettings, stream: Stream, rng: np.random.Generator) -> Spoi
     indices = _places(fault, stream, rng)
 
     def spoil(first: int, values: Array) -> Array:
-        here = _within(indices, first, values)
-        return _replaced(values, indices[here] - first, np.nan)
+        part = _within(indices, first, values)
+        return _replaced(values, indices[part] - first, np.nan)
 
     return spoil
 
@@ -57,9 +57,9 @@ def _spikes(fault: FaultSettings, stream: Stream, rng: np.random.Generator) -> S
     sizes = rng.uniform(0.5, 1.0, len(places)) * rng.choice([-1.0, 1.0], len(places))
 
     def spoil(first: int, values: Array) -> Array:
-        here = _within(places, first, values)
-        index = places[here] - first
-        return _replaced(values, index, values[index] + fault.extent_si * sizes[here])
+        part = _within(places, first, values)
+        index = places[part] - first
+        return _replaced(values, index, values[index] + fault.extent_si * sizes[part])
 
     return spoil
 

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 
 class Heartbeat:
-    """Tells the instrument from `start` to `stop` that this program lives and the line holds.
+    """Shows the instrument from `start` to `stop` that this program and the line are alive.
 
     It is no proof of more: it runs in a thread of its own. Where a beat fails the line is closed,
     with the reason.
@@ -81,7 +81,7 @@ _BASIC_OBJECTS = range(3)
 class ModbusDevice(Driver):
     """Reads channels in as few requests as sensible, and writes set-points with their commands."""
 
-    reconnects_after = (DeviceLostError,)  # each answer says which question it answers
+    reconnects_after = (DeviceLostError,)  # each answer names its request
 
     def __init__(self, settings: ModbusSettings, context: DeviceContext) -> None:
         super().__init__(context, channel_infos(settings.channels), drive_infos(settings.drives))
@@ -95,7 +95,7 @@ class ModbusDevice(Driver):
         self._moment_s = 0.0
 
     def open(self, timeout_s: float) -> Identity:
-        """Connect, ask who answers, and keep the watchdog content from then on."""
+        """Connect, identify the instrument, and serve its watchdog from then on."""
         self.shut()
         self.exchange("connect", lambda: self._open_line(timeout_s))
         identity = self._identify()
@@ -116,7 +116,7 @@ class ModbusDevice(Driver):
             self._server = None
 
     def exchange(self, request: str, perform: Callable[[], _T]) -> _T:
-        """Do one exchange; a simulator is told what time it is."""
+        """Do one exchange; a simulator gets the present time."""
         if self._settings.simulated:
             self._moment_s = self.clock.monotonic_s()
         return super().exchange(request, perform)
@@ -165,13 +165,13 @@ class ModbusDevice(Driver):
                 self._send_command(command)
 
     def actual(self, drive: str) -> float:
-        """Return where a drive stands."""
+        """Return the actual value of a drive."""
         settings = self._settings.drives[drive]
         back = settings.read_back or settings
         return back.to_si(self._read_numbers([back])[0])
 
     def arrived(self, drive: str) -> bool:
-        """Say whether a drive is there; raise DeviceRejectedError if a fault keeps it away."""
+        """Return whether a drive is there; raise DeviceRejectedError if a fault keeps it away."""
         if super().arrived(drive):
             return True
         if self._set_points.get(drive) != self._drives[drive].safe_value:  # to rest it may coast
@@ -213,7 +213,7 @@ class ModbusDevice(Driver):
         return words
 
     def _text_at(self, number: Number, registers: int) -> str:
-        """Return the text that stands in so many registers."""
+        """Return the text in a number of registers."""
         words = self._read_words(Span(number.table, number.address, registers, number.unit_id))
         raw = b"".join(word.to_bytes(2, number.byte_order) for word in words)
         return raw.decode("ascii", "replace").strip("\0 ")

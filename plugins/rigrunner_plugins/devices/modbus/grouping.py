@@ -33,7 +33,7 @@ class Span:
         return self.address + self.count
 
     def holds(self, number: Number) -> bool:
-        """Say whether all of a number lies within."""
+        """Return whether all of a number lies within."""
         return (
             number.unit_id == self.unit_id
             and number.table is self.table
@@ -43,7 +43,7 @@ class Span:
 
 
 def spans(numbers: Iterable[Number], *, together: bool) -> list[Span]:
-    """Return what is to be read: each number lies wholly within one span.
+    """Return the spans to read: each number lies wholly within one.
 
     Only what touches or overlaps is read together: a register between two that a unit does not
     have would make it refuse both.

@@ -63,7 +63,7 @@ _MEANINGS = {
         "is the unit behind the gateway on, and is `unit_id` its address?",
     ),
 }
-"""By exception code: what the unit says with it, and a hint (clause 7)."""
+"""By exception code: its meaning and a hint (clause 7)."""
 
 
 @dataclass(frozen=True)
@@ -147,7 +147,7 @@ def _if_not_there(table: Table, address: int) -> dict[int, str]:
     return {ILLEGAL_ADDRESS: hint}
 
 
-# what it would print on stderr stands in our errors, in words
+# what it would print on stderr is in our error messages
 logging.getLogger("pymodbus").addHandler(logging.NullHandler())
 
 # Of Read Device Identification (clause 6.21): "more follows", and the number of objects there are.

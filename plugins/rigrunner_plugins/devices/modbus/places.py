@@ -1,4 +1,4 @@
-"""Where a number stands in a Modbus unit, and how its registers are read.
+"""The address of a number in a Modbus unit, and how its registers are read.
 
 Addresses are those of the protocol, which counts each of the four tables from 0 (MODBUS Application
 Protocol Specification V1.1b3, clause 4.4). Manuals often count from 1, and put the table in front:
@@ -122,7 +122,7 @@ class Place(Settings):
 
     @property
     def table(self) -> Table:
-        """The table in which it stands."""
+        """Its table."""
         if self.reference is not None:
             return _refer(self.reference)[0]
         return next(table for table in Table if getattr(self, table) is not None)

@@ -40,7 +40,7 @@ _PARTS = ("maker", "model", "serial", "firmware")
 class OpcUa(Driver):
     """Reads nodes together, and writes set-points with the nodes that belong to them."""
 
-    reconnects_after = (DeviceLostError,)  # each answer says which question it answers
+    reconnects_after = (DeviceLostError,)  # each answer names its request
 
     def __init__(self, settings: OpcUaSettings, context: DeviceContext) -> None:
         super().__init__(context, channel_infos(settings.channels), drive_infos(settings.drives))
@@ -51,7 +51,7 @@ class OpcUa(Driver):
         self._types: dict[str, Type] = {}
 
     def open(self, timeout_s: float) -> Identity:
-        """Connect, ask who answers, and compare each node with what the station says of it."""
+        """Connect, identify the server, and compare each node with the station."""
         self.shut()
         self.exchange(f"connect to {self._settings.endpoint}", lambda: self._connect(timeout_s))
         identity = self._identify()
@@ -107,7 +107,7 @@ class OpcUa(Driver):
                 self._send_command(command)
 
     def actual(self, drive: str) -> float:
-        """Return where a drive stands."""
+        """Return the actual value of a drive."""
         settings = self._settings.drives[drive]
         back = settings.read_back or settings
         return back.to_si(self._read([back])[0])
@@ -164,8 +164,8 @@ class OpcUa(Driver):
         description = self.exchange(f"describe {node}", lambda: self._session.describe(node))
         type_ = next((name for name in TYPES if description and description[0] == name), None)
         if type_ is None or len(description) != 3:  # noqa: PLR2004  (type, unit, rights)
-            what = description[0] if description else "nothing"
-            raise DeviceRejectedError(f"{node} holds {what}, expected a number or a Boolean")
+            content = description[0] if description else "nothing"
+            raise DeviceRejectedError(f"{node} holds {content}, expected a number or a Boolean")
         self._types[node] = type_
         return type_, description[1], description[2]
 

@@ -54,7 +54,7 @@ async def open_client(settings: OpcUaSettings, folder: Path) -> Client:
 
 
 def error_text(error: Exception) -> str:
-    """Return what an error of OPC UA says, with the name of its status code."""
+    """Return the message of an OPC UA error, with the name of its status code."""
     if isinstance(error, ua.UaStatusCodeError):
         return status(error.code)
     return str(error) or type(error).__name__

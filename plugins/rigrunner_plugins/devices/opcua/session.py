@@ -73,7 +73,7 @@ class LoopThread:
             self._loop.close()
 
 
-# what it would print on stderr stands in our errors, in words
+# what it would print on stderr is in our error messages
 logging.getLogger("asyncua").addHandler(logging.NullHandler())
 
 _STEPS_OF_CONNECTING = 6
@@ -122,7 +122,7 @@ class Session:
             loop.stop()
 
     def identity(self) -> list[str]:
-        """Return maker, model, serial and firmware as texts, empty where nothing says so."""
+        """Return maker, model, serial and firmware as texts; '' if unknown."""
         identification = self._settings.identification
         nodes = [
             getattr(identification, part) or _BUILD_INFO.get(part)
@@ -136,7 +136,7 @@ class Session:
         return [self._do(f"read {node}", read(node)) if node else "" for node in nodes]
 
     def describe(self, node: str) -> list[str]:
-        """Return the type of its value, the symbol of its unit if it says one, and 'r' or 'rw'."""
+        """Return the type of its value, the symbol of its unit or '', and 'r' or 'rw'."""
 
         async def describe() -> list[str]:
             opcua_node = await self._node(node)
@@ -152,7 +152,7 @@ class Session:
         return self._do(f"look at {node}", describe(), within_s)
 
     def read(self, node_values: Sequence[NodeValue]) -> list[float]:
-        """Return the numbers of nodes, asked for together."""
+        """Return the numbers of nodes, read together."""
 
         async def read() -> list[ua.DataValue]:
             nodes = [await self._node(value.node) for value in node_values]
@@ -237,7 +237,7 @@ class Session:
                 f"{node_value.node} does not state the age of its value", hint="leave `stale` out"
             )
         age_s = (datetime.now(UTC) - data.SourceTimestamp).total_seconds()
-        # Also one from the future: then the clocks do not agree, and no age can be told.
+        # Also one from the future: then the clocks do not agree, and no age is known.
         if abs(age_s) > node_value.stale:
             raise DeviceRejectedError(
                 f"{node_value.node} has a value that is {age_s:.3g} s old, more than"

@@ -85,7 +85,7 @@ def need_property(owner: type[Any], name: str, properties: Collection[str] | Non
 
 
 def is_callable_alone(owner: type[Any], name: str) -> bool:
-    """Say whether a public method of a class can be called without arguments."""
+    """Return whether a public method of a class can be called without arguments."""
     method = inspect.getattr_static(owner, name)
     if name.startswith("_") or not inspect.isfunction(method):
         return False
@@ -98,7 +98,7 @@ def is_callable_alone(owner: type[Any], name: str) -> bool:
 
 
 def _is_subclass(value: object, base: type[Any]) -> bool:
-    """Say whether something is a class derived from a base."""
+    """Return whether something is a class derived from a base."""
     return inspect.isclass(value) and issubclass(value, base) and value is not base
 
 
@@ -141,7 +141,7 @@ def unit_in_description(owner: type[Any], name: str) -> str:
 
 
 def check_unit(owner: type[Any], name: str, quantity: DeclaredQuantity) -> None:
-    """Raise PluginError where the station has another unit and says not how to come to it."""
+    """Raise PluginError if the station has another unit and no scale."""
     symbol = unit_in_description(owner, name)
     if symbol and symbol != quantity.unit and "scale" not in quantity.model_fields_set:
         raise PluginError(

@@ -82,7 +82,7 @@ class PyMeasureDevice(CommandedDriver):
         return self._identify()
 
     def set_up(self) -> None:
-        """Set the properties and call the methods that the station says."""
+        """Set the properties and call the methods of the station's settings."""
         for name, value in self._settings.setup.items():
             self._set(name, value)
         for name in self._settings.calls:
@@ -103,7 +103,7 @@ class PyMeasureDevice(CommandedDriver):
         self._set(settings.property, settings.from_si(value))
 
     def actual(self, drive: str) -> float:
-        """Read the property that tells where a drive stands."""
+        """Read the property of a drive's actual value."""
         settings = self._settings.drives[drive]
         return settings.to_si(self._get(settings.read_back or settings.property))
 
@@ -179,7 +179,7 @@ class PyMeasureDevice(CommandedDriver):
                 raise
             except ValueError as error:  # of a validator, before anything is sent
                 raise _refused(request, error) from error
-            except Exception as error:  # whatever a class of somebody else's raises
+            except Exception as error:  # whatever a foreign class raises
                 self._drop()
                 raise _refused(request, error) from error
 
@@ -200,7 +200,7 @@ class PyMeasureDevice(CommandedDriver):
                         open_timeout=int(self._open_s * 1000),
                         **settings.connection,
                     )
-        except Exception as error:  # whatever a class of somebody else's raises
+        except Exception as error:  # whatever a foreign class raises
             raise not_opened(settings.resource, error) from error
         connection = getattr(self._instrument.adapter, "connection", None)
         if connection is not None:

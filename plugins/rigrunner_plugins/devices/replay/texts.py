@@ -23,14 +23,14 @@ Path_ = tuple[int | str, ...]
 
 @dataclass(frozen=True)
 class Texts:
-    """Mappings, lists and texts, and where each of them stands."""
+    """Mappings, lists and texts, and the position of each."""
 
     data: Any
     file: str
     marks: Mapping[Path_, tuple[int, int]]
 
     def location(self, path: Sequence[int | str]) -> Location:
-        """Return where the value at that path stands, or the nearest one around it."""
+        """Return the position of the value at a path, or of the nearest one around it."""
         position = next(
             (self.marks[tuple(path[:n])] for n in range(len(path), -1, -1)
              if tuple(path[:n]) in self.marks), (1, 1),

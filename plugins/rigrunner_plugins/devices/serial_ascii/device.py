@@ -68,7 +68,7 @@ class SerialAscii(Driver):
         return {name: values[name] for name in channels}
 
     def get_reading(self, reading: str) -> Reading:
-        """Return what is not a number of the newest line."""
+        """Return a reading of the newest line."""
         return self.observe([reading])[reading]
 
     def observe(self, readings: Sequence[str]) -> dict[str, Reading]:

@@ -66,7 +66,7 @@ class LineBuffer:
             self._changed.notify_all()
 
     def fail(self, error: Exception) -> None:
-        """Say that nothing more will come."""
+        """Note that nothing more will come."""
         with self._changed:
             self._problem = DeviceLostError(
                 f"{self._settings.port}: {error}", hint="is the cable still plugged in?"
@@ -87,7 +87,7 @@ class LineBuffer:
         """Return the first line after sending that is an answer; raise a DeviceError."""
         with self._changed:
             self._is_answer, self._answer, self._tail = is_answer, None, b""
-            self._begins_within_a_line = False  # who waits to be asked says nothing before
+            self._begins_within_a_line = False  # nothing is sent before a request
         send()
         with self._changed:
             try:
@@ -140,7 +140,7 @@ class LineBuffer:
         self._rubbish += 1
         if self._recorded is not None:
             self._problem = error
-        # With `request`, whoever asked reads the line, and fails by it.
+        # With `request`, the caller reads the line, and fails by it.
         elif self._rubbish >= self._settings.rubbish and not self._settings.request:
             self._problem = DeviceRejectedError(
                 f"{self._rubbish} lines in a row could not be read; the last: {error.message}",
@@ -159,7 +159,7 @@ class LineBuffer:
     def _wait(self, ready: Callable[[], bool], within_s: float) -> None:
         done = self._changed.wait_for(lambda: self._problem is not None or ready(), within_s)
         if self._problem is not None:
-            # Told once: what the instrument sends after it may be good again.
+            # Reported once: later lines may be good again.
             problem, self._problem, self._rubbish = self._problem, None, 0
             raise problem
         if not done:

@@ -115,17 +115,17 @@ class PortLines:
 
 
 class ExampleLines:
-    """The example of the settings, as often as it is wanted: an instrument that is simulated."""
+    """A simulated instrument: sends the example of the settings."""
 
     def __init__(self, settings: SerialAsciiSettings, clock: Clock) -> None:
         self._settings = settings
         self._clock = clock
 
     def send(self, text: str) -> None:
-        """Nobody is there to hear it."""
+        """Do nothing: it is simulated."""
 
     def ask(self, text: str, is_answer: Callable[[str], bool], within_s: float) -> str:  # noqa: ARG002  (the Protocol's)
-        """Return the example, whatever is asked."""
+        """Return the example."""
         return self._settings.example
 
     def newest(self) -> str:

@@ -77,7 +77,7 @@ class StreamingSerialAscii(SerialAscii):
 
 
 class _Pace:
-    """Whether lines come as fast as the station says."""
+    """Checks that lines come at the station's rate."""
 
     def __init__(self, rate_hz: float) -> None:
         self._rate_hz = rate_hz

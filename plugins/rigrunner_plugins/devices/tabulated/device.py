@@ -48,7 +48,7 @@ class Tabulated:
         """The set-points, each from 0 (not of a temperature) or its least to its greatest value."""
         return self._drives.infos
 
-    def connect(self, timeout_s: float) -> Identity:  # noqa: ARG002  (nobody has to be waited for)
+    def connect(self, timeout_s: float) -> Identity:  # noqa: ARG002  (it answers at once)
         """Name the table."""
         self._connected = True
         return Identity("a table", self._settings.title, "", simulated=True)
@@ -111,13 +111,13 @@ class Tabulated:
 def _drive(settings: TabulatedSettings, name: str) -> DriveInfo:
     values = [row[name].si for row in settings.rows]
     # Nothing rests at the zero of temperature.
-    rest = min(values) if settings.unit(name) == "K" else 0.0
+    safe_value = min(values) if settings.unit(name) == "K" else 0.0
     return DriveInfo(
         name=name,
         unit=settings.unit(name),
         long_name=name.capitalize(),
-        minimum=min(rest, *values),
-        maximum=max(rest, *values),
-        safe_value=rest,
+        minimum=min(safe_value, *values),
+        maximum=max(safe_value, *values),
+        safe_value=safe_value,
         sets_cycle_frequency=name == settings.cycle_frequency,
     )

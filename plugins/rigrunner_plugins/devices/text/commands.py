@@ -45,5 +45,5 @@ def with_samples(command: str, samples: int) -> str:
 
 
 def says_samples(command: str) -> bool:
-    """Say whether a command holds the number of samples."""
+    """Return whether a command holds the number of samples."""
     return _SAMPLES in command

@@ -50,7 +50,7 @@ class NumberInText(Settings):
         return self
 
     def number_in(self, text: str, what: str) -> float:
-        """Return the number; raise DeviceRejectedError, which tells `what` the text is."""
+        """Return the number; raise DeviceRejectedError, whose message begins with `what`."""
         place = self._place(text.strip(), what)
         shape = _DECIMAL if self.number == "decimal" else _HEXADECIMAL
         match = shape.fullmatch(place)

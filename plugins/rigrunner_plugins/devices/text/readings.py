@@ -43,7 +43,7 @@ class ReadingInText(DeclaredReading):
         return self
 
     def reading_in(self, text: str, what: str) -> Reading:
-        """Return the reading; raise DeviceRejectedError, which tells `what` the text is."""
+        """Return the reading; raise DeviceRejectedError, whose message begins with `what`."""
         place = text.strip()
         if self.pattern:
             match = re.search(self.pattern, place)

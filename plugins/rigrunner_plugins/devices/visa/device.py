@@ -1,4 +1,4 @@
-"""An instrument behind VISA: readable, settable, and recording if its station says how."""
+"""An instrument behind VISA: readable, settable, and recording if its station defines a stream."""
 
 from __future__ import annotations
 
@@ -46,11 +46,11 @@ class Visa(CommandedDriver):
         """Open the connection and identify."""
         self.exchange(f"open {self._settings.resource}", lambda: self._link.open(timeout_s))
         identity = self._identify()
-        self._read_errors()  # of somebody before us
+        self._read_errors()  # of earlier users
         return identity
 
     def set_up(self) -> None:
-        """Send what is to be sent, and verify what has to be so."""
+        """Send the commands for connecting, and make the checks."""
         for command in self._settings.on_connect:
             self.send(command)
         for check in self._settings.verify:
@@ -66,7 +66,7 @@ class Visa(CommandedDriver):
         return self._number(settings.query, settings)
 
     def get_reading(self, reading: str) -> Reading:
-        """Ask for what is not a number."""
+        """Query a reading."""
         settings = self._settings.readings[reading]
         answer = self.ask(settings.query)
         try:
@@ -81,12 +81,12 @@ class Visa(CommandedDriver):
         self.send(with_value(settings.command, settings.from_si(value)))
 
     def actual(self, drive: str) -> float:
-        """Ask where a drive stands."""
+        """Query the actual value of a drive."""
         settings = self._settings.drives[drive]
         return self._number(settings.read_back, settings)
 
     def send(self, command: str) -> None:
-        """Send a command; raise DeviceRejectedError for what the instrument then tells of it."""
+        """Send a command; raise DeviceRejectedError if the instrument reports an error."""
         if self._settings.acknowledge:
             answer = self.ask(command)
             if not fits(self._settings.acknowledge, answer):
@@ -145,7 +145,7 @@ class Visa(CommandedDriver):
         return identity_of(answer, simulated=simulated)
 
     def _read_errors(self) -> list[str]:
-        """Return what is in the error queue, which is empty after that."""
+        """Empty the error queue and return its errors."""
         queue, errors = self._settings.error_queue, list[str]()
         if queue is None:
             return errors
@@ -158,7 +158,7 @@ class Visa(CommandedDriver):
         return errors
 
     def _explain(self, error: DeviceError) -> None:
-        """Add what the instrument itself says of a query that it did not answer."""
+        """Add the instrument's own errors to that of a query without an answer."""
         try:
             with self.without_setup():
                 errors = self._read_errors()

@@ -51,7 +51,7 @@ class VisaLink:
         self._open_s = settings.timeout
 
     def open(self, timeout_s: float) -> None:
-        """Open the connection; raise DeviceNotFoundError where nobody is."""
+        """Open the connection; raise DeviceNotFoundError if there is no instrument."""
         with self._alone():
             self._open_s = timeout_s
             self._open()

@@ -1,4 +1,4 @@
-"""Opening a resource of PyVISA, and what its back ends do not tell by themselves."""
+"""Opening a resource of PyVISA, and what its back ends do not report by themselves."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def not_opened(name: str, error: Exception) -> DeviceNotFoundError:
 
 
 def _manager(backend: str, folder: Path) -> Any:
-    """Return the resource manager, which all share and nobody closes."""
+    """Return the resource manager, which is shared and never closed."""
     try:
         import pyvisa  # noqa: PLC0415  (slow, and optional)
     except ImportError as error:
@@ -113,7 +113,7 @@ def send_at_once(resource: Any) -> None:
 
 
 def is_gone(resource: Any) -> bool:
-    """Say whether a socket is connected to nobody.
+    """Return whether a socket has lost its other end.
 
     pyvisa-py takes a refused connection for an open one, and one that was closed for a slow one.
     """

@@ -68,7 +68,7 @@ def fine_lag(window: Array, other: Array, stride: float, start: float) -> Lag | 
     )
     if lag is None:
         return None
-    # Noise that was white is alike from sample to sample now: it says less than it seems to.
+    # White noise is correlated from sample to sample now: it shows less than it seems to.
     return Lag(lag.samples - shift, lag.u_samples / sqrt(float(weights @ weights)))
 
 
@@ -100,7 +100,7 @@ def _least_squares(window: Array, other: Array, stride: float, start: float) -> 
         if abs(step) < 1e-4:  # noqa: PLR2004  (of a sample)
             break
     residual = window - design @ solution
-    # What of the slope gain and offset cannot stand for: by that alone is the lag known.
+    # The part of the slope that gain and offset cannot explain: it alone determines the lag.
     explained, *_ = np.linalg.lstsq(design[:, :2], slope, rcond=None)
     remainder = slope - design[:, :2] @ explained
     spread = float(remainder @ remainder)

@@ -75,7 +75,7 @@ class Feed:
 
     @property
     def waiting_s(self) -> float:
-        """How long the block that was asked for has been waited for, by the wall's clock."""
+        """How long the requested block has been waited for, by the wall clock."""
         is_waiting = self.pending is not None and not self.pending.done()
         return time.monotonic() - self._asked_s if is_waiting else 0.0
 
@@ -104,7 +104,7 @@ class Feed:
         """End the stream on the device."""
         close = getattr(self._blocks, "close", None)
         if close is not None:
-            with suppress(DeviceError):  # a device that hangs has said so already
+            with suppress(DeviceError):  # a device that hangs was reported already
                 self.part.call("end the stream", close)
 
     def _next(self) -> Arrival:

@@ -25,7 +25,7 @@ SURE = 4.0
 BETWEEN = 0.01
 """Of a sample: as a standard uncertainty, what comparing and interpolating samples errs by."""
 _LEAST = 1e-3
-"""Of a sample: no single look tells more, however free of noise the signal is."""
+"""Of a sample: the least uncertainty of one comparison, however free of noise the signal is."""
 NEAR_S = 0.5e-3
 """How far from the last sighting the next one may be: more than clocks drift in a window."""
 
