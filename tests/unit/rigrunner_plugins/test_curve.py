@@ -59,7 +59,7 @@ def findings(run, results, fit=LINE, **settings):
     return Scrutiny(load_registry()).make("analysis", "curve", told)(run)
 
 
-def found(run, results, fit=LINE, **settings):
+def results_of(run, results, fit=LINE, **settings):
     return {result.name: result for result in findings(run, results, fit, **settings).results}
 
 
@@ -82,7 +82,7 @@ def test_parameters_are_those_that_nist_certifies(name, degree, digits):
     units = {"cell.signal": "1", "lever.torque": "1"}
     results = {f"c{k}": {"name": f"b{k}", "unit": "1"} for k in range(degree + 1)}
     run = run_of(rows(x[:, 0], y, units=units))
-    got = found(run, {"parameters": results}, {"polynomial": {"degree": degree}})
+    got = results_of(run, {"parameters": results}, {"polynomial": {"degree": degree}})
     for k, (value, u) in enumerate(certified):
         assert got[f"b{k}"].estimate.value == pytest.approx(value, rel=10.0**-digits)
         assert got[f"b{k}"].components[0].u == pytest.approx(u, rel=1e-9)
@@ -110,7 +110,7 @@ def test_several_regressors_are_those_that_nist_certifies():
         "parameters": {f"b{k}": {"name": f"b{k}", "unit": "1"} for k in range(7)},
         "value": {"name": "middle", "unit": "1", "at": at},
     }
-    got = found(run_of(measured), results, fit, over=sources)
+    got = results_of(run_of(measured), results, fit, over=sources)
     for k, (value, u) in enumerate(certified):
         assert got[f"b{k}"].estimate.value == pytest.approx(value, rel=1e-9)
         assert got[f"b{k}"].components[0].u == pytest.approx(u, rel=1e-9)
@@ -134,7 +134,7 @@ def test_a_gain_and_an_offset_act_as_one_error_on_all_points():
     of_x = entry("lever.torque", "force", {"offset": "0.1 N"}).model_copy(
         update={"measures": "torque"}
     )
-    got = found(run_of(rows(X, Y), of_y, of_x), results)
+    got = results_of(run_of(rows(X, Y), of_y, of_x), results)
     b, a = np.polyfit(X, Y, 1)
     lines = {name: {line.name: line.u for line in got[name].components} for name in got}
     assert lines["slope"]["gain of cell.signal"] == pytest.approx(b * 0.003 / sqrt(3), rel=1e-6)
@@ -149,7 +149,7 @@ def test_a_gain_and_an_offset_act_as_one_error_on_all_points():
 def test_an_error_in_one_figure_acts_with_its_greatest_effect():
     """Of a slope the sum of |weights|: of -1 and +1 at either side of the middle."""
     results = {"slope": {"name": "slope", "unit": "V/(N·m)"}}
-    got = found(run_of(rows(X, Y), entry("cell.signal", "voltage", "3 mV")), results)
+    got = results_of(run_of(rows(X, Y), entry("cell.signal", "voltage", "3 mV")), results)
     weights = (X - X.mean()) / np.sum((X - X.mean()) ** 2)
     (line,) = (line for line in got["slope"].components if line.name.startswith("reading"))
     assert line.u == pytest.approx(np.abs(weights).sum() * 0.003 / sqrt(3), rel=1e-6)
@@ -164,7 +164,7 @@ def test_the_slope_of_a_large_y_that_hardly_changes_has_the_error_of_its_reading
     place = {"first": x[0], "between": 3.7, "last": x[-1]}[at]
     results = {"slope": {"name": "slope", "at": f"{place} N·m", "unit": "V/(N·m)"}}
     run = run_of(rows(x, y), entry("cell.signal", "voltage", "3 mV"))
-    got = found(run, results, {"polynomial": {"degree": degree}})["slope"]
+    got = results_of(run, results, {"polynomial": {"degree": degree}})["slope"]
     powers = np.arange(degree + 1)
     design = x[:, None] ** powers
     gradient = powers * place ** np.maximum(powers - 1, 0)
@@ -179,7 +179,7 @@ def test_the_slope_of_a_large_y_that_hardly_changes_has_the_error_of_its_reading
 
 
 def test_an_unknown_instrument_leaves_the_uncertainty_unknown():
-    got = found(run_of(rows(X, Y)), {"slope": {"name": "slope", "unit": "V/(N·m)"}})
+    got = results_of(run_of(rows(X, Y)), {"slope": {"name": "slope", "unit": "V/(N·m)"}})
     assert isnan(got["slope"].estimate.u)
 
 
@@ -205,7 +205,7 @@ def test_a_calibration_used_backwards_is_as_sure_as_many_calibrations_show(readi
     results = {"x_at": {"name": "x", "unit": "N·m", "y": "1.45 V"} | (
         {"readings": readings} if readings else {})}  # fmt: skip
     y = 0.05 + 0.2 * X + NOISE
-    got = found(run_of(rows(X, y), EXACT), results)["x"]
+    got = results_of(run_of(rows(X, y), EXACT), results)["x"]
     line, residual = np.polyfit(X, y, 1), np.polyval(np.polyfit(X, y, 1), X) - y
     scale = s / sqrt(residual @ residual / 4)  # the scatter of the trials, not of this calibration
     assert got.estimate.value == pytest.approx((1.45 - line[1]) / line[0], rel=1e-9)
@@ -217,8 +217,10 @@ def test_a_gain_of_the_meter_cancels_where_the_same_meter_reads_both():
     """It calibrates and is used with one and the same gain: x does not depend on it."""
     gain = entry("cell.signal", "voltage", {"gain": "1 %", "offset": "5 mV"})
     run = run_of(rows(X, Y), gain)
-    exact = found(run, {"x_at": {"name": "x", "unit": "N·m", "y": "1.45 V"}})["x"]
-    read = found(run, {"x_at": {"name": "x", "unit": "N·m", "y": "1.45 V", "readings": 1}})["x"]
+    exact = results_of(run, {"x_at": {"name": "x", "unit": "N·m", "y": "1.45 V"}})["x"]
+    read = results_of(run, {"x_at": {"name": "x", "unit": "N·m", "y": "1.45 V", "readings": 1}})[
+        "x"
+    ]
     of_gain = {line.name: line.u for line in exact.components}["gain of cell.signal"]
     assert of_gain == pytest.approx(1.45 * 0.01 / sqrt(3) / 0.2, rel=0.01)
     for line in read.components[1:]:
@@ -229,7 +231,7 @@ def test_an_unknown_is_found_by_its_own_readings():
     labels = [{"phase": "calibration"}] * 6 + [{"phase": "unknown"}] * 2
     run = run_of(rows([*X, 3, 3], [*Y, 1.449, 1.451], labels=labels), EXACT)
     results = {"x_at": {"name": "x", "unit": "N·m", "where": {"phase": "unknown"}}}
-    got = found(run, results, where={"phase": "calibration"})["x"]
+    got = results_of(run, results, where={"phase": "calibration"})["x"]
     slope, constant = np.polyfit(X, Y, 1)
     assert got.estimate.value == pytest.approx((1.45 - constant) / slope, rel=1e-9)
     assert got.readings == 6
@@ -255,7 +257,9 @@ def test_a_shared_error_of_x_has_its_sign():
     """x too high by a share g makes the slope too low by it; an equation needs the sign."""
     meter = entry("meter.current", "current", {"gain": "1 %"})
     run = run_of(rows(X, Y, over="meter.current", read=True), EXACT, meter)
-    slope = found(run, {"slope": {"name": "slope", "unit": "Ω"}}, over="meter.current")["slope"]
+    slope = results_of(run, {"slope": {"name": "slope", "unit": "Ω"}}, over="meter.current")[
+        "slope"
+    ]
     (line,) = (line for line in slope.components if line.name == "gain of meter.current")
     assert line.sensitivity == pytest.approx(-slope.estimate.value, rel=1e-5)
     assert line.u == pytest.approx(slope.estimate.value * 0.01 / sqrt(3), rel=1e-5)
@@ -325,7 +329,7 @@ def test_a_value_of_a_nonlinear_fit_with_units():
         "parameters": {"x0": {"name": "decay", "unit": "mN·m"}, "U0": {"name": "U0", "unit": "mV"}},
         "value": {"name": "at_3", "unit": "mV", "at": "3 N·m"},
     }
-    got = found(run_of(rows(X, y), EXACT), results, fit)
+    got = results_of(run_of(rows(X, y), EXACT), results, fit)
     assert got["decay"].estimate.value == pytest.approx(4000, rel=1e-5)
     assert got["U0"].estimate.value == pytest.approx(10_000, rel=1e-5)
     assert got["at_3"].estimate.value == pytest.approx(10_000 * np.exp(-0.75), rel=1e-5)
@@ -336,9 +340,9 @@ def test_a_parameter_in_a_unit_of_another_kind_is_refused():
     with pytest.raises(
         DataError, match=r"b is stated in V; the parameter 'c1' of the fit is in V/"
     ):
-        found(run_of(rows(X, Y), EXACT), results)
+        results_of(run_of(rows(X, Y), EXACT), results)
     with pytest.raises(DataError, match="no parameter 'c7'; it has: c0, c1"):
-        found(run_of(rows(X, Y), EXACT), {"parameters": {"c7": {"name": "b", "unit": "V"}}})
+        results_of(run_of(rows(X, Y), EXACT), {"parameters": {"c7": {"name": "b", "unit": "V"}}})
 
 
 BENT = np.array([0, 1.03, 2.045, 3.03, 4.0])
@@ -351,7 +355,7 @@ def test_nonlinearity_is_the_greatest_deviation_from_the_best_line():
         {"name": "linearity", "unit": "mV"},
         {"name": "of_span", "unit": "%", "of_span": "yes"},
     ]}  # fmt: skip
-    got = found(run, results)
+    got = results_of(run, results)
     assert got["linearity"].estimate.value == pytest.approx(24.0, rel=1e-9)
     assert got["of_span"].estimate.value == pytest.approx(100 * 0.024 / 4.0, rel=1e-9)
     s = sqrt(sum(np.array([21, 9, 24, 9, 21]) ** 2) / 3)
@@ -367,7 +371,7 @@ def test_a_gain_drops_out_of_a_share_and_leaves_no_rounding_error():
         {"name": "linearity", "unit": "mV"},
         {"name": "of_span", "unit": "%", "of_span": "yes"},
     ]}  # fmt: skip
-    got = found(run, results)
+    got = results_of(run, results)
     assert [line.u for line in got["of_span"].components[1:]] == [0.0, 0.0]
     gain, offset = got["linearity"].components[1:]
     assert gain.u == pytest.approx(0.001 / sqrt(3) * 24, rel=1e-6)
@@ -395,7 +399,7 @@ def test_hysteresis_is_falling_less_rising_and_zero_return_that_at_zero():
         "zero_return": {"name": "zero", "unit": "mV", "between": BOTH},
     }
     run = run_of(rows(x, y, labels=UP_AND_DOWN), entry("cell.signal", "voltage", "1 mV"))
-    got = found(run, results)
+    got = results_of(run, results)
     assert got["hysteresis"].estimate.value == pytest.approx(10.0, rel=1e-9)
     assert got["zero"].estimate.value == pytest.approx(4.0, rel=1e-9)
     lines = [line.u for line in got["zero"].components[1:]]
@@ -408,7 +412,7 @@ def test_hysteresis_does_not_mind_that_a_read_x_is_not_quite_the_same():
     run = run_of(rows(x, 0.2 * x, labels=UP_AND_DOWN, read=True), EXACT,
                  entry("lever.torque", "force", "0.001 N"))  # fmt: skip
     results = {"hysteresis": {"name": "hysteresis", "unit": "mV", "between": BOTH}}
-    assert found(run, results)["hysteresis"].estimate.value == pytest.approx(0, abs=1e-9)
+    assert results_of(run, results)["hysteresis"].estimate.value == pytest.approx(0, abs=1e-9)
 
 
 def test_a_loop_of_many_set_points_is_compared_at_each_of_them():
@@ -420,7 +424,7 @@ def test_a_loop_of_many_set_points_is_compared_at_each_of_them():
         "hysteresis": {"name": "hysteresis", "unit": "mV", "between": BOTH},
         "zero_return": {"name": "zero", "unit": "mV", "between": BOTH},
     }
-    got = found(run_of(rows(x, 0.2 * x + off, labels=labels), EXACT), results)
+    got = results_of(run_of(rows(x, 0.2 * x + off, labels=labels), EXACT), results)
     assert got["hysteresis"].estimate.value == pytest.approx(10.0, rel=1e-9)
     assert got["zero"].estimate.value == pytest.approx(0, abs=1e-9)
 
@@ -429,7 +433,7 @@ def test_the_nonlinearity_of_many_points_is_that_at_one_of_them():
     x = np.linspace(0, 100, 121)
     y = 0.2 * x + np.where(x == 50, 0.010, 0)
     results = {"nonlinearity": {"name": "linearity", "unit": "mV"}}
-    got = found(run_of(rows(x, y), EXACT), results)["linearity"]
+    got = results_of(run_of(rows(x, y), EXACT), results)["linearity"]
     assert got.estimate.value == pytest.approx(10.0 * (1 - 1 / len(x)), rel=1e-6)
 
 
@@ -441,7 +445,7 @@ def test_readings_of_many_x_are_compared_within_one_percent_of_their_range():
     run = run_of(rows(x, 0.2 * x + off, labels=labels, read=True), EXACT,
                  entry("lever.torque", "force", "0.001 N"))  # fmt: skip
     least = 10 * np.sin(np.pi * 0.49)  # all within 1 % of the middle are above
-    assert least < found(run, results)["hysteresis"].estimate.value < 10.0
+    assert least < results_of(run, results)["hysteresis"].estimate.value < 10.0
 
 
 def test_repeated_values_say_how_sure_a_hysteresis_is():
@@ -449,7 +453,7 @@ def test_repeated_values_say_how_sure_a_hysteresis_is():
     y = [0.001, 1.0, 2.0, 2.0, 1.0, 0.011, -0.001, 1.0, 2.0, 2.0, 1.0, 0.009]
     labels = UP_AND_DOWN * 2
     results = {"hysteresis": {"name": "hysteresis", "unit": "mV", "between": BOTH}}
-    got = found(run_of(rows(x, y, labels=labels), EXACT), results)["hysteresis"]
+    got = results_of(run_of(rows(x, y, labels=labels), EXACT), results)["hysteresis"]
     # pooled: two pairs 2 mV apart, four that agree: s² = 2·(2 mV²)/6, and twice s²/2
     assert got.estimate.value == pytest.approx(10.0, rel=1e-9)
     assert (got.components[0].u, got.components[0].dof) == pytest.approx(
@@ -468,7 +472,7 @@ def test_a_hysteresis_without_repeated_values_is_no_scatter_of_itself():
     way = [{"way": "up"}] * 4 + [{"way": "down"}] * 4
     y = 0.2 * x + off + np.array([0.0] * 4 + [0.010] * 4)
     results = {"hysteresis": {"name": "hysteresis", "unit": "mV", "between": BOTH}}
-    got = found(run_of(rows(x, y, labels=way), EXACT), results)["hysteresis"]
+    got = results_of(run_of(rows(x, y, labels=way), EXACT), results)["hysteresis"]
     assert got.estimate.value == pytest.approx(10.0, rel=1e-9)
     assert got.components[0].u == pytest.approx(2.0, rel=1e-9)
     assert got.components[0].dof == pytest.approx(4.0)
@@ -490,7 +494,7 @@ def test_a_recording_is_a_point_by_its_statistic():
     ]  # fmt: skip
     run = run_of([], EXACT, recordings=recordings)
     results = {"parameters": {"c0": {"name": "a", "unit": "V"}}}
-    highest = found(run, results, statistic="maximum")["a"].estimate.value
+    highest = results_of(run, results, statistic="maximum")["a"].estimate.value
     assert highest == pytest.approx(np.polyfit(X, Y, 1)[1] + 2, rel=1e-9)
 
 
@@ -499,16 +503,18 @@ def test_temperatures_count_from_zero_celsius_unless_told():
     run = run_of(rows(celsius + 273.15, 1 + 0.01 * celsius, over="room.air"), EXACT)
     results = {"parameters": {"c0": {"name": "a", "unit": "V"}},
             "x_at": {"name": "t", "unit": "°C", "y": "1.6 V"}}  # fmt: skip
-    got = found(run, results, over="room.air")
+    got = results_of(run, results, over="room.air")
     assert got["a"].estimate.value == pytest.approx(1.0, rel=1e-9)
     assert got["t"].estimate.value == pytest.approx(60.0, rel=1e-9)
-    got = found(run, results, over="room.air", reference="50 °C")
+    got = results_of(run, results, over="room.air", reference="50 °C")
     assert got["a"].estimate.value == pytest.approx(1.5, rel=1e-9)
 
 
 def test_the_analysis_names_the_fit_that_it_took_and_refuses_an_unknown_one():
     with pytest.raises(PluginError, match="there is no fit 'polynom'"):
-        found(run_of(rows(X, Y), EXACT), {"slope": {"name": "s", "unit": "V/(N·m)"}}, "polynom")
+        results_of(
+            run_of(rows(X, Y), EXACT), {"slope": {"name": "s", "unit": "V/(N·m)"}}, "polynom"
+        )
 
 
 def test_the_figure_has_points_curve_band_and_residuals():
@@ -702,7 +708,7 @@ def test_x_at_y_of_a_weighted_curve_scatters_as_the_points_near_it(which):
         "parameters": {"c0": {"name": "a", "unit": "V"}, "c1": {"name": "b", "unit": "V/(N·m)"}},
     }
     run = run_of((), EXACT, recordings=calibration + unknown)
-    got = found(run, results, WEIGHTED, where={"phase": "calibration"})
+    got = results_of(run, results, WEIGHTED, where={"phase": "calibration"})
     x, y, u = recorded_points(calibration)
     (c0, c1), s, covariance = weighted_line(x, y, u)
     assert got["b"].estimate.value == pytest.approx(c1, rel=1e-9)
@@ -728,7 +734,7 @@ def test_deviations_of_a_weighted_curve_scatter_as_their_points():
         "zero_return": {"name": "z", "unit": "V", "between": between},
     }
     run = run_of((), EXACT, recordings=both)
-    got = found(run, results, WEIGHTED)
+    got = results_of(run, results, WEIGHTED)
     x, y, u = recorded_points(both)
     _, s, _ = weighted_line(x, y, u)
     rng = np.random.default_rng(3)
@@ -755,7 +761,7 @@ def test_repeated_values_of_a_weighted_curve_scatter_as_at_their_x():
     seeds = ((1, "up"), (2, "up"), (3, "down"), (4, "down"))
     every = [each for seed, way in seeds for each in noisy(torques, way=way, seed=seed)]
     results = {"zero_return": {"name": "z", "unit": "V", "between": {"way": ["up", "down"]}}}
-    got = found(run_of((), EXACT, recordings=every), results, WEIGHTED)
+    got = results_of(run_of((), EXACT, recordings=every), results, WEIGHTED)
     assert got["z"].components[0].dof == 16
     # Two of each: u = s sqrt(1/2 + 1/2); of 16 degrees of freedom s is known to 18 %.
     assert got["z"].components[0].u == pytest.approx(0.05 / sqrt(40), rel=0.4)

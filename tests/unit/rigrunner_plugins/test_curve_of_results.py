@@ -57,7 +57,7 @@ def findings(*analyses, columns=COLUMNS, meters=METERS):
     return findings_of(run, references, Scrutiny(registry()))
 
 
-def found(*analyses, **run):
+def results_of(*analyses, **run):
     return {result.name: result for made in findings(*analyses, **run) for result in made.results}
 
 
@@ -67,7 +67,7 @@ AT = 30e-3 / 60
 
 def test_errors_common_to_the_points_count_as_in_trials():
     """Offsets, gains and a constant, rectangular: u is that of the fit to points moved by them."""
-    rated = found(FLOW_RESULT, head(), curve(RATED))["rated"]
+    rated = results_of(FLOW_RESULT, head(), curve(RATED))["rated"]
     assert rated.estimate.value == pytest.approx(12 - 2e3 * AT - 6e6 * AT**2, rel=1e-9)
     rng, count = np.random.default_rng(20261129), 20_000
     p1, p2, gain, flow, rho = rng.uniform(-1, 1, (5, count)) * np.array(
@@ -104,8 +104,8 @@ def test_results_that_are_the_readings_give_the_curve_of_the_readings(accuracy):
            "meters": [instrument("rig.outlet", "pressure", accuracy)]}  # fmt: skip
     itself = ("readings", {"of": "rig.outlet", "per": ["load.current"],
                            "result": {"name": "pressure", "unit": "mbar"}})  # fmt: skip
-    direct = found(("curve", {"of": "rig.outlet", **of}), **run)
-    got = found(itself, ("curve", {"of": "pressure", **of}), **run)
+    direct = results_of(("curve", {"of": "rig.outlet", **of}), **run)
+    got = results_of(itself, ("curve", {"of": "pressure", **of}), **run)
     for name in direct:
         expected, value = direct[name].estimate, got[name].estimate
         assert value.value == pytest.approx(expected.value, rel=1e-8), name
@@ -119,7 +119,7 @@ def test_a_gain_that_y_and_x_have_in_common_cancels_in_the_slope():
     once = ("readings", {"of": "rig.outlet", "per": ["load.current"],
                          "result": {"name": "once", "unit": "bar"}})  # fmt: skip
     results = {"slope": {"name": "slope", "unit": "1"}}
-    slope = found(twice, once, curve(results, of="twice", over="once", fit=LINE))["slope"]
+    slope = results_of(twice, once, curve(results, of="twice", over="once", fit=LINE))["slope"]
     assert slope.estimate.value == pytest.approx(2, rel=1e-9)
     (gain,) = [line.u for line in slope.components if line.name == "gain of rig.outlet"]
     assert gain == pytest.approx(0, abs=1e-9)
@@ -134,7 +134,7 @@ def test_an_error_of_the_set_point_counts_once_where_it_is_in_y_too(accuracy, mo
     of_itself = {"result": {"name": "itself", "unit": "mA"}, "model": model,
                  "inputs": {"x": "load.current"}, "per": ["load.current"],
                  "constants": {"k": "10 A"} if "k" in model else {}}  # fmt: skip
-    got = found(
+    got = results_of(
         ("equation", of_itself),
         curve(results, of="itself", over="load.current", fit=LINE),
         meters=[instrument("load.current", "current", accuracy)],
@@ -151,7 +151,7 @@ def test_what_correlated_instruments_have_in_common_counts_with_its_greatest_eff
     meters = [instrument(f"rig.{name}", "pressure", {"offset": "4 mbar"})
               for name in ("inlet", "outlet")]  # fmt: skip
     correlated = head(correlations=[{"between": ["p1", "p2"], "r": 0.5}])
-    at = found(correlated, curve(results, over="load.current", fit=LINE), meters=meters)["at"]
+    at = results_of(correlated, curve(results, over="load.current", fit=LINE), meters=meters)["at"]
     (line,) = [line for line in at.components if "correlated" in line.name]
     weights = np.array([5.0, 1.0]) @ np.linalg.pinv(np.vander(VALVE, 2))
     u = 400 / sqrt(3) / (RHO * G)  # of a difference with r = 0.5: as that of one of them
@@ -181,7 +181,9 @@ def test_an_error_that_may_be_another_at_each_point_counts_with_its_greatest_eff
     results = {"value": {"name": "at", "at": "5 A", "unit": "bar"}}
     itself = ("readings", {"of": "rig.outlet", "per": ["load.current"],
                            "result": {"name": "pressure", "unit": "bar"}})  # fmt: skip
-    at = found(itself, curve(results, of="pressure", over="load.current", fit=LINE), meters=meters)
+    at = results_of(
+        itself, curve(results, of="pressure", over="load.current", fit=LINE), meters=meters
+    )
     design = np.vander(VALVE, 2)
     weights = np.array([5.0, 1.0]) @ np.linalg.pinv(design)
     u = 500 / sqrt(3) * np.abs(weights).sum() / 1e5
@@ -226,9 +228,9 @@ def test_without_an_entry_in_the_register_the_uncertainty_is_unknown():
     itself = ("readings", {"of": "rig.outlet", "per": ["load.current"],
                            "result": {"name": "pressure", "unit": "bar"}})  # fmt: skip
     results = {"value": {"name": "at", "at": "5 A", "unit": "bar"}}
-    at = found(itself, curve(results, of="pressure", over="load.current", fit=LINE), meters=[])[
-        "at"
-    ]
+    at = results_of(
+        itself, curve(results, of="pressure", over="load.current", fit=LINE), meters=[]
+    )["at"]
     assert isnan(at.estimate.u)
     assert at.estimate.value == pytest.approx(np.polyval(np.polyfit(
         VALVE, COLUMNS["rig.outlet"], 1), 5) / 1e5, rel=1e-9)  # fmt: skip
@@ -272,11 +274,11 @@ def test_an_error_in_one_figure_stays_another_at_each_point_through_an_equation(
                              "inputs": {"p": of}, "per": ["load.current"]})  # fmt: skip
 
     fitted = curve(results, over="load.current", of="twice", fit=LINE)
-    slope = found(pressure, twice("pressure"), fitted, **run)["slope"]
+    slope = results_of(pressure, twice("pressure"), fitted, **run)["slope"]
     (line,) = (line for line in slope.components if line.name.startswith("reading"))
     x = np.array(VALVE) - np.mean(VALVE)
     assert line.u == pytest.approx(2 * 5 / sqrt(3) * np.abs(x / (x @ x)).sum(), rel=1e-6)
-    direct = found(twice("rig.outlet"), fitted, **run)["slope"]
+    direct = results_of(twice("rig.outlet"), fitted, **run)["slope"]
     assert slope.estimate.u == pytest.approx(direct.estimate.u, rel=1e-6)
 
 
@@ -290,9 +292,9 @@ def test_constants_of_one_name_and_value_in_two_units_are_two_errors():
                       "constants": {"z": {"value": "0 A", "u": "0.2 A"}}})  # fmt: skip
     columns = {"rig.outlet": 1e5 + 1e4 * np.array(VALVE)}  # 100 mbar/A
     results = {"value": {"name": "value", "at": "2.5 A", "unit": "mbar"}}
-    got = found(y, x, curve(results, of="y", over="x", fit=LINE), columns=columns, meters=PRECISE)[
-        "value"
-    ]
+    got = results_of(
+        y, x, curve(results, of="y", over="x", fit=LINE), columns=columns, meters=PRECISE
+    )["value"]
     assert got.estimate.u == pytest.approx(sqrt(50**2 + (100 * 0.2) ** 2), rel=1e-5)
 
 
@@ -306,7 +308,7 @@ def test_an_equation_of_parameters_of_one_curve_has_no_u_below_that_of_their_cov
     line = curve(results, of="rig.outlet", over="load.current", fit=LINE)
     root = ("equation", {"result": {"name": "root", "unit": "A"}, "model": "-a / b",
                          "inputs": {"a": "c0", "b": "c1"}})  # fmt: skip
-    got = found(line, root, columns=columns, meters=PRECISE)
+    got = results_of(line, root, columns=columns, meters=PRECISE)
     (c1, c0), covariance = np.polyfit(VALVE, columns["rig.outlet"], 1, cov="unscaled")
     residuals = columns["rig.outlet"] - c0 - c1 * np.array(VALVE)
     slopes = np.array([c0 / c1**2, -1 / c1])
@@ -318,7 +320,7 @@ def test_an_equation_of_parameters_of_one_curve_has_no_u_below_that_of_their_cov
     assert got["root"].estimate.dof == pytest.approx(4)
     twice = ("equation", {"result": {"name": "twice", "unit": "A"}, "model": "r + a / b",
                           "inputs": {"r": "root", "a": "c0", "b": "c1"}})  # fmt: skip
-    again = found(line, root, twice, columns=columns, meters=PRECISE)["twice"]
+    again = results_of(line, root, twice, columns=columns, meters=PRECISE)["twice"]
     assert again.estimate.u == pytest.approx(2 * got["root"].estimate.u, rel=1e-6)  # the greatest
 
 
@@ -331,18 +333,18 @@ def test_the_scatter_of_three_readings_has_its_few_degrees_of_freedom_between_po
     results = {"value": {"name": "at", "at": "2 A", "unit": "Pa"}}
     run = run_of(thrice, UNITS, PRECISE, VALVE * 3)
 
-    def made(fit):
+    def findings_of_fit(fit):
         both = itself, curve(results, over="load.current", of="pressure", fit=fit)
         references = [AnalysisRef.model_validate({name: settings}) for name, settings in both]
         return findings_of(run, references, Scrutiny(registry()))
 
-    readings, at = made({"pchip": {}})
+    readings, at = findings_of_fit({"pchip": {}})
     (point,) = (result for result in readings.results if result.place == "load.current = 2 A")
     assert at.results[0].estimate.value == pytest.approx(point.estimate.value)
     u = np.std([-30, 40, -10], ddof=1) / sqrt(3)
     assert expanded(at.results[0].estimate) == pytest.approx(stdtrit(2, 0.975) * u, rel=1e-4)
     with pytest.raises(DataError, match="is from 3 readings, and needs 10"):
-        made({"polynomial": {"degree": 1, "weighted": True}})
+        findings_of_fit({"polynomial": {"degree": 1, "weighted": True}})
 
 
 def test_errors_that_differ_at_each_point_do_not_cancel_between_two_values_of_a_curve():
@@ -353,7 +355,7 @@ def test_errors_that_differ_at_each_point_do_not_cancel_between_two_values_of_a_
     }
     per = {"per": ["load.current"]}
     results = {"value": [{"name": f"at_{x}", "at": f"{x} A", "unit": "mbar"} for x in (2, 5)]}
-    got = found(
+    got = results_of(
         ("readings", {"of": "rig.outlet", "result": {"name": "pressure", "unit": "mbar"}, **per}),
         ("equation", {"result": {"name": "twice", "unit": "mbar"}, "model": "2 * p",
                       "inputs": {"p": "pressure"}, **per}),

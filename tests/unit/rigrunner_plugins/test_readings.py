@@ -330,7 +330,7 @@ def test_the_interval_of_a_mean_holds_where_each_recording_has_its_own_level() -
     assert inside >= 90  # as one series 60
 
 
-def held(of: Statistic, true: float, series: Iterable[Series]) -> tuple[int, int]:
+def count_inside(of: Statistic, true: float, series: Iterable[Series]) -> tuple[int, int]:
     """Return how many of some series hold the true value, and how many do not know U."""
     inside = unknown = 0
     for each in series:
@@ -359,21 +359,21 @@ def of_levels(levels: float, recordings: int, runs: int = 100) -> Iterator[Serie
 @pytest.mark.parametrize(("levels", "recordings"), [(0.0, 4), (1.0, 4), (1.0, 8), (5.0, 8)])
 def test_the_interval_of_a_standard_deviation_holds_where_recordings_differ(levels, recordings):
     deviation = STATISTICS["standard_deviation"]
-    inside, unknown = held(deviation, sqrt(1 + levels**2), of_levels(levels, recordings))
+    inside, unknown = count_inside(deviation, sqrt(1 + levels**2), of_levels(levels, recordings))
     assert inside >= 90  # as one series 70 to 85
     assert unknown == 0
 
 
 @pytest.mark.parametrize(("levels", "recordings"), [(0.0, 4), (1.0, 6), (1.0, 10), (5.0, 6)])
 def test_the_interval_of_a_slope_holds_where_recordings_differ(levels, recordings) -> None:
-    inside, unknown = held(STATISTICS["slope"], 0.0, of_levels(levels, recordings))
+    inside, unknown = count_inside(STATISTICS["slope"], 0.0, of_levels(levels, recordings))
     assert inside >= 90  # as one series 60 to 80
     assert unknown == 0
 
 
 def test_the_slope_through_two_recordings_has_an_unknown_uncertainty() -> None:
     """Nothing tells a drift from two levels: U of the samples alone held 5 to 16 of 100."""
-    assert held(STATISTICS["slope"], 0.0, of_levels(1.0, 2)) == (0, 100)
+    assert count_inside(STATISTICS["slope"], 0.0, of_levels(1.0, 2)) == (0, 100)
     recordings = [recorded(np.arange(20.0) % 3, second=10 * at) for at in range(2)]
     findings_ = analysed(
         run_of(recordings=recordings, instruments=[meter()]),
@@ -388,14 +388,14 @@ def test_the_slope_through_two_recordings_has_an_unknown_uncertainty() -> None:
 
 
 def test_the_interval_of_a_percentile_holds_or_is_not_stated_where_recordings_differ() -> None:
-    inside, unknown = held(percentile(0.5), 0.0, of_levels(1.0, 8))
+    inside, unknown = count_inside(percentile(0.5), 0.0, of_levels(1.0, 8))
     assert inside >= 90  # as one series 85
     assert unknown == 0
     true = stats.norm.ppf(0.9)
-    inside, unknown = held(percentile(0.9), true, of_levels(0.0, 4))
+    inside, unknown = count_inside(percentile(0.9), true, of_levels(0.0, 4))
     assert inside + unknown >= 90
     assert unknown <= 20  # the F-test at 5 %, of means that vary little more than samples tell
-    _, unknown = held(percentile(0.9), true * sqrt(26), of_levels(5.0, 4))
+    _, unknown = count_inside(percentile(0.9), true * sqrt(26), of_levels(5.0, 4))
     assert unknown >= 95
 
 
@@ -414,7 +414,7 @@ def test_the_interval_of_a_percentile_of_readings_is_that_of_order_statistics(pe
         Series(rng.exponential(size=n), np.arange(float(n)), in_a_row=False) for _ in range(400)
     )
     true = stats.expon.ppf(percent / 100)
-    inside, unknown = held(percentile(percent / 100), true, recordings)
+    inside, unknown = count_inside(percentile(percent / 100), true, recordings)
     assert unknown == (0 if known else 400)
     assert inside >= (372 if known else 0)
 
@@ -478,7 +478,7 @@ def test_the_interval_of_an_integral_holds_while_the_value_changes() -> None:
     values = 5 * np.exp(-times / 4)
     true = float(np.trapezoid(values, times))
     noisy = (Series(values + rng.normal(0, 0.1, 60), times, in_a_row=False) for _ in range(400))
-    inside, unknown = held(STATISTICS["integral"], true, noisy)
+    inside, unknown = count_inside(STATISTICS["integral"], true, noisy)
     assert not unknown
     assert 368 <= inside <= 392
 

@@ -10,7 +10,7 @@ import pytest
 from rigrunner.analysis.verdict.chosen import mean_of
 from rigrunner.api.data import ZeroScatter
 from unit.rigrunner_plugins.equation import helpers_equation
-from unit.rigrunner_plugins.test_curve import EXACT, found, rows, run_of
+from unit.rigrunner_plugins.test_curve import EXACT, results_of, rows, run_of
 from unit.rigrunner_plugins.test_readings_of_two_runs import compared, meter, only, voltages
 
 CHANNEL, U, DOF = "meter.voltage", 0.3, 4.0
@@ -106,7 +106,7 @@ def curve(y, zeros, **settings):
         "value": [{"name": "middle", "at": "1.5 N·m", "unit": "V"}],
         "slope": {"name": "slope", "unit": "V/(N·m)"},
     }
-    return found(zeroed(run, zeros, "cell.signal"), results, **settings)
+    return results_of(zeroed(run, zeros, "cell.signal"), results, **settings)
 
 
 def test_a_curve_has_it_in_a_value_and_not_in_a_slope():

@@ -123,7 +123,7 @@ class Bench:
 
     async def _make_nodes(self, server):
         index = await server.register_namespace(NAMESPACE)
-        made = {
+        nodes = {
             "Torque": (1.25, ua.VariantType.Double, (NEWTON_METRE, "N·m")),
             "Temperature": (21.5, ua.VariantType.Float, (CELSIUS, "°C")),
             "Count": (7, ua.VariantType.Int16, None),
@@ -136,7 +136,7 @@ class Bench:
             "Locked": (0.0, ua.VariantType.Double, None),
         }
         self.nodes = {}
-        for name, (value, type_, unit) in made.items():
+        for name, (value, type_, unit) in nodes.items():
             node = await server.nodes.objects.add_variable(
                 ua.NodeId(name, index), ua.QualifiedName(name, index), value, type_
             )

@@ -169,8 +169,8 @@ class SerialPeer:
 @contextmanager
 def peer(kind: type[SocketPeer | SerialPeer], talk: Talk) -> Iterator[SocketPeer]:
     """Give a peer for a while."""
-    made = kind(talk)
+    bench = kind(talk)
     try:
-        yield made
+        yield bench
     finally:
-        made.close()
+        bench.close()

@@ -271,15 +271,15 @@ def test_a_part_with_a_gap_or_a_wrong_rate_is_named():
     bench = Bench()
     plain = bench.enc.stream
 
-    def skipping(*asked):
-        for index, block in enumerate(plain(*asked)):
+    def skipping(*arguments):
+        for index, block in enumerate(plain(*arguments)):
             if index != 5:
                 yield block
 
     bench.enc.stream = skipping
     with pytest.raises(DeviceLostError, match="enc: sample 6000 came, 5000 was due"):
         bench.recorded()
-    bench.enc.stream = lambda *asked: (replace(b, rate_hz=9000.0) for b in plain(*asked))
+    bench.enc.stream = lambda *arguments: (replace(b, rate_hz=9000.0) for b in plain(*arguments))
     with pytest.raises(DeviceRejectedError, match="enc: the stream has 9000 samples per second"):
         bench.recorded()
 
@@ -291,8 +291,8 @@ def test_a_part_with_complex_samples_is_named(part):
     sampler = getattr(bench, part)
     plain = sampler.stream
 
-    def imaginary(*asked):
-        for block in plain(*asked):
+    def imaginary(*arguments):
+        for block in plain(*arguments):
             spoilt = {name: values + 0.5j for name, values in block.channels.items()}
             yield replace(block, channels=spoilt)
 
@@ -315,8 +315,8 @@ def test_a_part_that_hangs_is_told_in_time_and_can_be_closed():
     bench.daq.non_blocking = False
     plain = bench.enc.stream
 
-    def hanging(*asked):
-        for index, block in enumerate(plain(*asked)):
+    def hanging(*arguments):
+        for index, block in enumerate(plain(*arguments)):
             if index == 3:
                 release.wait(10)
             yield block

@@ -100,7 +100,7 @@ def clock():
 def bench(clock, monkeypatch):
     """Return what makes a connected device on a driver that stands in."""
 
-    def made(changes=None, *, connect=True, **of_driver):
+    def make_device(changes=None, *, connect=True, **of_driver):
         driver = FakeDriver(clock, SIGNALS, **of_driver)
         monkeypatch.setattr(
             nidaqmx.utils, "_select_interpreter", lambda *_a, **_k: driver.interpreter()
@@ -113,7 +113,7 @@ def bench(clock, monkeypatch):
         return device, driver
 
     opened = []
-    yield made
+    yield make_device
     for device in opened:
         device.close()
 

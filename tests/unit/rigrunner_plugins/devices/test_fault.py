@@ -263,14 +263,14 @@ def test_a_fault_comes_at_its_set_point_and_at_its_call_only():
 
 
 def test_chance_follows_from_the_seed_and_not_from_the_order():
-    def hit(seed, order):
+    def affected_calls(seed, order):
         device = faulty({"kind": "nan", "probability": "50 %"}, seed=seed)
         return {hz: bool(np.isnan(torque(streamed(device, hz, 0.2))).any()) for hz in order}
 
     points = [float(hz) for hz in range(1, 31)]
-    affected = hit(1, points)
-    assert affected == hit(1, points[::-1])
-    assert affected != hit(2, points)
+    affected = affected_calls(1, points)
+    assert affected == affected_calls(1, points[::-1])
+    assert affected != affected_calls(2, points)
     assert 5 < sum(affected.values()) < 25  # 30 times 50 %: beyond this less than 1 in 3000
 
 

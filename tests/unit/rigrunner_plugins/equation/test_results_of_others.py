@@ -38,7 +38,7 @@ def equation(name, unit, model, inputs, **more):
                          "inputs": inputs, **more})  # fmt: skip
 
 
-def found(*analyses, meters=METERS, places=PLACES):
+def results_of(*analyses, meters=METERS, places=PLACES):
     columns = {"meter.voltage": VOLT, "meter.current": AMPERE}
     run = run_of(columns, UNITS, meters, places)
     references = [AnalysisRef.model_validate({name: settings}) for name, settings in analyses]
@@ -57,7 +57,7 @@ def read(values, gain, offset=0.0):
 
 def test_a_ratio_of_two_results_of_one_meter_has_its_gain_once():
     """The gain cancels; the offset acts by its difference; the scatters are independent."""
-    high, low, ratio = found(
+    high, low, ratio = results_of(
         readings("high", 2), readings("low", 1),
         equation("ratio", "1", "a / b", {"a": "high", "b": "low"}),
     )  # fmt: skip
@@ -77,7 +77,7 @@ def test_a_ratio_of_two_results_of_one_meter_has_its_gain_once():
 def test_an_error_in_one_figure_may_be_another_at_each_reading():
     """A difference of two readings has it twice: nobody states what they have in common."""
     meters = (instrument("meter.voltage", "voltage", "2 mV"),)
-    *_, off = found(
+    *_, off = results_of(
         readings("high", 2), readings("low", 1),
         equation("off", "V", "a - b", {"a": "high", "b": "low"}), meters=meters,
     )  # fmt: skip
@@ -88,7 +88,7 @@ def test_an_error_in_one_figure_may_be_another_at_each_reading():
 
 def test_an_equation_of_an_equation_and_of_a_channel_of_the_same_meter():
     """R = U / I first, then P = R I^2: the current's gain acts by its whole slope."""
-    *_, power = found(
+    *_, power = results_of(
         equation("power", "W", "R * I^2 * c", {"R": "resistance", "I": "meter.current"},
                  constants={"c": {"value": 1.0, "limits": 0.001}}, per=["load.current"]),
         readings("first", 2),
@@ -119,7 +119,7 @@ def test_the_value_of_a_curve_enters_with_its_budget():
         "of": "meter.voltage", "over": "load.current", "fit": {"polynomial": {"degree": 1}},
         "results": {"value": {"name": "at_one", "at": "1.5 A", "unit": "mV"}},
     })  # fmt: skip
-    single, double = found(
+    single, double = results_of(
         curve, equation("twice", "V", "2 * a", {"a": "at_one"}),
         places=[2.0, 1.9, 2.1, 2.0, 1.0, 1.1, 0.9, 1.0],
     )  # fmt: skip
@@ -129,7 +129,7 @@ def test_the_value_of_a_curve_enters_with_its_budget():
 
 
 def test_a_result_at_each_place_goes_with_that_of_the_same_place():
-    *_, two, one = found(
+    *_, two, one = results_of(
         readings("voltage", None), equation("half", "V", "a / 2", {"a": "voltage"},
                                             per=["load.current"]),
     )  # fmt: skip
@@ -171,7 +171,7 @@ def test_a_constant_of_two_results_is_one_error_whatever_the_symbols_of_the_mode
     """R_N cancels in a ratio of two currents, also where that ratio is called R_N."""
     of = {"constants": {"R_N": {"value": "10 Ω", "u": "0.1 Ω"}}}
     volt = {"U": "meter.voltage"}
-    *_, ratio = found(
+    *_, ratio = results_of(
         equation("one", "A", "U / R_N", volt, where={"load.current": "1 A"}, **of),
         equation("two", "A", "U / R_N", volt, where={"load.current": "2 A"}, **of),
         ("equation", {
@@ -213,12 +213,12 @@ def test_results_with_the_same_correlated_constants_are_not_combined():
 
 def test_results_that_are_made_of_each_other_are_refused():
     with pytest.raises(DataError, match="of each other"):
-        found(equation("one", "V", "b", {"b": "two"}), equation("two", "V", "a", {"a": "one"}))
+        results_of(equation("one", "V", "b", {"b": "two"}), equation("two", "V", "a", {"a": "one"}))
 
 
 def test_the_scatter_of_a_result_in_two_equations_is_one_error():
     """a = 2 z and b = 3 z, of one zero z of four readings: a + b = 5 z, and b - 1.5 a is exact."""
-    zero, *_, total, none = found(
+    zero, *_, total, none = results_of(
         readings("zero", 1),
         equation("a", "V", "2 * z", {"z": "zero"}), equation("b", "V", "3 * z", {"z": "zero"}),
         equation("total", "V", "a + b", {"a": "a", "b": "b"}),
@@ -232,7 +232,7 @@ def test_the_scatter_of_a_result_in_two_equations_is_one_error():
 def test_at_each_place_two_equations_share_the_error_of_the_result_there():
     at = {"per": ["load.current"]}
     meters = (instrument("meter.voltage", "voltage", "2 mV"),)
-    *_, total, _ = found(
+    *_, total, _ = results_of(
         readings("v", None),
         equation("two", "V", "2 * v", {"v": "v"}, **at),
         equation("three", "V", "3 * v", {"v": "v"}, **at),
@@ -250,7 +250,7 @@ def test_errors_in_one_figure_of_results_that_add_up_count_as_equal():
     meters = (instrument("meter.voltage", "voltage", "2 mV"),)
     volt = {"V": "meter.voltage"}
     at = {"where": {"load.current": "1 A"}}
-    one, two, both, less = found(
+    one, two, both, less = results_of(
         equation("one", "V", "V", volt, **at), equation("two", "V", "2 * V", volt, **at),
         equation("both", "V", "a + b", {"a": "one", "b": "two"}),
         equation("less", "V", "b - a", {"a": "one", "b": "two"}), meters=meters,
@@ -267,7 +267,7 @@ def test_errors_in_one_figure_of_results_that_add_up_count_as_equal():
 
 def test_a_mean_over_places_keeps_the_scatter_of_what_all_of_them_use():
     """y = V - zero at two places, zero of four readings: the mean has all of its scatter."""
-    zero, *net = found(
+    zero, *net = results_of(
         readings("zero", 1),
         equation("net", "V", "V - z", {"V": "meter.voltage", "z": "zero"}, per=["load.current"]),
     )  # fmt: skip
@@ -286,7 +286,7 @@ def test_a_mean_over_places_keeps_the_scatter_of_what_all_of_them_use():
 def test_a_result_beside_one_that_is_made_of_it_is_one_error(inputs, per):
     """With a = 2 z, a + z is 3 z and z + z is 2 z: they were independent, or a traceback."""
     meters = (instrument("meter.voltage", "voltage", "2 mV"),)
-    zero, *_, total = found(
+    zero, *_, total = results_of(
         readings("zero", None if per else 1),
         equation("a", "V", "2 * z", {"z": "zero"}, **per),
         equation("total", "V", "x + y", dict(zip("xy", inputs, strict=True)), **per), meters=meters,
@@ -301,7 +301,7 @@ def test_a_result_beside_one_that_is_made_of_it_is_one_error(inputs, per):
 def test_an_offset_stated_as_a_share_of_the_reading_adds_up_in_a_sum():
     """0.1 % of 5 V and of 2.5 V, of one meter: as independent errors 3.2 mV for 4.3 mV."""
     meters = (instrument("meter.voltage", "voltage", {"offset": "0.1 % reading"}),)
-    *_, total, off = found(
+    *_, total, off = results_of(
         readings("high", 2), readings("low", 1),
         equation("total", "V", "a + b", {"a": "high", "b": "low"}),
         equation("off", "V", "a - b", {"a": "high", "b": "low"}), meters=meters,
