@@ -36,7 +36,7 @@ class Partner:
     per: tuple[str, ...]
     words: str
 
-    def at(self, group: Group) -> Group:
+    def group_at(self, group: Group) -> Group:
         """Return its values at the place of a group of the other run; raise DataError for none."""
         for candidate in self.groups:
             if all(_is_same(candidate.place[name], group.place[name]) for name in self.per):
@@ -44,7 +44,7 @@ class Partner:
         place = ", ".join(f"{name} = {group.place[name]}" for name in self.per)
         raise DataError(f"the {self.words}, {self.run.run_id}, has nothing at {place}")
 
-    def apart(self, run: RunData, group: Group) -> dict[str, str]:
+    def line_suffixes(self, run: RunData, group: Group) -> dict[str, str]:
         """Return the suffix for budget lines of a channel read by another instrument."""
         ours, theirs = run.instruments, self.run.instruments
         channels = {name: channel_of(name) for name in group.values}
@@ -75,12 +75,12 @@ def partner_problems(settings: ReadingsSettings, _: PlannedRun, partner: RunData
             )
 
 
-def joined(
+def joint_budget(
     lines: Sequence[Component], partner_lines: Sequence[Component], words: str
 ) -> Iterator[Component]:
     """Yield the lines of both budgets; lines of the same name become one.
 
-    `theirs` already have the sensitivities of the difference or quotient.
+    `partner_lines` already have the sensitivities of the difference or quotient.
     """
     remaining = {line.name: line for line in partner_lines}
     for line in lines:

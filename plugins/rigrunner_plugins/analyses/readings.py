@@ -21,7 +21,7 @@ from rigrunner.api.findings import MissingResult
 from rigrunner.api.member import channel_of
 from rigrunner.signal.coverage import excess_kurtosis
 from rigrunner.signal.uncertainty import combine
-from rigrunner_plugins.analyses.partner import Partner, joined
+from rigrunner_plugins.analyses.partner import Partner, joint_budget
 from rigrunner_plugins.analyses.settings import quotient, si_unit, unit_of_errors
 from rigrunner_plugins.analyses.sources import groups
 from rigrunner_plugins.analyses.statistics import (
@@ -93,7 +93,7 @@ class Readings:
                 f"{settings.result.name}: the {settings.statistic} is that of what was"
                 " read; its uncertainty is the instrument's alone."
             )
-        at_places = [self._at(run, group, partner) for group in place_groups]
+        at_places = [self._evaluate(run, group, partner) for group in place_groups]
         results = tuple(result for result in at_places if isinstance(result, MeasurementResult))
         if any(isnan(line.u) for result in results for line in result.components):
             notes.append(
@@ -120,14 +120,14 @@ class Readings:
                 f" {tare_specimen}, and this run of {specimen}."
             )
 
-    def _at(
+    def _evaluate(
         self, run: RunData, group: Group, partner: Partner | None
     ) -> MeasurementResult | MissingResult:
         (definition,) = self.settings.yields()
-        if why := self._undefined(group, partner):
+        if why := self._why_undefined(group, partner):
             return MissingResult(of=definition, coordinates=group.place, why=why)
         statistic, shown = self._statistic, unit(definition.unit)
-        value = statistic.value(group.series(self._combined(group)))
+        value = statistic.value(group.series(self._values(group)))
         si = "1" if self.settings.relative_to else self._si_unit(group)
         if unit(si).dimension != shown.dimension:
             raise DataError(
@@ -137,7 +137,7 @@ class Readings:
         if partner is None:
             components = tuple(self._components(run, group, 1 / shown.factor, shown.symbol))
         else:
-            value, components = self._compared(run, group, partner, value)
+            value, components = self._compare(run, group, partner, value)
         u, dof = combine(components)
         if any(isnan(line.u) for line in components):
             u, dof = float("nan"), float("nan")
@@ -152,29 +152,29 @@ class Readings:
             readings=len(group.times_s),
         )
 
-    def _compared(
+    def _compare(
         self, run: RunData, group: Group, partner: Partner, value: float
     ) -> tuple[float, tuple[Component, ...]]:
         """Return the difference to the partner run, or the quotient, with both budgets."""
-        other = partner.at(group)
-        base = self._statistic.value(other.series(self._combined(other)))
+        other = partner.group_at(group)
+        base = self._statistic.value(other.series(self._values(other)))
         shown = unit(self.settings.result.unit)
         own_factor, partner_factor, comparison = 1.0, -1.0, value - base
         if self.settings.relative_to is not None:
             own_factor, partner_factor, comparison = 1 / base, -value / base**2, value / base
         lines = tuple(self._components(run, group, own_factor / shown.factor, shown.symbol))
-        scale, suffixes = partner_factor / shown.factor, partner.apart(run, other)
+        scale, suffixes = partner_factor / shown.factor, partner.line_suffixes(run, other)
         of_partner = [
             line
             if line.common or not scale
-            else self._of_partner(line, partner, other, base, scale)
+            else self._partner_scatter(line, partner, other, base, scale)
             for line in self._components(
                 partner.run, other, scale, shown.symbol, suffixes, of_run=f", {partner.words}"
             )
         ]
-        return comparison, tuple(joined(lines, of_partner, partner.words))
+        return comparison, tuple(joint_budget(lines, of_partner, partner.words))
 
-    def _of_partner(
+    def _partner_scatter(
         self, scatter: Component, partner: Partner, group: Group, base: float, scale: float
     ) -> Component:
         """Return the scatter of a value of the partner run: one error of all results that use it.
@@ -184,7 +184,7 @@ class Readings:
         """
         at = ", ".join(f"{name} = {value}" for name, value in group.place.items())
         is_of_several = not partner.per or set(partner.per) != set(self.settings.per)
-        series = group.series(self._combined(group))
+        series = group.series(self._values(group))
         return replace(
             scatter,
             name=f"{scatter.name} of {self.settings.of}"
@@ -198,11 +198,11 @@ class Readings:
             sensitivity=scale,
         )
 
-    def _undefined(self, group: Group, partner: Partner | None) -> str:
+    def _why_undefined(self, group: Group, partner: Partner | None) -> str:
         """Return why the statistic has no value at a place; '' where it has one."""
         settings, measured = self.settings, [group]
         if partner is not None:
-            measured.append(partner.at(group))
+            measured.append(partner.group_at(group))
         if settings.statistic == "integral":
             reasons = (why_no_integral(group.series(group.times_s)) for group in measured)
             if why := next(filter(None, reasons), ""):
@@ -212,7 +212,7 @@ class Readings:
             return f"{divisor} is 0, and nothing can be divided by it"
         if partner is None or settings.relative_to is None:
             return ""
-        base = measured[-1].series(self._combined(measured[-1]))
+        base = measured[-1].series(self._values(measured[-1]))
         if self._statistic.value(base):
             return ""
         return f"the value of the {partner.words} is 0, and nothing can be divided by it"
@@ -233,7 +233,7 @@ class Readings:
         is_difference = self.settings.is_difference
         return si_unit(self.settings.statistic, value, is_difference=is_difference)
 
-    def _combined(self, group: Group, channel: str = "", shift: Array | float = 0.0) -> Array:
+    def _values(self, group: Group, channel: str = "", shift: Array | float = 0.0) -> Array:
         """Return the values for the statistic, with those of one channel replaced."""
         values = {name: array + (shift if name == channel else 0.0) for name, array in
                   group.values.items()}  # fmt: skip
@@ -256,9 +256,9 @@ class Readings:
     ) -> Iterator[Component]:
         """Yield the budget lines of a group, scaled.
 
-        `apart` is appended to those of a channel, and `of_run` to those that no other run has.
+        `suffixes` are appended to those of a channel, and `of_run` to those that no other run has.
         """
-        series = group.series(self._combined(group))
+        series = group.series(self._values(group))
         scatter = self._statistic.scatter(series)
         if scatter is not None:
             u, dof = scatter
@@ -317,13 +317,13 @@ class Readings:
     ) -> float:
         """Return the change of the statistic caused by an error, per unit of its size.
 
-        `having` is 1 for the values that have it, and 0 for others.
+        `affected` is 1 for the values that have it, and 0 for others.
         """
-        unchanged = self._combined(group)
+        unchanged = self._values(group)
         value = self._statistic.value
         if error.acts == "each":
             step = SMALL * (float(np.abs(group.values[channel]).max()) or 1.0)
-            slopes = np.abs(self._combined(group, channel, step) - unchanged) / step
+            slopes = np.abs(self._values(group, channel, step) - unchanged) / step
             slopes *= 2 if channel.endswith(_SPREAD) else 1  # of the highest and the lowest sample
             return self._statistic.bound(group.series(unchanged), slopes)
         if self.settings.statistic == "settling_time":
@@ -334,5 +334,5 @@ class Readings:
             return value(group.series(unchanged))  # in proportion, whatever the statistic
         size = group.values[channel] if error.acts == "gain" else np.ones(len(unchanged)) * affected
         step = SMALL if error.acts == "gain" else SMALL * (float(np.abs(unchanged).max()) or 1.0)
-        moved = self._combined(group, channel, step * size)
+        moved = self._values(group, channel, step * size)
         return (value(group.series(moved)) - value(group.series(unchanged))) / step

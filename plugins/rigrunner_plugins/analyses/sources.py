@@ -206,7 +206,7 @@ def parts(run: RunData, names: Sequence[str], table: str | None = None) -> Itera
     recordings = [each for each in run.recordings if all(name in each.channels for name in names)]
     if table is None and recordings:
         for recording in recordings:
-            yield _of_recording(recording, run, names)
+            yield _part_of_recording(recording, run, names)
         return
     for row in run.measurements:
         if table not in {None, row.name}:
@@ -215,14 +215,14 @@ def parts(run: RunData, names: Sequence[str], table: str | None = None) -> Itera
         if row.recording and all(name == channel_of(name) for name in names):
             continue
         if all(name in row.values for name in names):
-            zeros = {name: _zero(name, row, run) for name in names if _follows(name)}
+            zeros = {name: _zero(name, row, run) for name in names if _is_zeroed(name)}
             values = {name: np.array([_reading(name, row, run, zeros)]) for name in names}
             began = datetime.fromisoformat(row.utc)
             place, shown = place_of(row), row.written_in
             yield Part(place, values, row.units, began, 0.0, shown, row.coordinates, zeros)
 
 
-def _follows(name: str) -> bool:
+def _is_zeroed(name: str) -> bool:
     """Return whether a zero is subtracted from a value: not from a spread or a root mean square."""
     return name.removeprefix(channel_of(name)) in {"", ".mean", ".minimum", ".maximum"}
 
@@ -240,7 +240,7 @@ def _reading(name: str, row: Measurement, run: RunData, zeros: Mapping[str, floa
     return float(run.readings(channel_of(name), np.array([value]), zeros[name])[0])
 
 
-def _of_recording(recording: Recording, run: RunData, names: Sequence[str]) -> Part:
+def _part_of_recording(recording: Recording, run: RunData, names: Sequence[str]) -> Part:
     zeros = {name: run.zero(recording.name, name) for name in names}
     values = {
         name: run.readings(name, np.asarray(recording.channels[name]), zeros[name])

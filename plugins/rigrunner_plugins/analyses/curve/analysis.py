@@ -147,7 +147,7 @@ class _CurveAtPlace:
             self.settings.yields(), self.settings.results.all_of(), strict=True
         ):
             try:
-                derived_value = self._derived(fitted, settings)
+                derived_value = self._derive(fitted, settings)
             except (OutOfRangeError, DataError) as error:
                 errors[definition.name] = error
                 continue
@@ -202,7 +202,7 @@ class _CurveAtPlace:
     def _fitted(self, values: Values) -> Fitted:
         return Fitted(values, self.fit(values.points()))
 
-    def _derived(self, fitted: Fitted, settings: ResultSettings) -> Derived:
+    def _derive(self, fitted: Fitted, settings: ResultSettings) -> Derived:
         if isinstance(settings, ValueAt):
             return derived.value_at(fitted, settings, self.settings.at(settings))
         if isinstance(settings, XAt):
@@ -307,7 +307,7 @@ class _CurveAtPlace:
             return [(nan, nan)] * len(values)
         up, down = np.zeros(len(values)), np.zeros(len(values))
         for rows in (slice(None),) if line.line.shared else fitted.values.rows():
-            points, share = fitted.values.moved_by(line.by, rows)
+            points, share = fitted.values.shifted_by(line.by, rows)
             refitted = self._fitted(points)
             change = _change if line.line.shared else _any_change
             changes = np.array([change(value, refitted) / share for value in values])
@@ -323,7 +323,7 @@ class _CurveAtPlace:
         """
         up, down = np.zeros(len(values)), np.zeros(len(values))
         for rows in fitted.values.rows():
-            refitted = self._fitted(fitted.values.moved(column, rows, step))
+            refitted = self._fitted(fitted.values.shifted(column, rows, step))
             changes = np.array([_any_change(value, refitted) / step for value in values])
             up, down = up + np.maximum(changes, 0.0), down + np.maximum(-changes, 0.0)
         if column is None:
@@ -357,7 +357,7 @@ class _CurveAtPlace:
             *(
                 error.of_result(name, effect)
                 for error, up, down in of_errors
-                for name, effect in _named(
+                for name, effect in _line_effects(
                     error,
                     up / shown.factor,
                     down / shown.factor,
@@ -388,7 +388,7 @@ def _any_change(value: Derived, refitted: Fitted) -> float:
     return value.recompute(refitted) - value.value
 
 
-def _named(
+def _line_effects(
     error: _Error | SharedLine, up: float, down: float, *, is_difference: bool
 ) -> Iterator[tuple[str, float]]:
     """Yield the lines of an error with their effects, from what raises and lowers a result."""

@@ -302,7 +302,7 @@ def both_ways(
     repeated values, or else the scatter about one curve per direction. With one curve for both
     directions, the hysteresis itself would count as scatter.
     """
-    x, ways = fitted.values.x[:, 0], _ways(settings, places)
+    x, ways = fitted.values.x[:, 0], _directions(settings, places)
     clusters = [
         (rows[ways[rows] == 0], rows[ways[rows] == 1])
         for rows in same_x(fitted.values, ways)
@@ -357,7 +357,7 @@ def same_x(values: Values, directions: Array) -> list[Array]:
     return np.split(order, starts[1:])
 
 
-def _ways(settings: BothWays, places: Sequence[Mapping[str, CoordinateValue]]) -> Array:
+def _directions(settings: BothWays, places: Sequence[Mapping[str, CoordinateValue]]) -> Array:
     """Return 0 for each point with rising x, 1 for falling, -1 otherwise, shape (n,)."""
     ways = [
         next((i for i, value in enumerate(settings.ways)
@@ -385,13 +385,13 @@ def _about_each_way(fitted: Fitted, directions: Array, fit: Fit) -> tuple[float,
     """Return the pooled scatter about one curve per direction, over its scale, or about one."""
     ways = [directions == direction for direction in (0, 1)]
     try:
-        curves = [fit(fitted.values.chosen(rows).points()) for rows in ways]
+        curves = [fit(fitted.values.subset(rows).points()) for rows in ways]
     except DataError:
         curves = []
     if not curves or any(curve.dof <= 0 for curve in curves):
         return fitted.curve.residual_s, fitted.curve.dof
     fitted_ways = [
-        Fitted(fitted.values.chosen(rows), curve) for rows, curve in zip(ways, curves, strict=True)
+        Fitted(fitted.values.subset(rows), curve) for rows, curve in zip(ways, curves, strict=True)
     ]
     # Its weights are of mean 1 among those of its way alone.
     s = [

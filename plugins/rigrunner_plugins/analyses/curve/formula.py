@@ -49,7 +49,7 @@ class Parameter:
         if self.value and not PLAIN[0] <= abs(self.value) < PLAIN[1]:
             digits = max(decimals + floor(log10(abs(self.value))), 0)
             number, _, power = f"{self.value:.{digits}e}".partition("e")
-            number = f"{number} {TIMES} 10{_raised(int(power))}"
+            number = f"{number} {TIMES} 10{_superscript(int(power))}"
         else:
             number = f"{round(self.value, decimals):.{max(decimals, 0)}f}"
         shown = f"{number.replace('-', MINUS)} {self.unit}".rstrip()
@@ -122,7 +122,7 @@ def _powers(fitted: Fitted) -> dict[str, tuple[str, float]]:
     if len(values.names) == 1 and points.x_unit:
         symbol, x_factor = _of_differences(values.shown[0])
         for power in range(1, MOST_POWERS):
-            exponent = "" if power == 1 else _raised(power)
+            exponent = "" if power == 1 else _superscript(power)
             over = f"({symbol})" if {"·", "/"} & set(symbol) else symbol
             powers[f"{points.y_unit}/{points.x_unit}{exponent}"] = (
                 f"{y or 1}/{over}{exponent}",
@@ -131,7 +131,7 @@ def _powers(fitted: Fitted) -> dict[str, tuple[str, float]]:
     return powers
 
 
-def _raised(power: int) -> str:
+def _superscript(power: int) -> str:
     return str(power).translate(_TO_SUPERSCRIPTS)
 
 

@@ -107,14 +107,14 @@ class Values:
         x[:, column] += points * (x[:, column] + self.origin) if acts == "gain" else points
         return replace(self, x=x)
 
-    def chosen(self, rows: Array) -> Values:
+    def subset(self, rows: Array) -> Values:
         """Return some of the points; `rows` is a mask, shape (n,)."""
         u_y, dof_y, u_x = (
             None if array is None else array[rows] for array in (self.u_y, self.dof_y, self.u_x)
         )
         return replace(self, x=self.x[rows], y=self.y[rows], u_y=u_y, dof_y=dof_y, u_x=u_x)
 
-    def moved(self, column: int | None, rows: Array, size: float) -> Values:
+    def shifted(self, column: int | None, rows: Array, size: float) -> Values:
         """Return the values with some y, or some x of a column, increased by a shift."""
         if column is None:
             y = self.y.copy()
@@ -124,7 +124,7 @@ class Values:
         x[rows, column] += size
         return replace(self, x=x)
 
-    def moved_by(self, by: Array, rows: Array | slice) -> tuple[Values, float]:
+    def shifted_by(self, by: Array, rows: Array | slice) -> tuple[Values, float]:
         """Return the values with some rows moved by a share of `by`, and that share.
 
         `by` is the change of y and of each column of x, shape (1 + k, n).

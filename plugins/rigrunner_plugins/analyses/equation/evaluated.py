@@ -96,7 +96,7 @@ def names_of(results: Sequence[Evaluated]) -> list[str]:
     return list(dict.fromkeys(evaluated.result.name for evaluated in results))
 
 
-def tried(results: Sequence[Evaluated]) -> list[Evaluated]:
+def to_try(results: Sequence[Evaluated]) -> list[Evaluated]:
     """Return the results to check by Monte Carlo: all, or some spread evenly."""
     if len(results) <= MOST_TRIED:
         return list(results)

@@ -23,7 +23,7 @@ from rigrunner_plugins.analyses.equation.evaluated import (
     Evaluated,
     Trial,
     names_of,
-    tried,
+    to_try,
 )
 from rigrunner_plugins.analyses.equation.inputs import SEVERAL, CorrelationError
 from rigrunner_plugins.analyses.equation.model import inputs_of
@@ -111,7 +111,7 @@ class EquationAnalysis:
                     table
                     for name in names_of(ordered)
                     for table in both_methods(
-                        tried([result for result in ordered if result.result.name == name])
+                        to_try([result for result in ordered if result.result.name == name])
                     )
                 ),
             ),
@@ -222,19 +222,19 @@ def _checks(results: Sequence[Evaluated]) -> Iterator[Check]:
     """Yield a check for each result: whether y ± U covers the stated share of the trials."""
     for name in names_of(results):
         named = [evaluated for evaluated in results if evaluated.result.name == name]
-        trials = [(each, each.trial) for each in tried(named) if each.trial is not None]
+        trials = [(each, each.trial) for each in to_try(named) if each.trial is not None]
         if not trials:
             continue
-        worst, trial = max(trials, key=lambda pair: _missed(pair[1]))
+        worst, trial = max(trials, key=lambda pair: _missed_share(pair[1]))
         wide = [pair for pair in trials if pair[0].result.estimate.u > MOST_ABOVE * pair[1].u > 0]
-        failed = [evaluated for evaluated, trial in trials if _missed(trial) > MOST_MISSED]
+        failed = [evaluated for evaluated, trial in trials if _missed_share(trial) > MOST_MISSED]
         failed += [evaluated for evaluated, _ in wide if evaluated not in failed]
         affected = failed if len(named) <= MOST_TRIED else named  # the others were not tried
         places = tuple((name, each.result.coordinates) for each in affected) if failed else ()
-        if wide and _missed(trial) <= MOST_MISSED:
+        if wide and _missed_share(trial) <= MOST_MISSED:
             yield replace(_too_wide(name, *wide[0], _elsewhere(failed, wide[0][0])), of=places)
             continue
-        ok = _missed(trial) <= MOST_MISSED
+        ok = _missed_share(trial) <= MOST_MISSED
         place = f" at {worst.result.place}" if worst.result.place else ""
         lost = f"; {trial.lost} of {TRIALS} trials have no value" if trial.lost else ""
         text = (
@@ -248,7 +248,7 @@ def _checks(results: Sequence[Evaluated]) -> Iterator[Check]:
             ok=ok,
             text=text,
             advice="" if ok else advice,
-            value=_missed(trial),
+            value=_missed_share(trial),
             threshold=MOST_MISSED,
             unit="1",
             decisive=True,
@@ -278,7 +278,7 @@ def _too_wide(name: str, evaluated: Evaluated, trial: Trial, elsewhere: str) -> 
     )
 
 
-def _missed(trial: Trial) -> float:
+def _missed_share(trial: Trial) -> float:
     """Return the share of trials that miss y ± U because of the model's curvature."""
     return max(trial.coverage_if_linear - trial.coverage, 0.0)
 

@@ -122,13 +122,13 @@ def kind_of_node(node: Node, kinds: Mapping[str, Kind]) -> Kind:
     return _RULES.get(node.function, _of_a_number)(node, operand_kinds)
 
 
-def written(node: Node) -> str:
+def formula_text(node: Node) -> str:
     """Return a part of a model as text, with the parentheses that it needs."""
     if isinstance(node, Number):
         return "pi" if node.value == CONSTANTS["pi"] else f"{node.value:.6g}"
     if isinstance(node, Name):
         return node.name
-    parts = [written(operand) for operand in node.operands]
+    parts = [formula_text(operand) for operand in node.operands]
     if node.function not in _RANKS:
         return f"{node.function}({', '.join(parts)})"
     rank = _RANKS[node.function]
@@ -148,8 +148,8 @@ def _bracketed(node: Node, text: str, rank: int) -> str:
     return f"({text})" if low else text
 
 
-def _clipped(node: Node) -> str:
-    text = written(node)
+def _clip(node: Node) -> str:
+    text = formula_text(node)
     return text if len(text) <= 30 else f"{text[:29]}…"  # noqa: PLR2004  (for a message)
 
 
@@ -167,7 +167,7 @@ def _sum(node: Operation, kinds: list[Kind]) -> Kind:
         if node.function == "-":
             return first.difference
         are = "temperatures" if first.scale == "temperature" else "power levels"
-        message = f"'{_clipped(right)}' is added to '{_clipped(left)}', and both are {are}"
+        message = f"'{_clip(right)}' is added to '{_clip(left)}', and both are {are}"
         shift = si_symbol(of_difference(first.scale))
         _refuse(right, message, f"add a difference, in {shift}; for several use mean(...)")
     for point, other in ((first, second), (second, first)):
@@ -179,7 +179,7 @@ def _sum(node: Operation, kinds: list[Kind]) -> Kind:
         hint = TURNS if first.is_a_turn_off(second) else ""
         _refuse(
             right,
-            f"'{_clipped(right)}', {second.words}, is {doing} '{_clipped(left)}', {first.words}",
+            f"'{_clip(right)}', {second.words}, is {doing} '{_clip(left)}', {first.words}",
             hint,
         )
     return replace(first, is_level=first.is_level or second.is_level)
@@ -199,13 +199,13 @@ def _power(node: Operation, kinds: list[Kind]) -> Kind:
     _refuse_points(node, kinds)
     base, exponent = kinds
     if not exponent.is_number:
-        right = _clipped(node.operands[1])
+        right = _clip(node.operands[1])
         _refuse(node.operands[1], f"the power '{right}' is {exponent.words}; expected a number")
     if not any(base.exponents):
         return Kind()
     value = _constant_value(node.operands[1])
     if value is None:
-        left = _clipped(node.operands[0])
+        left = _clip(node.operands[0])
         _refuse(
             node,
             f"'{left}', {base.words}, has a power that is not written as a number",
@@ -246,10 +246,10 @@ def _alike(node: Operation, kinds: list[Kind]) -> Kind:
         _refuse_points(node, kinds)
     for operand, kind in zip(node.operands[1:], kinds[1:], strict=True):
         if not kinds[0].fits(kind):
-            first = f"'{_clipped(node.operands[0])}', {kinds[0].words}"
+            first = f"'{_clip(node.operands[0])}', {kinds[0].words}"
             _refuse(
                 operand,
-                f"'{_clipped(operand)}', {kind.words}, is in {node.function}(...) together with"
+                f"'{_clip(operand)}', {kind.words}, is in {node.function}(...) together with"
                 f" {first}",
             )
     if node.function == "atan2":
@@ -261,7 +261,7 @@ def _of_a_number(node: Operation, kinds: list[Kind]) -> Kind:
     _refuse_points(node, kinds)
     (kind,) = kinds
     if not kind.is_number:
-        message = f"'{_clipped(node.operands[0])}' is {kind.words}; {node.function} takes a number"
+        message = f"'{_clip(node.operands[0])}' is {kind.words}; {node.function} takes a number"
         message += " or an angle" if node.function in {"sin", "cos", "tan"} else ""
         _refuse(node.operands[0], message, "divide it by a constant of its kind")
     return _RADIAN if node.function in _ANGLES else Kind()
@@ -270,7 +270,7 @@ def _of_a_number(node: Operation, kinds: list[Kind]) -> Kind:
 def _refuse_points(node: Operation, kinds: list[Kind]) -> None:
     for operand, kind in zip(node.operands, kinds, strict=True):
         if kind.scale:
-            text = f"'{_clipped(operand)}' is {kind.words} on a scale; here a difference is needed"
+            text = f"'{_clip(operand)}' is {kind.words} on a scale; here a difference is needed"
             _refuse(operand, text, _HINTS[kind.scale])
 
 

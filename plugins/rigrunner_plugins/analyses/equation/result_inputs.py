@@ -40,16 +40,16 @@ def enter_result(
     for line in result.components or _only_line(result):
         if line.u == 0:
             continue
-        error = _error_of(line, is_here=coordinates.keys() == place.keys())
-        error = None if error is None else _shared(inputs, error, taken)
+        error = _shareable_error(line, is_here=coordinates.keys() == place.keys())
+        error = None if error is None else _share(inputs, error, taken)
         slope, is_at_place = line.sensitivity * result_unit.factor, line.at_place
         # So `Inputs.model` marks the line of several correlated inputs: it has no value of its own.
         is_joint = line.common and line.shared and isnan(line.value) and line.sensitivity == 1
         may_differ = not line.shared or is_joint
         if error is None:
-            part = _part_of(line, result, result_unit.factor, place, differs=differs)
+            part = _separate_error(line, result, result_unit.factor, place, differs=differs)
             # It may be there by another result that is made of this one, or by another symbol.
-            error = _shared(inputs, part, taken) or replace(part, name=f"{part.name}, as {name}")
+            error = _share(inputs, part, taken) or replace(part, name=f"{part.name}, as {name}")
             if error not in inputs.inputs:
                 inputs.inputs.append(error)
             slope, is_at_place, may_differ = 1.0, differs, may_differ and differs
@@ -64,7 +64,7 @@ def enter_result(
     inputs.effects[name] = tuple(effects)
 
 
-def _error_of(line: Component, *, is_here: bool) -> Input | None:
+def _shareable_error(line: Component, *, is_here: bool) -> Input | None:
     """Return the error of a line that another result may share; otherwise None.
 
     `is_here`: the result is one of the very place, so an error of this place is one of it.
@@ -77,7 +77,7 @@ def _error_of(line: Component, *, is_here: bool) -> Input | None:
                  common=line.common)  # fmt: skip
 
 
-def _shared(inputs: Inputs, error: Input, taken: Collection[str]) -> Input | None:
+def _share(inputs: Inputs, error: Input, taken: Collection[str]) -> Input | None:
     """Return the input of an error that several results have; None if its name is of another."""
     for candidate in (error, replace(error, name=f"{error.name}, of results")):
         same = next((member for member in inputs.inputs if member.name == candidate.name), None)
@@ -90,7 +90,7 @@ def _shared(inputs: Inputs, error: Input, taken: Collection[str]) -> Input | Non
     return None
 
 
-def _part_of(
+def _separate_error(
     line: Component,
     result: MeasurementResult,
     factor: float,

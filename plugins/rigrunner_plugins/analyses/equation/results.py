@@ -64,12 +64,12 @@ def results_at(
 ) -> dict[str, ResultPlace]:
     """Return the results at a place, by their symbols in the model; raise DataError for none."""
     return {
-        name: _at(results, settings, source.of, place)
+        name: _result_at(results, settings, source.of, place)
         for name, source in settings.from_results.items()
     }
 
 
-def _at(
+def _result_at(
     results: Sequence[ResultPlace],
     settings: EquationSettings,
     name: str,

@@ -15,7 +15,7 @@ from rigrunner.signal.coverage import expanded
 from rigrunner.signal.monte_carlo.intervals import numerical_tolerance
 from rigrunner.signal.propagation import sensitivities
 from rigrunner.signal.rounding import places
-from rigrunner_plugins.analyses.equation.kinds import written
+from rigrunner_plugins.analyses.equation.kinds import formula_text
 from rigrunner_plugins.analyses.equation.settings import symbol_of
 from rigrunner_plugins.analyses.equation.tree import Tree
 
@@ -41,7 +41,7 @@ def formulas(settings: EquationSettings) -> Iterator[Formula]:
         yield Formula(
             of=following[0] if following else settings.all_results[-1].name,
             symbol=equation.name,
-            text=written(equation.expression.root).replace("^", "**"),
+            text=formula_text(equation.expression.root).replace("^", "**"),
             quantities={name: text for name, text in quantities.items() if name in used},
         )
 
@@ -58,8 +58,8 @@ def tables(
         return
     name = first.result.name
     at = f" at {first.result.place}" if first.result.place else ""
-    yield _inputs(settings, first, units, f"Inputs of the model{at}")
-    pairs = list(_correlated(first))
+    yield _input_table(settings, first, units, f"Inputs of the model{at}")
+    pairs = list(_correlation_rows(first))
     if pairs:
         yield Table(of=name, title=f"Correlation of the inputs{at}",
                     columns=("", "", "r"), rows=tuple(pairs))  # fmt: skip
@@ -78,7 +78,7 @@ def tables(
 
 def both_methods(tried: Sequence[Evaluated]) -> Iterator[Table]:
     """Yield the GUM and Monte Carlo values of results of one name."""
-    rows = [row for result in tried if (row := _compared(result)) is not None]
+    rows = [row for result in tried if (row := _comparison_row(result)) is not None]
     if rows:
         definition = tried[0].result.of
         named = ("y", "u", "low", "high")
@@ -111,7 +111,7 @@ def _on_its_scale(
     return value, symbol
 
 
-def _inputs(
+def _input_table(
     settings: EquationSettings, first: Evaluated, units: Mapping[str, str], title: str
 ) -> Table:
     tree = first.model.equation
@@ -136,7 +136,7 @@ def _inputs(
     return Table(of=first.result.name, title=title, columns=columns, rows=tuple(rows))
 
 
-def _correlated(evaluated: Evaluated) -> Iterator[tuple[str, str, float]]:
+def _correlation_rows(evaluated: Evaluated) -> Iterator[tuple[str, str, float]]:
     r = evaluated.model.correlation
     if r is None:
         return
@@ -146,7 +146,7 @@ def _correlated(evaluated: Evaluated) -> Iterator[tuple[str, str, float]]:
             yield names[i], names[j], float(r[i, j])
 
 
-def _compared(evaluated: Evaluated) -> tuple[float | str, ...] | None:
+def _comparison_row(evaluated: Evaluated) -> tuple[float | str, ...] | None:
     trial, estimate = evaluated.trial, evaluated.result.estimate
     if trial is None or np.isnan(trial.u):
         return None

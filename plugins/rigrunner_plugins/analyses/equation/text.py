@@ -70,7 +70,7 @@ def read(text: str, input_names: Collection[str], result_names: Collection[str])
             f"the model has {len(text)} characters", column=LONGEST + 1,
             hint=f"at most {LONGEST} are read",
         )  # fmt: skip
-    formulas, origins, literals = _translated(text)
+    formulas, origins, literals = _translate(text)
     beginnings = list(_BEGINS.finditer(formulas))
     if len(beginnings) > MOST_EQUATIONS:
         raise ExpressionError(f"it has {len(beginnings)} equations",
@@ -124,7 +124,7 @@ def _parts(
     ]
 
 
-def _translated(text: str) -> tuple[str, tuple[int, ...], dict[str, Quantity]]:
+def _translate(text: str) -> tuple[str, tuple[int, ...], dict[str, Quantity]]:
     """Return the text in formula syntax, the origin of each character, and the quantities."""
     parts: list[str] = []
     origins: list[int] = []

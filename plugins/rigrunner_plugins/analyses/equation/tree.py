@@ -10,7 +10,7 @@ import numpy as np
 
 from rigrunner.signal.expression.evaluation import evaluated
 from rigrunner.signal.expression.syntax import Expression, Name, Operation
-from rigrunner_plugins.analyses.equation.kinds import written
+from rigrunner_plugins.analyses.equation.kinds import formula_text
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -97,7 +97,7 @@ class Tree:
             if not undefined:
                 break
             node = undefined[0]
-        text = written(node)
+        text = formula_text(node)
         for name, literal in self.model.literals.items():
             text = re.sub(rf"\b{name}\b", str(literal), text)
         return text

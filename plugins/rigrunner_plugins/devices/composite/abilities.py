@@ -118,7 +118,7 @@ class Streams(Composite):
         # A slower part alone is aligned as well: a role has one sample rate, that of the reference.
         if len(parts) == 1 and self.parts[parts[0]].device.sample_rate_hz == self.sample_rate_hz:
             names = [route.name for route in routes]
-            return _renamed(self.parts[parts[0]].stream(names, duration_s, stop), routes)
+            return _rename_channels(self.parts[parts[0]].stream(names, duration_s, stop), routes)
         plan = StreamPlan(routes, self.parts, self.clocks, self.reference, self.patience.answer_s)
         self._aligned = AlignedStream(plan, duration_s, stop, self.clock)
         return self._aligned.blocks()
@@ -196,7 +196,7 @@ class KnowsPartsTruth(Composite):
         return values
 
 
-def _renamed(blocks: Generator[Block], routes: Sequence[ChannelRoute]) -> Generator[Block]:
+def _rename_channels(blocks: Generator[Block], routes: Sequence[ChannelRoute]) -> Generator[Block]:
     with closing(blocks):
         for block in blocks:
             channels = {route.info.name: block.channels[route.name] for route in routes}

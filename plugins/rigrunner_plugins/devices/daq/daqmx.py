@@ -88,7 +88,7 @@ def library() -> Any:
 def facts(device: str) -> Facts:
     """Return who a device is; raise a DeviceError where driver or device are not there."""
     ni = library()
-    with mapped(f"look for {device}"):
+    with daq_errors(f"look for {device}"):
         version = ni.system.System.local().driver_version
         ni_device = ni.system.Device(device)
         return Facts(
@@ -114,7 +114,7 @@ class Acquisition:
         self._encoders: dict[str, Any] = {}
         self._task: Any = None
         try:
-            with mapped("set up the channels"):
+            with daq_errors("set up the channels"):
                 self._set_up()
         except BaseException:
             self.close()
@@ -124,7 +124,7 @@ class Acquisition:
     def rate_hz(self) -> float:
         """The rate that the device really samples at."""
         task = self._task or next(iter(self._encoders.values()))
-        with mapped("set up the sample clock"):
+        with daq_errors("set up the sample clock"):
             return float(task.timing.samp_clk_rate)
 
     def filters(self) -> dict[str, tuple[float, str]]:
@@ -136,16 +136,16 @@ class Acquisition:
         units = self._ni.constants.DigitalWidthUnits.SECONDS
         for name in self._analog:
             channel = self._task.ai_channels[name]
-            with suppress(DeviceError), mapped("read the filter"):  # many devices have none
+            with suppress(DeviceError), daq_errors("read the filter"):  # many devices have none
                 channel.ai_filter_delay_units = units
                 conditions[f"{name}_filter_delay"] = (float(channel.ai_filter_delay), "s")
-            with suppress(DeviceError), mapped("read the filter"):
+            with suppress(DeviceError), daq_errors("read the filter"):
                 conditions[f"{name}_filter_corner"] = (float(channel.ai_lowpass_cutoff_freq), "Hz")
         return conditions
 
     def start(self) -> None:
         """Start the counters, then the analogue inputs whose clock they follow."""
-        with mapped("start"):
+        with daq_errors("start"):
             for task in self._encoders.values():
                 task.start()
             if self._task is not None:
@@ -155,7 +155,7 @@ class Acquisition:
         """Return the next samples of each channel, shape (n,): volts, N·m or rad."""
         readers = self._ni.stream_readers
         values: dict[str, Array] = {}
-        with mapped("read", running=True):
+        with daq_errors("read", running=True):
             if self._task is not None:
                 block = np.empty((len(self._analog), samples), dtype=np.float64)
                 reader = readers.AnalogMultiChannelReader(self._task.in_stream)
@@ -170,7 +170,7 @@ class Acquisition:
 
     def close(self) -> None:
         """Stop and clear the tasks, whatever state they are in."""
-        with suppress(DeviceError), mapped("close", running=True):  # a device that is gone is
+        with suppress(DeviceError), daq_errors("close", running=True):  # a device that is gone is
             self._open.close()
 
     def _set_up(self) -> None:
@@ -264,7 +264,7 @@ class Outputs:
         self._open = ExitStack()
         self._tasks: dict[str, Any] = {}
         try:
-            with mapped("set up the outputs"):
+            with daq_errors("set up the outputs"):
                 for name, drive in drives.items():
                     self._tasks[name] = self._new(name, drive)
         except BaseException:
@@ -274,17 +274,17 @@ class Outputs:
     def write(self, name: str, number: float) -> None:
         """Give out a voltage in V, or a line's level."""
         level = bool(number) if isinstance(self._drives[name], DigitalOutput) else float(number)
-        with mapped(f"write {name}", running=True):
+        with daq_errors(f"write {name}", running=True):
             self._tasks[name].write(level, auto_start=True)
 
     def read_line(self, name: str) -> float:
         """Return the level that a line has, as the device reads it."""
-        with mapped(f"read {name}", running=True):
+        with daq_errors(f"read {name}", running=True):
             return float(bool(self._tasks[name].read()))
 
     def close(self) -> None:
         """Clear the tasks; the device defines the values of its outputs after that."""
-        with suppress(DeviceError), mapped("close", running=True):  # a device that is gone is
+        with suppress(DeviceError), daq_errors("close", running=True):  # a device that is gone is
             self._open.close()
 
     def _new(self, name: str, drive: VoltageOutput | DigitalOutput) -> Any:
@@ -301,7 +301,7 @@ class Outputs:
 
 
 @contextmanager
-def mapped(what: str, *, running: bool = False) -> Iterator[None]:
+def daq_errors(what: str, *, running: bool = False) -> Iterator[None]:
     """Raise a DeviceError for what the library raises; `running`: a device that was there."""
     from nidaqmx import errors  # noqa: PLC0415  (an optional package)
 

@@ -90,14 +90,14 @@ def _gap(fault: FaultSettings, blocks: Iterator[Block], chosen: int) -> Iterator
         if begin < 0:
             yield block
             continue
-        remaining = _from(block, end)
+        remaining = _tail(block, end)
         if remaining is not None:
             shift_s = gap / block.rate_hz if fault.kind == "hidden gap" else 0.0
             at_s = remaining.monotonic_s - shift_s
             yield replace(remaining, first_sample=remaining.first_sample - gap, monotonic_s=at_s)
 
 
-def _from(block: Block, sample: int) -> Block | None:
+def _tail(block: Block, sample: int) -> Block | None:
     """Return what of a block comes from that sample on."""
     skip = max(sample - block.first_sample, 0)
     if skip >= block.samples:

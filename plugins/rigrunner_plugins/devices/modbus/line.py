@@ -82,7 +82,7 @@ class Request:
     """By exception code: a hint in place of the general one."""
 
 
-def reading(unit_id: int, table: Table, address: int, count: int) -> Request:
+def read_request(unit_id: int, table: Table, address: int, count: int) -> Request:
     """Return the request for registers or bits (clauses 6.1 to 6.4)."""
 
     def send(client: Client) -> ModbusPDU:
@@ -96,10 +96,10 @@ def reading(unit_id: int, table: Table, address: int, count: int) -> Request:
 
     functions = {Table.COIL: 1, Table.DISCRETE: 2, Table.HOLDING: 3, Table.INPUT: 4}
     text = f"read {table} {address_text(address, count)}"
-    return Request(text, unit_id, functions[table], send, _if_not_there(table, address))
+    return Request(text, unit_id, functions[table], send, _address_hint(table, address))
 
 
-def writing(
+def write_request(
     unit_id: int, table: Table, address: int, words: Sequence[int], *, multiple: bool
 ) -> Request:
     """Return the request to write registers or coils (clauses 6.5, 6.6, 6.11 and 6.12)."""
@@ -121,10 +121,10 @@ def writing(
         (Table.HOLDING, True): 16,
     }
     text = f"write {' '.join(map(str, words))} to {table} {address}"
-    return Request(text, unit_id, functions[table, multiple], send, _if_not_there(table, address))
+    return Request(text, unit_id, functions[table, multiple], send, _address_hint(table, address))
 
 
-def identifying(unit_id: int, first_object: int) -> Request:
+def identification_request(unit_id: int, first_object: int) -> Request:
     """Return the request for the basic identification, from an object on (clause 6.21)."""
 
     def send(client: Client) -> ModbusPDU:
@@ -136,7 +136,7 @@ def identifying(unit_id: int, first_object: int) -> Request:
     return Request("read device identification", unit_id, 43, send, hints)
 
 
-def _if_not_there(table: Table, address: int) -> dict[int, str]:
+def _address_hint(table: Table, address: int) -> dict[int, str]:
     """Return a hint on how an address is counted, where it was copied from a manual."""
     digit = {Table.DISCRETE: "1", Table.INPUT: "3", Table.HOLDING: "4"}.get(table, "")
     reference = f", or {digit}{address + 1:0{_DIGITS}}" if digit else ""
@@ -185,35 +185,35 @@ class Line:
     def read(self, span: Span) -> list[int]:
         """Return registers, or bits as 0 and 1."""
         table, count = span.table, span.count
-        request = reading(self._unit(span.unit_id), table, span.address, count)
+        request = read_request(self._unit(span.unit_id), table, span.address, count)
         answer = self._ask(request)
         if table.of_bits:
             # Bits come eight to a byte (clause 6.1); pymodbus also hands out what fills the last
             # one.
             whole_bytes = -(-count // 8) * 8
-            self._need(request, len(answer.bits) == whole_bytes, f"{len(answer.bits)} bits")
+            self._require(request, len(answer.bits) == whole_bytes, f"{len(answer.bits)} bits")
             return [int(bit) for bit in answer.bits[:count]]
-        self._need(request, len(answer.registers) == count, f"{len(answer.registers)} registers")
+        self._require(request, len(answer.registers) == count, f"{len(answer.registers)} registers")
         return list(answer.registers)
 
     def write(self, place: Place, words: Sequence[int], *, multiple: bool) -> None:
         """Write registers, or bits given as 0 and 1."""
         table, address = place.table, place.address
-        request = writing(self._unit(place.unit_id), table, address, words, multiple=multiple)
+        request = write_request(self._unit(place.unit_id), table, address, words, multiple=multiple)
         answer = self._ask(request)
-        self._need(request, answer.address == address, f"an echo of address {answer.address}")
+        self._require(request, answer.address == address, f"an echo of address {answer.address}")
         if multiple:
-            self._need(request, answer.count == len(words), f"an echo of {answer.count} values")
+            self._require(request, answer.count == len(words), f"an echo of {answer.count} values")
         else:
             echo = [int(bit) for bit in answer.bits] if table.of_bits else list(answer.registers)
-            self._need(request, echo == list(words), f"an echo of {echo}")
+            self._require(request, echo == list(words), f"an echo of {echo}")
 
     def identification(self) -> dict[int, str]:
         """Return the basic objects of Read Device Identification by their number."""
         objects: dict[int, str] = {}
         object_id = 0
         for _ in range(_MOST_OBJECTS):
-            answer = self._ask(identifying(self._settings.unit_id, object_id))
+            answer = self._ask(identification_request(self._settings.unit_id, object_id))
             information: dict[int, bytes] = getattr(answer, "information", {})
             objects |= {
                 number: value.decode("ascii", "replace").strip("\0 ")
@@ -238,8 +238,8 @@ class Line:
                 if answer.isError() and answer.exception_code == BUSY and retries_left:
                     time.sleep(self._settings.timeout)
                     continue
-                return self._checked(request, answer)
-            raise self._unanswered(request)
+                return self._check(request, answer)
+            raise self._timeout_error(request)
 
     def _answer(self, request: Request) -> ModbusPDU | None:
         if self._client is None:
@@ -260,7 +260,7 @@ class Line:
             self._late = True
             return None
 
-    def _checked(self, request: Request, answer: ModbusPDU) -> ModbusPDU:
+    def _check(self, request: Request, answer: ModbusPDU) -> ModbusPDU:
         if answer.isError():
             code = answer.exception_code
             meaning, hint = _MEANINGS.get(code, _UNKNOWN)
@@ -269,10 +269,10 @@ class Line:
                 hint=request.hints.get(code, hint),
             )
         function = answer.function_code
-        self._need(request, function == request.function, f"an answer to function {function}")
+        self._require(request, function == request.function, f"an answer to function {function}")
         return answer
 
-    def _need(self, request: Request, holds: bool, got: str) -> None:  # noqa: FBT001  (reads as a sentence)
+    def _require(self, request: Request, holds: bool, got: str) -> None:  # noqa: FBT001  (reads as a sentence)
         if not holds:
             self._late = True
             raise DeviceRejectedError(
@@ -280,7 +280,7 @@ class Line:
                 hint="are there two masters, or two units with the same address?",
             )
 
-    def _unanswered(self, request: Request) -> DeviceTimeoutError:
+    def _timeout_error(self, request: Request) -> DeviceTimeoutError:
         where, within = self._where(request), f"within {self._settings.timeout:g} s"
         serial = ", baud, parity and stop_bits" if self._settings.rtu is not None else ""
         if not self._received:

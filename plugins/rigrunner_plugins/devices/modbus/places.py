@@ -79,7 +79,7 @@ class Table(StrEnum):
 _BY_DIGIT = {"1": Table.DISCRETE, "3": Table.INPUT, "4": Table.HOLDING}
 
 
-def _refer(reference: int) -> tuple[Table, int]:
+def _parse_reference(reference: int) -> tuple[Table, int]:
     digits = str(reference)
     table = _BY_DIGIT.get(digits[0])
     address = int(digits[1:] or "0") - 1
@@ -117,21 +117,21 @@ class Place(Settings):
                 f"expected one of holding, input, coil, discrete and reference, got {got}"
             )
         if self.reference is not None:
-            _refer(self.reference)
+            _parse_reference(self.reference)
         return self
 
     @property
     def table(self) -> Table:
         """Its table."""
         if self.reference is not None:
-            return _refer(self.reference)[0]
+            return _parse_reference(self.reference)[0]
         return next(table for table in Table if getattr(self, table) is not None)
 
     @property
     def address(self) -> int:
         """The protocol's address, from 0."""
         if self.reference is not None:
-            return _refer(self.reference)[1]
+            return _parse_reference(self.reference)[1]
         return int(getattr(self, self.table))
 
 
@@ -171,7 +171,7 @@ class Number(Place):
         """Return the number for its registers or bit; raise DeviceRejectedError if it is none."""
         if self.table.of_bits:
             return float(registers[0])
-        words = self._in_order(registers)
+        words = self._reorder(registers)
         if self.bit is not None:
             return float(words[0] >> self.bit & 1)
         raw = struct.pack(f">{len(words)}H", *words)
@@ -200,13 +200,13 @@ class Number(Place):
                 lowest = 0 if type_ == f"uint{bits}" else -(2 ** (bits - 1))
                 message += f": {lowest} to {lowest + 2**bits - 1}"
             raise ValueError(message) from error
-        return self._in_order(struct.unpack(f">{len(raw) // 2}H", raw))
+        return self._reorder(struct.unpack(f">{len(raw) // 2}H", raw))
 
     @property
     def _code(self) -> str:
         return _CODES[self.type or "uint16"]
 
-    def _in_order(self, registers: Sequence[int]) -> list[int]:
+    def _reorder(self, registers: Sequence[int]) -> list[int]:
         """Return registers in the standard's order; the same again turns them back."""
         words = list(registers)
         if self.byte_order == "little":

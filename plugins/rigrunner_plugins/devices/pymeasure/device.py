@@ -27,14 +27,14 @@ from rigrunner_plugins.devices.pymeasure.binding import (
     need_property,
 )
 from rigrunner_plugins.devices.pymeasure.settings import FAKES
-from rigrunner_plugins.devices.text.numbers import OVERLOAD, shown
+from rigrunner_plugins.devices.text.numbers import OVERLOAD, excerpt
 from rigrunner_plugins.devices.text.patterns import fits
 from rigrunner_plugins.devices.visa.device import identity_of
 from rigrunner_plugins.devices.visa.errors import visa_errors
 from rigrunner_plugins.devices.visa.opening import (
     is_gone,
     library,
-    not_opened,
+    open_error,
     send_at_once,
 )
 
@@ -71,7 +71,7 @@ class PyMeasureDevice(CommandedDriver):
         self.safe_commands = settings.safe_calls
         self._settings = settings
         self._folder = context.folder
-        self._one = OneAtATime()
+        self._one_at_a_time = OneAtATime()
         self._instrument: Any = None
         self._open_s = settings.timeout
 
@@ -149,7 +149,7 @@ class PyMeasureDevice(CommandedDriver):
         answer = self._exchange("get *IDN?", lambda instrument: str(instrument.ask("*IDN?")))
         if not fits(self._settings.expect, answer):
             raise DeviceNotFoundError(
-                f"at {self._settings.resource} answers {shown(answer)} to '*IDN?',"
+                f"at {self._settings.resource} answers {excerpt(answer)} to '*IDN?',"
                 f" which does not fit '{self._settings.expect}'",
                 hint="is it the right instrument? in `expect`, .* matches anything",
             )
@@ -161,7 +161,7 @@ class PyMeasureDevice(CommandedDriver):
     def _perform(self, request: str, work: Callable[[Any], _T]) -> _T:
         """Do something with the instrument; what fails in PyMeasure is the instrument's refusal."""
         timeout_s = self._settings.timeout
-        with self._one.alone(timeout_s + self._open_s):
+        with self._one_at_a_time.alone(timeout_s + self._open_s):
             if self._instrument is None:
                 try:
                     self._open()
@@ -178,10 +178,10 @@ class PyMeasureDevice(CommandedDriver):
                 self._drop()
                 raise
             except ValueError as error:  # of a validator, before anything is sent
-                raise _refused(request, error) from error
+                raise _rejection(request, error) from error
             except Exception as error:  # whatever a foreign class raises
                 self._drop()
-                raise _refused(request, error) from error
+                raise _rejection(request, error) from error
 
     def _open(self) -> None:
         self._drop()
@@ -201,7 +201,7 @@ class PyMeasureDevice(CommandedDriver):
                         **settings.connection,
                     )
         except Exception as error:  # whatever a foreign class raises
-            raise not_opened(settings.resource, error) from error
+            raise open_error(settings.resource, error) from error
         connection = getattr(self._instrument.adapter, "connection", None)
         if connection is not None:
             connection.timeout = settings.timeout * 1000
@@ -217,7 +217,7 @@ class PyMeasureDevice(CommandedDriver):
                 instrument.adapter.close()
 
 
-def _refused(request: str, error: Exception) -> DeviceRejectedError:
+def _rejection(request: str, error: Exception) -> DeviceRejectedError:
     return DeviceRejectedError(f"PyMeasure failed to {request}: {type(error).__name__}: {error}")
 
 
@@ -253,7 +253,7 @@ def number_of(value: object, name: str, item: int | None = None) -> float:
         element = value[item - 1]
     if not isinstance(element, SupportsFloat):
         raise DeviceRejectedError(
-            f"the property {name} gives {shown(str(element))}, which is not a number"
+            f"the property {name} gives {excerpt(str(element))}, which is not a number"
         )
     number = float(element)
     if not abs(number) < OVERLOAD:

@@ -83,13 +83,13 @@ class SerialAscii(Driver):
 
     def _line(self) -> str:
         request = self._settings.request
-        return self.exchange(f"request {request}" if request else "newest line", self._newest)
+        return self.exchange(f"request {request}" if request else "newest line", self._read_newest)
 
     def _values(self) -> dict[str, float]:
         return self._settings.values_in(self._line())
 
-    def _newest(self) -> str:
-        lines, settings = self._linked(), self._settings
+    def _read_newest(self) -> str:
+        lines, settings = self._open_lines(), self._settings
         try:
             if settings.request:
                 return lines.ask(
@@ -107,7 +107,7 @@ class SerialAscii(Driver):
             return Identity("unidentified", f"instrument at {port}", "", simulated=simulated)
 
         def ask() -> str:
-            lines, stale_s = self._linked(), self._settings.stale
+            lines, stale_s = self._open_lines(), self._settings.stale
             try:
                 return lines.ask(
                     identification.query, partial(fits, identification.expect), stale_s
@@ -128,9 +128,9 @@ class SerialAscii(Driver):
         self._lines = make(self._settings, self.clock)
 
     def _start(self) -> None:
-        self._linked().send(self._settings.start)
+        self._open_lines().send(self._settings.start)
 
-    def _linked(self) -> Lines:
+    def _open_lines(self) -> Lines:
         if self._lines is None:
             try:
                 self._open()

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rigrunner.api import DeviceError, DeviceLostError, DeviceRejectedError, DeviceTimeoutError
-from rigrunner_plugins.devices.text.numbers import shown
-from rigrunner_plugins.devices.text.termination import decoded, termination_name
+from rigrunner_plugins.devices.text.numbers import excerpt
+from rigrunner_plugins.devices.text.termination import decode, termination_name
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -62,7 +62,7 @@ class LineBuffer:
                 self._begins_within_a_line = False
                 lines = lines[1:]
             for line in lines:
-                self._add(Line(decoded(line), self._clock.monotonic_s()))
+                self._add(Line(decode(line), self._clock.monotonic_s()))
             self._changed.notify_all()
 
     def fail(self, error: Exception) -> None:
@@ -101,7 +101,7 @@ class LineBuffer:
         """Return what has come since the last answer."""
         with self._changed:
             unsolicited, self._unsolicited = self._unsolicited, b""
-            return decoded(unsolicited)
+            return decode(unsolicited)
 
     def record(self) -> None:
         """Keep every line from now on."""
@@ -173,12 +173,12 @@ class LineBuffer:
         if self._last is not None:
             return DeviceTimeoutError(
                 f"{port}: no valid line within {within_s:g} s; the last one,"
-                f" {shown(self._last.text)}, came {self._age_s(self._last):.3g} s ago",
+                f" {excerpt(self._last.text)}, came {self._age_s(self._last):.3g} s ago",
                 hint="is the instrument still switched on, and set to send?",
             )
         if self._tail:
             return DeviceTimeoutError(
-                f"{port}: characters come, {shown(decoded(self._tail))}, but no {ending_name}",
+                f"{port}: characters come, {excerpt(decode(self._tail))}, but no {ending_name}",
                 hint="is `termination` right? do baud rate, data bits and parity match?",
             )
         return DeviceTimeoutError(

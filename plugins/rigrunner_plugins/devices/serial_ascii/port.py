@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from rigrunner.api import DeviceLostError, DeviceNotFoundError, DeviceRejectedError
 from rigrunner_plugins.devices.extras import missing_package
 from rigrunner_plugins.devices.serial_ascii.line_buffer import Line, LineBuffer
-from rigrunner_plugins.devices.text.numbers import shown
+from rigrunner_plugins.devices.text.numbers import excerpt
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -86,7 +86,7 @@ class PortLines:
         """Send a text and return the first line that answers it; raise a DeviceError."""
         if self._settings.request and (unsolicited := self._buffer.unsolicited()):
             raise DeviceRejectedError(
-                f"before '{text}' was sent, {shown(unsolicited)} arrived unrequested",
+                f"before '{text}' was sent, {excerpt(unsolicited)} arrived unrequested",
                 hint="if the instrument sends lines by itself, leave out `request`",
             )
         return self._buffer.answer(lambda: self.send(text), is_answer, within_s)

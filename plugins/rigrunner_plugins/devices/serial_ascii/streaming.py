@@ -56,11 +56,11 @@ class StreamingSerialAscii(SerialAscii):
         first, pace = 0, _Pace(self._rate_hz)
 
         def perform() -> list[str]:
-            lines = self._linked().recorded()
+            lines = self._open_lines().recorded()
             pace.check(lines)
             return [line.text for line in lines]
 
-        self.exchange("record", lambda: self._linked().record())
+        self.exchange("record", lambda: self._open_lines().record())
         try:
             while first < samples and not stop.is_set():
                 lines = self.exchange("recorded lines", perform)[: samples - first]

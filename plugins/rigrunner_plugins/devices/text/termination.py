@@ -34,7 +34,7 @@ def termination_name(characters: str) -> str:
     return names.get(characters, repr(characters))
 
 
-def decoded(raw: bytes) -> str:
+def decode(raw: bytes) -> str:
     """Return what an instrument sent as text: UTF-8, or else one character a byte."""
     try:
         return raw.decode()

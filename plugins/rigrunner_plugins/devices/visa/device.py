@@ -17,7 +17,7 @@ from rigrunner.api.driver import check_patience
 from rigrunner_plugins.devices.commanded import CommandedDriver
 from rigrunner_plugins.devices.declared import channel_infos, drive_infos, reading_infos
 from rigrunner_plugins.devices.text.commands import with_value
-from rigrunner_plugins.devices.text.numbers import shown
+from rigrunner_plugins.devices.text.numbers import excerpt
 from rigrunner_plugins.devices.text.patterns import fits
 from rigrunner_plugins.devices.visa.link import VisaLink
 
@@ -91,7 +91,7 @@ class Visa(CommandedDriver):
             answer = self.ask(command)
             if not fits(self._settings.acknowledge, answer):
                 raise DeviceRejectedError(
-                    f"the instrument does not accept '{command}': it answers {shown(answer)}",
+                    f"the instrument does not accept '{command}': it answers {excerpt(answer)}",
                     hint=f"expected an answer that matches '{self._settings.acknowledge}'",
                 )
         else:
@@ -118,7 +118,7 @@ class Visa(CommandedDriver):
         answer = self.ask(check.query)
         if not fits(check.good, answer):
             raise DeviceRejectedError(
-                f"{problem}: it answers '{check.query}' with {shown(answer)}",
+                f"{problem}: it answers '{check.query}' with {excerpt(answer)}",
                 hint=f"expected an answer that matches '{check.good}'",
             )
 
@@ -138,7 +138,7 @@ class Visa(CommandedDriver):
         answer = self.ask(identification.query)
         if not fits(identification.expect, answer):
             raise DeviceNotFoundError(
-                f"at {resource} answers {shown(answer)} to '{identification.query}',"
+                f"at {resource} answers {excerpt(answer)} to '{identification.query}',"
                 f" which does not fit '{identification.expect}'",
                 hint="is it the right instrument? in `expect`, .* matches anything",
             )

@@ -28,12 +28,12 @@ def open_resource(settings: VisaSettings, folder: Path, timeout_s: float) -> Any
     try:
         resource = manager.open_resource(name, open_timeout=int(timeout_s * 1000))
     except Exception as error:  # pyvisa-py raises nothing more special for many of its failures
-        raise not_opened(name, error) from error
+        raise open_error(name, error) from error
     try:
         _set_up(resource, settings)
     except Exception as error:
         close_resource(resource)
-        raise not_opened(name, error) from error
+        raise open_error(name, error) from error
     if is_gone(resource):
         close_resource(resource)
         raise DeviceNotFoundError(f"no answer from {name}", hint=_hint(name, ""))
@@ -52,7 +52,7 @@ def library(backend: str, folder: Path) -> str:
     return str(folder / backend) if backend.endswith(".yaml@sim") else backend
 
 
-def not_opened(name: str, error: Exception) -> DeviceNotFoundError:
+def open_error(name: str, error: Exception) -> DeviceNotFoundError:
     """Return the error for a resource that cannot be opened."""
     text = str(error) or type(error).__name__
     return DeviceNotFoundError(f"{name} cannot be opened: {text}", hint=_hint(name, text))

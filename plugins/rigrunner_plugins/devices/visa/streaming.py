@@ -9,8 +9,8 @@ import numpy as np
 from rigrunner.api import Block, DeviceLostError, DeviceRejectedError, DeviceTimeoutError
 from rigrunner.api.cleanup import noted_on
 from rigrunner_plugins.devices.channels import check_channels
-from rigrunner_plugins.devices.text.commands import says_samples, with_samples
-from rigrunner_plugins.devices.text.numbers import OVERLOAD, NumberInText, shown
+from rigrunner_plugins.devices.text.commands import has_samples, with_samples
+from rigrunner_plugins.devices.text.numbers import OVERLOAD, NumberInText, excerpt
 from rigrunner_plugins.devices.visa.device import Visa
 
 if TYPE_CHECKING:
@@ -102,7 +102,7 @@ class StreamingVisa(Visa):
         if len(values) == 0:
             raise DeviceLostError(f"'{query}' gives no more samples after {first}")
         # Without {samples} in it, a query gives whatever the instrument has by then.
-        if len(values) > samples and says_samples(self._stream.fetch):
+        if len(values) > samples and has_samples(self._stream.fetch):
             raise DeviceRejectedError(f"'{query}' gives {len(values)} samples instead of {samples}")
         return values
 
@@ -150,7 +150,7 @@ def samples_in(data: bytes, stream: Stream, query: str) -> Array:
 def _numbers(data: bytes, stream: Stream, query: str) -> Array:
     if stream.format == "ascii":
         text = data.decode()
-        what = f"in the answer to '{query}', {shown(text)}, a sample"
+        what = f"in the answer to '{query}', {excerpt(text)}, a sample"
         fields = text.split(",") if text.strip() else []
         return np.array([_PLAIN.number_in(field, what) for field in fields], dtype=np.float64)
     code = _CODES[stream.format]
