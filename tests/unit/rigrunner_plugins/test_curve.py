@@ -320,6 +320,13 @@ def test_a_curve_that_takes_a_value_twice_is_not_used_backwards():
     assert "at 2 places" in got.missing[0].why
 
 
+def test_no_x_is_given_where_the_slope_is_lost_in_the_scatter():
+    y = 1 + 0.001 * X + np.array([1, -1, 1, -1, 1, -1]) * 0.1
+    results = {"x_at": {"name": "x", "unit": "N·m", "y": f"{y.mean()} V"}}
+    got = findings(run_of(rows(X, y), EXACT), results)
+    assert "is not significantly different from zero" in got.missing[0].why
+
+
 def test_a_value_of_a_nonlinear_fit_with_units():
     """U = U0 exp(-x/x0) exactly: 10 V, 4 N·m; its start is given in other units."""
     y = 10 * np.exp(-X / 4) * (1 + np.array([1, -1, 1, -1, 1, -1]) * 1e-6)

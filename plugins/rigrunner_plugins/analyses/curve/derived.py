@@ -220,7 +220,9 @@ def x_at(fitted: Fitted, settings: XAt, index: int, count: int) -> Derived:
     (x,) = roots
     slope, u_slope = fitted.slope(x)
     if abs(slope) <= CERTAIN * u_slope:
-        raise OutOfRangeError(f"the slope of the curve at the value {shown} is not told from zero")
+        raise OutOfRangeError(
+            f"the slope of the curve at the value {shown} is not significantly different from zero"
+        )
     s = fitted.scatter(x) / sqrt(count) if count else 0.0
     g = (CERTAIN * u_slope / slope) ** 2
     note = f"(2 u/slope)² is {g:.2g}: the interval is only nearly symmetric" if g > LINEAR else ""
