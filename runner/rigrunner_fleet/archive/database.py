@@ -47,7 +47,7 @@ class Database:
         """Yield a connection on one state of the archive; raise UsageError without an archive."""
         if self.file is not None and not self.file.is_file():
             raise self._none()
-        with self._told(), self._engine.connect() as connection:
+        with self._data_errors(), self._engine.connect() as connection:
             self._check(connection)
             yield connection
 
@@ -56,7 +56,7 @@ class Database:
         """Yield a connection in a transaction, which is committed if nothing is raised."""
         options = {_WRITES: True}
         with (
-            self._told(),
+            self._data_errors(),
             self._engine.connect().execution_options(**options) as connection,
             connection.begin(),
         ):
@@ -71,7 +71,7 @@ class Database:
             raise UsageError(f"there is no folder {self.file.parent}")
         if self.file is not None:
             # Readers read during writes; the file keeps this setting.
-            with self._told(), self._engine.connect() as connection:
+            with self._data_errors(), self._engine.connect() as connection:
                 connection.connection.driver_connection.execute("PRAGMA journal_mode=WAL")  # type: ignore[union-attr]  # it is open
         try:
             with self.writing() as connection:
@@ -120,10 +120,10 @@ class Database:
             )
 
     def _version(self, connection: Connection) -> str | None:
-        found: str | None = connection.scalar(
+        version: str | None = connection.scalar(
             select(ABOUT.c.value).where(ABOUT.c.name == "version")
         )
-        return found
+        return version
 
     def _none(self) -> UsageError:
         return UsageError(
@@ -131,27 +131,27 @@ class Database:
         )
 
     @contextmanager
-    def _told(self) -> Iterator[None]:
+    def _data_errors(self) -> Iterator[None]:
         try:
             yield
         except SQLAlchemyError as error:
             # There was no connection: PostgreSQL gives such a failure no SQLSTATE.
             sqlstate = getattr(getattr(error, "orig", None), "sqlstate", "")
             if isinstance(error, OperationalError) and sqlstate is None:
-                message = f"the database {self.shown} cannot be reached: {_words(error)}"
+                message = f"the database {self.shown} cannot be reached: {_message(error)}"
                 raise DataError(message, hint=_NO_SERVER) from error
             raise DataError(
-                f"the database {self.shown} reported an error", hint=_words(error)
+                f"the database {self.shown} reported an error", hint=_message(error)
             ) from error
 
 
-def _words(error: SQLAlchemyError) -> str:
+def _message(error: SQLAlchemyError) -> str:
     """Return the message of the database, on one line."""
-    said = str(error.orig) if isinstance(error, DBAPIError) else str(error)
-    whole = " ".join(said.split())
+    message = str(error.orig) if isinstance(error, DBAPIError) else str(error)
+    line = " ".join(message.split())
     if str(getattr(getattr(error, "orig", None), "sqlite_errorname", "")).startswith(_DAMAGED):
-        return f"{whole}: if it is an archive, remove the file; {_MAKES_ANEW}"
-    return whole
+        return f"{line}: if it is an archive, remove the file; {_MAKES_ANEW}"
+    return line
 
 
 def _engine(location: URL) -> Engine:
@@ -172,7 +172,7 @@ def _engine(location: URL) -> Engine:
 def _set_up_sqlite(connection: Any, _: object) -> None:
     connection.isolation_level = None  # transactions begin where we say: see _begin_sqlite
     connection.execute("PRAGMA foreign_keys=ON")
-    connection.execute("PRAGMA synchronous=NORMAL")  # after a power cut it is whole, maybe older
+    connection.execute("PRAGMA synchronous=NORMAL")  # after a power cut it is intact, maybe older
 
 
 def _begin_sqlite(connection: Connection) -> None:

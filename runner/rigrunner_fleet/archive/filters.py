@@ -75,42 +75,42 @@ def filters_of(**words: Any) -> Filters:
     coordinates to values, such as {"chamber.temperature": "100 °C"}, `since` and `until` as
     2026-01-31 or with a time. None is no filter.
     """
-    given = {name: value for name, value in words.items() if value not in (None, (), [], {}, "")}
-    unknown = sorted(set(given) - set(KNOWN))
+    options = {name: value for name, value in words.items() if value not in (None, (), [], {}, "")}
+    unknown = sorted(set(options) - set(KNOWN))
     if unknown:
         hint = did_you_mean(unknown[0], KNOWN, f"there are: {', '.join(KNOWN)}", cutoff=0.5)
         raise UsageError(f"there is no filter '{unknown[0]}'", hint=hint)
-    _check_choices(given)
-    results = given.get("result", {})
+    _check_choices(options)
+    results = options.get("result", {})
     if not isinstance(results, Mapping):
         results = dict.fromkeys(_several(results))
     return Filters(
-        texts={name: _several(given[name]) for name in (*TEXTS, *CHOICES) if name in given},
-        inputs={name: _several(each) for name, each in given.get("inputs", {}).items()},
+        texts={name: _several(options[name]) for name in (*TEXTS, *CHOICES) if name in options},
+        inputs={name: _several(patterns) for name, patterns in options.get("inputs", {}).items()},
         ranges={
-            name: range_of(given[name], dimension, nominal=name == NOMINAL)
+            name: range_of(options[name], dimension, nominal=name == NOMINAL)
             for name, dimension in RANGES.items()
-            if name in given
+            if name in options
         },
-        figures={name: range_of(each) for name, each in given.get("figures", {}).items()},
-        results={name: _if_given(range_of, each) for name, each in results.items()},
-        where={name: place_of(str(each)) for name, each in given.get("where", {}).items()},
-        since=_if_given(since, given.get("since")),
-        until=_if_given(until, given.get("until")),
-        real=bool(given.get("real")),
-        copies=bool(given.get("copies")),
+        figures={name: range_of(text) for name, text in options.get("figures", {}).items()},
+        results={name: _if_given(range_of, text) for name, text in results.items()},
+        where={name: place_of(str(value)) for name, value in options.get("where", {}).items()},
+        since=_if_given(since, options.get("since")),
+        until=_if_given(until, options.get("until")),
+        real=bool(options.get("real")),
+        copies=bool(options.get("copies")),
     )
 
 
 KNOWN = (*TEXTS, *CHOICES, *RANGES, *NAMED, "result", "since", "until", "real", "copies")
 
 
-def _check_choices(given: Mapping[str, Any]) -> None:
+def _check_choices(options: Mapping[str, Any]) -> None:
     for name, allowed in CHOICES.items():
-        for each in _several(given.get(name, ())):
-            if each not in allowed:
+        for choice in _several(options.get(name, ())):
+            if choice not in allowed:
                 hint = f"it is one of: {', '.join(allowed)}"
-                raise UsageError(f"there is no {name} '{each}'", hint=hint)
+                raise UsageError(f"there is no {name} '{choice}'", hint=hint)
 
 
 def _several(words: Words) -> tuple[str, ...]:

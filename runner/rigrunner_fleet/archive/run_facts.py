@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 RUN_FILE = "run.h5"
 NAMED_INPUTS = ("specimen", "type", "lot", "operator")
 """Inputs of a procedure that have a column of their own."""
-_DECIDED = ("verdict", "rule", "limit_text", "probability_of_conformity")
+_DECISION_COLUMNS = ("verdict", "rule", "limit_text", "probability_of_conformity")
 _LATEST_NS = (1 << 63) - 1
 """The range of a column; times of some file systems are far beyond."""
 
@@ -69,24 +69,24 @@ def read_facts(found: FoundRun) -> RunFacts:
 def _facts(found: FoundRun, summary: RunSummary, later: Sequence[DecisionFile]) -> RunFacts:
     document = summary.result_document
     # The run's own and all later ones; the last one is in force.
-    decided = [*_own(summary), *_later(later, summary)]
+    records = [*_own(summary), *_later(later, summary)]
     decisions = [
-        {**each, "number": number, "in_force": number == len(decided)}
-        for number, each in enumerate(decided, 1)
+        {**entry, "number": number, "in_force": number == len(records)}
+        for number, entry in enumerate(records, 1)
     ]
-    judged = later[-1].document["decision"] if later else at(document, "decision")
+    binding = later[-1].document["decision"] if later else at(document, "decision")
     in_force = decisions[-1] if decisions else {}
     inputs = {key(name): text(value) for name, value in summary.inputs.items()}
     run = {
         "problem": "",
         **_identity(summary),
         **headline(document),
-        **{name: in_force.get(name) for name in _DECIDED},
+        **{name: in_force.get(name) for name in _DECISION_COLUMNS},
         "bytes": sum(file.bytes for file in found.files),
     }
     parts = {
         "points": points(document),
-        "results": named_results(document, judged),
+        "results": named_results(document, binding),
         "coordinates": coordinates(document),
         "figures": figures(document, summary.zeros),
         "inputs": [{"name": name, "value": value} for name, value in inputs.items()],
@@ -132,13 +132,13 @@ def _identity(summary: RunSummary) -> dict[str, Any]:
 def _own(summary: RunSummary) -> Iterator[Row]:
     """Yield the run's own decision. With limits on measured values its verdict covers both."""
     document = summary.result_document
-    own, whole = at(document, "decision"), at(document, "verdict")
-    if own is not None or whole is not None:
+    own_decision, verdict = at(document, "decision"), at(document, "verdict")
+    if own_decision is not None or verdict is not None:
         decided_utc = moment(summary.ended_utc)
-        both = {name: text(at(whole, name)) for name in ("verdict", "reason")} if whole else {}
+        overall = {n: text(at(verdict, n)) for n in ("verdict", "reason")} if verdict else {}
         yield {
-            **decision(own),
-            **both,
+            **decision(own_decision),
+            **overall,
             "file": RUN_FILE,
             "decided_utc": decided_utc,
             "by": None,
@@ -148,16 +148,16 @@ def _own(summary: RunSummary) -> Iterator[Row]:
 
 def _later(later: Sequence[DecisionFile], summary: RunSummary) -> Iterator[Row]:
     # Measured values out of their limits: no decision on the results alters that.
-    missed = at(summary.result_document, "limits", "verdict") == Verdict.FAIL
-    for each in later:
-        decided = decision(each.document["decision"])
+    limits_failed = at(summary.result_document, "limits", "verdict") == Verdict.FAIL
+    for decision_file in later:
+        columns = decision(decision_file.document["decision"])
         yield {
-            **decided,
-            "verdict": str(Verdict.FAIL) if missed else decided["verdict"],
-            "file": text(each.path.name),
-            "decided_utc": moment(each.document["decided_utc"]),
-            "by": text(each.document["by"]),
-            "why": text(each.document["reason"]),
+            **columns,
+            "verdict": str(Verdict.FAIL) if limits_failed else columns["verdict"],
+            "file": text(decision_file.path.name),
+            "decided_utc": moment(decision_file.document["decided_utc"]),
+            "by": text(decision_file.document["by"]),
+            "why": text(decision_file.document["reason"]),
         }
 
 

@@ -59,16 +59,18 @@ def select_rows(table: str, filters: Filters, dialect: Dialect, limit: int | Non
         runs = runs.order_by(RUNS.c.started_utc.desc().nulls_last(), RUNS.c.id.desc()).limit(limit)
     place = [ROOTS.c.path.label("root"), RUNS.c.path.label("place")]
     source = RUNS.join(ROOTS, ROOTS.c.id == RUNS.c.root)
-    columns: list[ColumnElement[Any]] = [each for each in RUNS.c if each.name not in _HIDDEN]
+    columns: list[ColumnElement[Any]] = [column for column in RUNS.c if column.name not in _HIDDEN]
     order: list[ColumnElement[Any]] = [RUNS.c.started_utc.nulls_first(), RUNS.c.id]
     conditions: list[ColumnElement[bool]] = [RUNS.c.id.in_(runs)]
     if table != RUNS.name:
         part = TABLES[table]
         columns = [RUNS.c[name] for name in CONTEXT]
-        columns += [each for each in part.c if each.name not in _HIDDEN]
+        columns += [column for column in part.c if column.name not in _HIDDEN]
         source = source.join(part, part.c.run == RUNS.c.id)
-        key = [each for each in part.primary_key.columns if each.name != "run"]
-        order += [text_of(each) if isinstance(each.type, SharedText) else each for each in key]
+        key = [column for column in part.primary_key.columns if column.name != "run"]
+        order += [
+            text_of(column) if isinstance(column.type, SharedText) else column for column in key
+        ]
     if table == POINTS.name:
         conditions += _of_point(filters.ranges)
     if table == RESULTS.name:
@@ -80,8 +82,8 @@ def _conditions(filters: Filters, dialect: Dialect) -> Iterator[ColumnElement[bo
     for name, patterns in filters.texts.items():
         yield or_(*(_text(RUNS.c[name], pattern, dialect) for pattern in patterns))
     for name, patterns in filters.inputs.items():
-        alike = or_(*(_text(INPUTS.c.value, pattern, dialect) for pattern in patterns))
-        yield exists().where(INPUTS.c.run == RUNS.c.id, INPUTS.c.name == name, alike)
+        matching = or_(*(_text(INPUTS.c.value, pattern, dialect) for pattern in patterns))
+        yield exists().where(INPUTS.c.run == RUNS.c.id, INPUTS.c.name == name, matching)
     yield from _of_what_was_found(filters)
     if filters.since is not None:
         yield RUNS.c.started_utc >= filters.since
@@ -94,8 +96,8 @@ def _conditions(filters: Filters, dialect: Dialect) -> Iterator[ColumnElement[bo
 
 
 def _of_what_was_found(filters: Filters) -> Iterator[ColumnElement[bool]]:
-    for name, wanted in filters.figures.items():
-        yield exists().where(FIGURES.c.run == RUNS.c.id, *_figure(name, wanted))
+    for name, value_range in filters.figures.items():
+        yield exists().where(FIGURES.c.run == RUNS.c.id, *_figure(name, value_range))
     if filters.results or filters.where:
         for named in _named(filters):
             yield exists().where(RESULTS.c.run == RUNS.c.id, named, *_at(filters))
@@ -106,10 +108,10 @@ def _of_what_was_found(filters: Filters) -> Iterator[ColumnElement[bool]]:
         else:
             yield RUNS.c.id.in_(select(POINTS.c.run).where(*of_point))
     else:
-        for name, wanted in filters.ranges.items():
+        for name, value_range in filters.ranges.items():
             column: ColumnElement[Any] = RUNS.c[_COLUMNS[name]]
             # The sum hides the index of the values from SQLite.
-            yield _within(column + 0.0 if _names_few(filters) else column, wanted)
+            yield _within(column + 0.0 if _names_few(filters) else column, value_range)
 
 
 def _names_few(filters: Filters) -> bool:
@@ -134,27 +136,27 @@ def _of_point(ranges: Mapping[str, Range]) -> list[ColumnElement[bool]]:
     """Return the conditions on a set-point, if set-points are filtered."""
     if not any(name in ranges for name in _OF_POINTS):
         return []
-    return [_within(POINTS.c[_COLUMNS[name]], wanted) for name, wanted in ranges.items()]
+    return [_within(POINTS.c[_COLUMNS[name]], value_range) for name, value_range in ranges.items()]
 
 
-def _figure(name: str, wanted: Range) -> tuple[ColumnElement[bool], ...]:
+def _figure(name: str, value_range: Range) -> tuple[ColumnElement[bool], ...]:
     """Return the condition on a figure; 'source/name' selects one of several of a name."""
     source, _, parameter = name.rpartition("/")
     named = or_(
         FIGURES.c.name == name, and_(FIGURES.c.source == source, FIGURES.c.name == parameter)
     )
-    same_unit = FIGURES.c.unit == si_symbol(wanted.dimension)
-    return named, same_unit, _within(FIGURES.c.value, wanted)
+    same_unit = FIGURES.c.unit == si_symbol(value_range.dimension)
+    return named, same_unit, _within(FIGURES.c.value, value_range)
 
 
 def _named(filters: Filters) -> list[ColumnElement[bool]]:
     """Return the conditions on a result of each given name; on one of any name if none is given."""
     found: list[ColumnElement[bool]] = []
-    for name, wanted in filters.results.items():
+    for name, value_range in filters.results.items():
         conditions = [RESULTS.c.name == name]
-        if wanted is not None:
-            conditions.append(RESULTS.c.si_unit == si_symbol(wanted.dimension))
-            conditions.append(_within(RESULTS.c.si_value, wanted))
+        if value_range is not None:
+            conditions.append(RESULTS.c.si_unit == si_symbol(value_range.dimension))
+            conditions.append(_within(RESULTS.c.si_value, value_range))
         found.append(and_(*conditions))
     return found or [true()]
 
@@ -163,28 +165,28 @@ def _at(filters: Filters) -> list[ColumnElement[bool]]:
     """Return the conditions on the coordinates of a result."""
     of_result = (COORDINATES.c.run == RESULTS.c.run, COORDINATES.c.number == RESULTS.c.number)
     return [
-        exists().where(*of_result, _coordinate(name, wanted))
-        for name, wanted in filters.where.items()
+        exists().where(*of_result, _coordinate(name, value))
+        for name, value in filters.where.items()
     ]
 
 
-def _coordinate(name: str, wanted: Quantity | str) -> ColumnElement[bool]:
+def _coordinate(name: str, value: Quantity | str) -> ColumnElement[bool]:
     """Return whether a coordinate is the given one; for a bare number, in any unit."""
-    named = or_(COORDINATES.c.name == name, COORDINATES.c.short == name)
-    if isinstance(wanted, str):
-        return and_(named, COORDINATES.c.text == wanted)
-    if wanted.dimension == "ratio" and wanted.unit.symbol == "1":
-        shown = CoordinateValue(wanted.number)
+    same_name = or_(COORDINATES.c.name == name, COORDINATES.c.short == name)
+    if isinstance(value, str):
+        return and_(same_name, COORDINATES.c.text == value)
+    if value.dimension == "ratio" and value.unit.symbol == "1":
+        shown = CoordinateValue(value.number)
     else:
-        shown = CoordinateValue.of_si(wanted.si, si_symbol(wanted.dimension))
-        named = and_(named, COORDINATES.c.unit == shown.unit)
-    value = float(shown.value)
-    near = SAME * max(abs(value), SAME)
-    return and_(named, COORDINATES.c.value.between(value - near, value + near))
+        shown = CoordinateValue.of_si(value.si, si_symbol(value.dimension))
+        same_name = and_(same_name, COORDINATES.c.unit == shown.unit)
+    center = float(shown.value)
+    near = SAME * max(abs(center), SAME)
+    return and_(same_name, COORDINATES.c.value.between(center - near, center + near))
 
 
-def _within(column: ColumnElement[Any], wanted: Range) -> ColumnElement[bool]:
-    return column.between(wanted.low, wanted.high)
+def _within(column: ColumnElement[Any], value_range: Range) -> ColumnElement[bool]:
+    return column.between(value_range.low, value_range.high)
 
 
 def _text(column: ColumnElement[Any], pattern: str, dialect: Dialect) -> ColumnElement[bool]:
@@ -195,8 +197,8 @@ def _text(column: ColumnElement[Any], pattern: str, dialect: Dialect) -> ColumnE
         return column == pattern
     if dialect.name == "sqlite":  # its LIKE takes upper and lower case as the same
         begin = re.split(r"[*?]", pattern, maxsplit=1)[0]
-        alike = column.op("GLOB", is_comparison=True)(pattern.replace("[", "[[]"))
-        return and_(column.between(begin, f"{begin}{_LAST}"), alike)  # so an index can be used
+        matching = column.op("GLOB", is_comparison=True)(pattern.replace("[", "[[]"))
+        return and_(column.between(begin, f"{begin}{_LAST}"), matching)  # so an index can be used
     for sign, escaped in ((_ESCAPE, _ESCAPE * 2), ("%", r"\%"), ("_", r"\_")):
         pattern = pattern.replace(sign, escaped)
     return column.like(pattern.replace("*", "%").replace("?", "_"), escape=_ESCAPE)

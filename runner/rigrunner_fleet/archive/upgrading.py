@@ -42,8 +42,8 @@ def upgrade(connection: Connection, version: str) -> None:
 
 
 def _create_again(connection: Connection) -> None:
-    known = inspect(connection).get_table_names()
-    runs, *parts = (_put_aside(connection, t) for t in (RUNS, *PARTS) if t.name in known)
+    existing = inspect(connection).get_table_names()
+    runs, *parts = (_put_aside(connection, t) for t in (RUNS, *PARTS) if t.name in existing)
     METADATA.create_all(connection)
     unreadable = select(runs.c.id).where(or_(runs.c.missing, runs.c.problem != ""))
     for run in connection.scalars(unreadable).all():
@@ -75,6 +75,6 @@ def _store(connection: Connection, run: int, runs: Table, parts: list[Table]) ->
 
 
 def _rows(connection: Connection, table: Table, condition: Any) -> list[dict[str, Any]]:
-    columns = [each for each in table.c if each.name != "run"]
-    found = connection.execute(select(*columns).where(condition))
-    return [dict(row) for row in found.mappings()]
+    columns = [column for column in table.c if column.name != "run"]
+    result = connection.execute(select(*columns).where(condition))
+    return [dict(row) for row in result.mappings()]

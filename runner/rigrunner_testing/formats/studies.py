@@ -20,7 +20,7 @@ from rigrunner.api.studies import (
     Trend,
 )
 from rigrunner_fleet.trends.capability import capability
-from rigrunner_fleet.trends.charting import Charting, charted
+from rigrunner_fleet.trends.charting import Charting, control_chart
 from rigrunner_fleet.trends.gauge_rr import gauge_rr
 from rigrunner_testing.formats.inputs import MISCHIEF
 
@@ -72,7 +72,7 @@ def _trend(chart: str) -> Trend:
         excluded=(Excluded(MISCHIEF, MISCHIEF),),
         chart=chart,
         rules=how.rule_texts(),
-        series=(charted(MISCHIEF, _observed(), how),),
+        series=(control_chart(MISCHIEF, _observed(), how),),
         not_charted={MISCHIEF: MISCHIEF},
     )
 

@@ -36,9 +36,9 @@ def command(
         )
     filters = filters_in(words)
     with closing(open_archive(runs, database)) as archive:
-        found = rows(archive, table, filters, limit=limit)
+        selected = rows(archive, table, filters, limit=limit)
     if file.suffix == ".csv":
-        found.to_csv(file, raw=raw)
+        selected.to_csv(file, raw=raw)
     else:
-        found.to_parquet(file)
-    message(f"Wrote {file}: {len(found)} rows.")
+        selected.to_parquet(file)
+    message(f"Wrote {file}: {len(selected)} rows.")

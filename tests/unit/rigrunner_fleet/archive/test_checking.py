@@ -15,7 +15,7 @@ import pytest
 from helpers_cli import call
 from rigrunner.jobs import InProcess
 from rigrunner_fleet.archive import index, open_archive, rebuild
-from rigrunner_fleet.archive.checking import Look, Pace, check
+from rigrunner_fleet.archive.checking import Pace, RunChecker, check
 from unit.rigrunner_fleet.archive.helpers_archive import store_run
 
 START = datetime(2026, 3, 1, 12, 0, tzinfo=UTC)
@@ -46,7 +46,7 @@ class Stop:
 
 
 def checked(archive, *, at=START, stop=None, before=None, pace=None):
-    look = Look(pace or Pace(), yielding=False)
+    look = RunChecker(pace or Pace(), yielding=False)
     moments = (at + timedelta(seconds=each) for each in count())
     return check(
         archive,
@@ -65,7 +65,7 @@ def told(found):
 def test_nothing_is_wrong_twice(archive):
     for _ in range(2):
         found = checked(archive)
-        assert (found.findings, found.looked, found.due) == ((), 3, 3)
+        assert (found.findings, found.checked, found.due) == ((), 3, 3)
 
 
 def flip(path, at):
@@ -141,7 +141,7 @@ def test_every_flipped_bit_is_told_once_a_file_was_looked_at(archive, runs):
 
 def test_it_goes_on_where_it_was_and_the_oldest_look_comes_first(archive, runs):
     first = checked(archive, stop=Stop(2))
-    assert (first.looked, first.due) == (2, 3)
+    assert (first.checked, first.due) == (2, 3)
     (runs / "c/run.log").unlink()
     second = checked(archive, at=START + timedelta(hours=1), stop=Stop(1))
     assert told(second) == [("missing", "c/run.log")]
@@ -153,7 +153,7 @@ def test_it_goes_on_where_it_was_and_the_oldest_look_comes_first(archive, runs):
 def test_runs_that_were_looked_at_since_are_left_out(archive):
     checked(archive, stop=Stop(2))
     later = checked(archive, at=START + timedelta(days=1), before=START + timedelta(seconds=0.5))
-    assert (later.looked, later.due) == (
+    assert (later.checked, later.due) == (
         2,
         2,
     )  # c, never, and a, at the start; b was a second later

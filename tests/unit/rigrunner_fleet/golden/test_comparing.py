@@ -6,10 +6,10 @@ from math import inf
 
 import pytest
 
-from rigrunner_fleet.golden.comparing import Move, Standing, by_gravity, compare, not_compared
+from rigrunner_fleet.golden.comparing import Move, Standing, by_severity, compare, not_compared
 from rigrunner_fleet.golden.figures import AtFrequency, Figure, verdicts
 from rigrunner_fleet.golden.overall import Overall
-from rigrunner_fleet.golden.reference import Found
+from rigrunner_fleet.golden.reference import Snapshot
 from rigrunner_fleet.golden.words import details
 
 
@@ -27,14 +27,14 @@ def found(torque=0.7, expanded=0.02, **other):
         },
         "frequencies": (AtFrequency(5.0, "result at 5 Hz"),),
     }
-    return Found(**{**known, **other})
+    return Snapshot(**{**known, **other})
 
 
 def without_result(**other):
     return found(**{"figures": {}, "verdicts": {}, "frequencies": (), **other})
 
 
-REFUSED = Found(problem="no no-load recording")
+REFUSED = Snapshot(problem="no no-load recording")
 
 
 @pytest.mark.parametrize(
@@ -55,7 +55,7 @@ REFUSED = Found(problem="no no-load recording")
         (REFUSED, found(), Standing.ACCEPTED),
         (without_result(), found(), Standing.ACCEPTED),
         (REFUSED, REFUSED, Standing.EQUAL),
-        (REFUSED, Found(problem="in other words"), Standing.OTHER),
+        (REFUSED, Snapshot(problem="in other words"), Standing.OTHER),
     ],
 )
 def test_each_standing(before, after, standing):
@@ -110,7 +110,7 @@ def test_the_gravest_come_first():
         compare("flipped", found(), found(verdicts={"run": "fail"})),
         not_compared("gone", found(), REFUSED, "there is no gone"),
     ]
-    ordered = [each.name for each in sorted(runs, key=by_gravity)]
+    ordered = [each.name for each in sorted(runs, key=by_severity)]
     assert ordered == ["gone", "flipped", "large", "small", "equal"]
 
 

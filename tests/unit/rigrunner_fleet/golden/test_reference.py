@@ -12,8 +12,8 @@ from rigrunner.api.errors import DataError, UsageError
 from rigrunner_fleet.golden.figures import Figure
 from rigrunner_fleet.golden.reference import (
     REFERENCE,
-    Found,
     Reference,
+    Snapshot,
     read_references,
     write_reference,
 )
@@ -25,7 +25,7 @@ FIGURES = st.dictionaries(TEXTS, st.builds(Figure, NUMBERS, st.none() | NUMBERS,
 
 def reference(name="a/b", **found):
     return Reference(
-        name=name, run="run", at="../runs/b", digest_sha256="0", made_by={}, found=Found(**found)
+        name=name, run="run", at="../runs/b", digest_sha256="0", made_by={}, found=Snapshot(**found)
     )
 
 

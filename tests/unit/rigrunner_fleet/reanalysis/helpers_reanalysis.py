@@ -9,7 +9,7 @@ from dataclasses import replace
 from rigrunner.jobs import InProcess
 from rigrunner_fleet.reanalysis.batch import Batch
 from rigrunner_fleet.reanalysis.changes import Changes
-from rigrunner_fleet.reanalysis.selection import choose
+from rigrunner_fleet.reanalysis.selection import select_runs
 
 
 def lab_of(folder, quick, copies=3):
@@ -29,7 +29,7 @@ def batch(out, *, workers=None, told=None, stop=None, **changed):
 
 
 def reanalysed(lab, out, **changed):
-    return batch(out, **changed).run(choose([lab]))
+    return batch(out, **changed).run(select_runs([lab]))
 
 
 def results(out):

@@ -20,7 +20,7 @@ from rigrunner.run.locate import find_procedure
 from rigrunner.run.stored import analyse_run
 from rigrunner_fleet.reanalysis import batch as module
 from rigrunner_fleet.reanalysis.changes import Changes
-from rigrunner_fleet.reanalysis.selection import choose
+from rigrunner_fleet.reanalysis.selection import select_runs
 from rigrunner_fleet.reanalysis.task import Reanalysis
 from unit.jobs.helpers_cluster import busy_pid, two_workers
 from unit.rigrunner_fleet.reanalysis.helpers_reanalysis import batch, lab_of, reanalysed, results
@@ -105,7 +105,7 @@ def test_damaged_files_are_listed_and_tried_again(quick, tmp_path):
     broken.chmod(0o644)
     broken.write_bytes(whole[: len(whole) // 2])
     text.write_text("not HDF5")
-    runs = choose([lab, text])
+    runs = select_runs([lab, text])
     found = batch(out, workers=Processes(2)).run(runs)
     assert [row.run for row in found.failed] == ["no run", "rig-1/loaded-0"]
     assert all("run.h5" in row.problem for row in found.failed)

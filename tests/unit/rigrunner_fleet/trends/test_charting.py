@@ -9,7 +9,7 @@ import pytest
 
 from rigrunner.api.errors import DataError
 from rigrunner.api.studies import Observed
-from rigrunner_fleet.trends.charting import EWMA, MOVING_RANGE, Baseline, Charting, charted
+from rigrunner_fleet.trends.charting import EWMA, MOVING_RANGE, Baseline, Charting, control_chart
 
 START = datetime(2026, 1, 1, tzinfo=UTC)
 
@@ -27,8 +27,8 @@ def steady(count, seed=5):
 
 def test_values_after_the_baseline_move_no_limit():
     values = steady(40)
-    short = charted("a", observed(values[:20]), Charting())
-    long = charted("a", observed([*values[:20], *(values[20:] + 100)]), Charting())
+    short = control_chart("a", observed(values[:20]), Charting())
+    long = control_chart("a", observed([*values[:20], *(values[20:] + 100)]), Charting())
     assert short.individuals == long.individuals
     assert short.moving_range == long.moving_range
     assert not short.after
@@ -38,21 +38,21 @@ def test_values_after_the_baseline_move_no_limit():
 def test_a_baseline_of_days_may_lie_anywhere():
     values = steady(40)
     days = Baseline(None, START + timedelta(days=10), START + timedelta(days=25))
-    series = charted("a", observed(values), Charting(baseline=days))
+    series = control_chart("a", observed(values), Charting(baseline=days))
     assert [place for place, each in enumerate(series.points) if each.baseline] == [*range(10, 25)]
     assert series.individuals.centre == pytest.approx(values[10:25].mean())
 
 
 def test_a_jump_is_met_by_the_moving_range_too():
-    series = charted("a", observed([*steady(20), 20.0]), Charting(rules="shewhart"))
+    series = control_chart("a", observed([*steady(20), 20.0]), Charting(rules="shewhart"))
     assert series.points[-1].rules == ("Nelson 1", MOVING_RANGE)
     assert series.points[-1].moving_range == pytest.approx(abs(20.0 - steady(20)[-1]))
 
 
 def test_an_ewma_sees_a_small_shift_that_single_values_hide():
     values = [*steady(20), *(steady(30, seed=9) + 1.0)]
-    weighted = charted("a", observed(values), Charting("ewma", weight=0.1))
-    single = charted("a", observed(values), Charting(rules="shewhart"))
+    weighted = control_chart("a", observed(values), Charting("ewma", weight=0.1))
+    single = control_chart("a", observed(values), Charting(rules="shewhart"))
     assert weighted.alarms
     assert set(weighted.alarms[0].rules) == {EWMA}
     assert len(weighted.alarms) > len(single.alarms)
@@ -71,11 +71,11 @@ def test_an_ewma_sees_a_small_shift_that_single_values_hide():
 )
 def test_what_speaks_against_a_chart_is_said(values, expanded, told):
     how = Charting(baseline=Baseline(len(values)), rules="shewhart")
-    assert told in " ".join(charted("a", observed(values, expanded), how).warnings)
+    assert told in " ".join(control_chart("a", observed(values, expanded), how).warnings)
 
 
 def test_nothing_is_said_against_a_good_one():
-    assert charted("a", observed(steady(25), 0.5), Charting()).warnings == ()
+    assert control_chart("a", observed(steady(25), 0.5), Charting()).warnings == ()
 
 
 @pytest.mark.parametrize(
@@ -90,4 +90,4 @@ def test_nothing_is_said_against_a_good_one():
 )
 def test_a_baseline_that_gives_no_limits_is_refused(values, baseline, told):
     with pytest.raises(DataError, match=told):
-        charted("a", observed(values), Charting(baseline=baseline))
+        control_chart("a", observed(values), Charting(baseline=baseline))
