@@ -34,10 +34,10 @@ def test_what_was_written_is_read_bit_by_bit(tmp_path_factory, figures, checks):
     folder = tmp_path_factory.mktemp("golden")
     written = reference(figures=figures, checks=checks)
     write_reference(folder, written)
-    (found,) = read_references(folder)
-    assert found == written
-    assert {name: asdict(each) for name, each in found.found.figures.items()} == {
-        name: asdict(each) for name, each in figures.items()
+    (stored,) = read_references(folder)
+    assert stored == written
+    assert {name: asdict(figure) for name, figure in stored.found.figures.items()} == {
+        name: asdict(figure) for name, figure in figures.items()
     }
 
 

@@ -23,7 +23,7 @@ def lab(tmp_path):
 
 
 def names(*paths):
-    return [each.name for each in select_runs(paths)]
+    return [run.name for run in select_runs(paths)]
 
 
 def test_a_folder_stands_for_all_runs_below(lab):

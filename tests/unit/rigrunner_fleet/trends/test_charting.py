@@ -16,8 +16,8 @@ START = datetime(2026, 1, 1, tzinfo=UTC)
 
 def observed(values, expanded=None):
     return [
-        Observed(f"r{place}", START + timedelta(days=place), float(value), expanded)
-        for place, value in enumerate(values)
+        Observed(f"r{index}", START + timedelta(days=index), float(value), expanded)
+        for index, value in enumerate(values)
     ]
 
 
@@ -39,7 +39,9 @@ def test_a_baseline_of_days_may_lie_anywhere():
     values = steady(40)
     days = Baseline(None, START + timedelta(days=10), START + timedelta(days=25))
     series = control_chart("a", observed(values), Charting(baseline=days))
-    assert [place for place, each in enumerate(series.points) if each.baseline] == [*range(10, 25)]
+    assert [index for index, point in enumerate(series.points) if point.baseline] == [
+        *range(10, 25)
+    ]
     assert series.individuals.centre == pytest.approx(values[10:25].mean())
 
 
@@ -56,12 +58,12 @@ def test_an_ewma_sees_a_small_shift_that_single_values_hide():
     assert weighted.alarms
     assert set(weighted.alarms[0].rules) == {EWMA}
     assert len(weighted.alarms) > len(single.alarms)
-    widths = [each.upper - each.lower for each in weighted.points]
+    widths = [point.upper - point.lower for point in weighted.points]
     assert widths == sorted(widths)
 
 
 @pytest.mark.parametrize(
-    ("values", "expanded", "told"),
+    ("values", "expanded", "warning"),
     [
         (steady(12), None, "rest on 12 values"),
         (np.repeat(steady(5), 4) + 0.01 * steady(20), None, "neighbours in the baseline are corr"),
@@ -69,9 +71,9 @@ def test_an_ewma_sees_a_small_shift_that_single_values_hide():
         (steady(20), 50.0, "narrower than the expanded uncertainty"),
     ],
 )
-def test_what_speaks_against_a_chart_is_said(values, expanded, told):
-    how = Charting(baseline=Baseline(len(values)), rules="shewhart")
-    assert told in " ".join(control_chart("a", observed(values, expanded), how).warnings)
+def test_what_speaks_against_a_chart_is_said(values, expanded, warning):
+    charting = Charting(baseline=Baseline(len(values)), rules="shewhart")
+    assert warning in " ".join(control_chart("a", observed(values, expanded), charting).warnings)
 
 
 def test_nothing_is_said_against_a_good_one():
@@ -79,7 +81,7 @@ def test_nothing_is_said_against_a_good_one():
 
 
 @pytest.mark.parametrize(
-    ("values", "baseline", "told"),
+    ("values", "baseline", "message"),
     [
         (steady(15), Baseline(), "there are 15 values, and the baseline is the first 20"),
         (steady(1), Baseline(), "there is 1 value"),
@@ -88,6 +90,6 @@ def test_nothing_is_said_against_a_good_one():
         ([*steady(19), np.nan], Baseline(), "not a finite number"),
     ],
 )
-def test_a_baseline_that_gives_no_limits_is_refused(values, baseline, told):
-    with pytest.raises(DataError, match=told):
+def test_a_baseline_that_gives_no_limits_is_refused(values, baseline, message):
+    with pytest.raises(DataError, match=message):
         control_chart("a", observed(values), Charting(baseline=baseline))
