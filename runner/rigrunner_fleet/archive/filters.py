@@ -38,7 +38,7 @@ those of that set-point, else those of the result of the run."""
 NOMINAL = "frequency"
 """A nominal value, not a measured one: a single value is accepted as well as a range."""
 NAMED = ("inputs", "figures", "where")
-Words = str | Sequence[str]
+Texts = str | Sequence[str]
 _Read = TypeVar("_Read")
 
 
@@ -67,7 +67,7 @@ class Filters:
     """Count every copy of a run."""
 
 
-def filters_of(**words: Any) -> Filters:
+def filters_of(**filters: Any) -> Filters:
     """Return the filters; raise UsageError for an unknown one or a wrong value.
 
     Texts and choices are a text or several, `inputs` and `figures` mappings of names to them,
@@ -75,46 +75,46 @@ def filters_of(**words: Any) -> Filters:
     coordinates to values, such as {"chamber.temperature": "100 °C"}, `since` and `until` as
     2026-01-31 or with a time. None is no filter.
     """
-    options = {name: value for name, value in words.items() if value not in (None, (), [], {}, "")}
-    unknown = sorted(set(options) - set(KNOWN))
+    terms = {name: value for name, value in filters.items() if value not in (None, (), [], {}, "")}
+    unknown = sorted(set(terms) - set(KNOWN))
     if unknown:
         hint = did_you_mean(unknown[0], KNOWN, f"there are: {', '.join(KNOWN)}", cutoff=0.5)
         raise UsageError(f"there is no filter '{unknown[0]}'", hint=hint)
-    _check_choices(options)
-    results = options.get("result", {})
+    _check_choices(terms)
+    results = terms.get("result", {})
     if not isinstance(results, Mapping):
         results = dict.fromkeys(_several(results))
     return Filters(
-        texts={name: _several(options[name]) for name in (*TEXTS, *CHOICES) if name in options},
-        inputs={name: _several(patterns) for name, patterns in options.get("inputs", {}).items()},
+        texts={name: _several(terms[name]) for name in (*TEXTS, *CHOICES) if name in terms},
+        inputs={name: _several(patterns) for name, patterns in terms.get("inputs", {}).items()},
         ranges={
-            name: range_of(options[name], dimension, nominal=name == NOMINAL)
+            name: range_of(terms[name], dimension, nominal=name == NOMINAL)
             for name, dimension in RANGES.items()
-            if name in options
+            if name in terms
         },
-        figures={name: range_of(text) for name, text in options.get("figures", {}).items()},
+        figures={name: range_of(text) for name, text in terms.get("figures", {}).items()},
         results={name: _if_given(range_of, text) for name, text in results.items()},
-        where={name: place_of(str(value)) for name, value in options.get("where", {}).items()},
-        since=_if_given(since, options.get("since")),
-        until=_if_given(until, options.get("until")),
-        real=bool(options.get("real")),
-        copies=bool(options.get("copies")),
+        where={name: place_of(str(value)) for name, value in terms.get("where", {}).items()},
+        since=_if_given(since, terms.get("since")),
+        until=_if_given(until, terms.get("until")),
+        real=bool(terms.get("real")),
+        copies=bool(terms.get("copies")),
     )
 
 
 KNOWN = (*TEXTS, *CHOICES, *RANGES, *NAMED, "result", "since", "until", "real", "copies")
 
 
-def _check_choices(options: Mapping[str, Any]) -> None:
+def _check_choices(terms: Mapping[str, Any]) -> None:
     for name, allowed in CHOICES.items():
-        for choice in _several(options.get(name, ())):
+        for choice in _several(terms.get(name, ())):
             if choice not in allowed:
                 hint = f"it is one of: {', '.join(allowed)}"
                 raise UsageError(f"there is no {name} '{choice}'", hint=hint)
 
 
-def _several(words: Words) -> tuple[str, ...]:
-    return (words,) if isinstance(words, str) else tuple(words)
+def _several(texts: Texts) -> tuple[str, ...]:
+    return (texts,) if isinstance(texts, str) else tuple(texts)
 
 
 def _if_given(read: Callable[[str], _Read], text: str | None) -> _Read | None:

@@ -108,20 +108,20 @@ def _option(name: str, metavar: str, line: str, *, multiple: bool = False) -> Ca
     return click.option(flag, name, multiple=multiple, metavar=metavar, help=line)
 
 
-def filters_in(words: Mapping[str, Any]) -> Filters:
+def filters_in(options: Mapping[str, Any]) -> Filters:
     """Return the filters of the options; raise UsageError."""
     from rigrunner_fleet.archive.filters import filters_of  # noqa: PLC0415  (help needs no database)
 
-    inputs = _pairs("--input", words["inputs"])
-    figures = _single("--figure", words["figures"])
-    where = _single("--where", words["where"])
-    named = [argument.partition("=") for argument in words["named"]]
+    inputs = _pairs("--input", options["inputs"])
+    figures = _single("--figure", options["figures"])
+    where = _single("--where", options["where"])
+    named = [argument.partition("=") for argument in options["named"]]
     result = {name: value_range if equals else None for name, equals, value_range in named}
     if len(result) < len(named):
         raise UsageError("'--result' names a result twice")
-    options = {name: value for name, value in words.items() if name != "named"}
+    filters = {name: value for name, value in options.items() if name != "named"}
     return filters_of(
-        **{**options, "inputs": inputs, "figures": figures, "where": where, "result": result}
+        **{**filters, "inputs": inputs, "figures": figures, "where": where, "result": result}
     )
 
 

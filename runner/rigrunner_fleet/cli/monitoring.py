@@ -41,7 +41,7 @@ def output_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def read_observations(
-    quantity: str, words: Mapping[str, Any], by: Sequence[str], runs: Path, database: str
+    quantity: str, options: Mapping[str, Any], by: Sequence[str], runs: Path, database: str
 ) -> Observations:
     """Return the values of a quantity in the archive."""
     from rigrunner_fleet.archive import open_archive  # noqa: PLC0415  (SQLAlchemy takes a while)
@@ -49,7 +49,7 @@ def read_observations(
     from rigrunner_fleet.monitoring.observing import observe  # noqa: PLC0415  (so does SciPy)
 
     with closing(open_archive(runs, database)) as archive:
-        return observe(archive, quantity, filters_in(words), by)
+        return observe(archive, quantity, filters_in(options), by)
 
 
 def refuse_limit(limit: int | None) -> None:
@@ -61,14 +61,14 @@ def refuse_limit(limit: int | None) -> None:
         )
 
 
-def question_of(quantity: str, words: Mapping[str, Any], **more: str) -> dict[str, str]:
+def question_of(quantity: str, options: Mapping[str, Any], **more: str) -> dict[str, str]:
     """Return the question as the report shows it."""
-    options = {
+    chosen = {
         name.replace("_", " "): ", ".join(value) if isinstance(value, tuple) else str(value)
-        for name, value in words.items()
+        for name, value in options.items()
         if value not in (None, (), "", False)
     }
-    return {"quantity": quantity, **options, **{name: text for name, text in more.items() if text}}
+    return {"quantity": quantity, **chosen, **{name: text for name, text in more.items() if text}}
 
 
 def finish(study: StudyInput, text: str, out: Path | None, *, as_json: bool) -> None:

@@ -39,7 +39,7 @@ def command(
     limit: int | None,
     out: Path | None,
     as_json: bool,
-    **words: Any,
+    **options: Any,
 ) -> None:
     """Compare the results of many runs with limits.
 
@@ -53,8 +53,10 @@ def command(
     from rigrunner_fleet.monitoring.quantities import limit_in
 
     refuse_limit(limit)
-    observations = read_observations(quantity, words, by, runs, database)
-    question = question_of(quantity, words, by=", ".join(observations.by), upper=upper, lower=lower)
+    observations = read_observations(quantity, options, by, runs, database)
+    question = question_of(
+        quantity, options, by=", ".join(observations.by), upper=upper, lower=lower
+    )
     study = capability_study(
         observations,
         question,

@@ -33,7 +33,7 @@ def command(
     limit: int | None,
     out: Path | None,
     as_json: bool,
-    **words: Any,
+    **options: Any,
 ) -> None:
     """Estimate repeatability and reproducibility of a gauge.
 
@@ -51,7 +51,7 @@ def command(
 
     refuse_limit(limit)
     with closing(open_archive(runs, database)) as archive:
-        sessions = read_sessions(archive, quantity, filters_in(words))
-    question = question_of(quantity, words, tolerance=tolerance)
+        sessions = read_sessions(archive, quantity, filters_in(options))
+    question = question_of(quantity, options, tolerance=tolerance)
     study = gauge_study(sessions, question, width_in(tolerance, sessions.unit))
     finish(study, gauge_text(study), out, as_json=as_json)

@@ -61,7 +61,7 @@ def command(
     limit: int | None,
     out: Path | None,
     as_json: bool,
-    **words: Any,
+    **options: Any,
 ) -> ExitCode:
     """Make control charts of the results of many runs.
 
@@ -78,10 +78,10 @@ def command(
 
     refuse_limit(limit)
     charting = Charting(chart, rules, baseline_of(baseline), weight)
-    observations = read_observations(quantity, words, by, runs, database)
+    observations = read_observations(quantity, options, by, runs, database)
     question = question_of(
         quantity,
-        words,
+        options,
         by=", ".join(observations.by),
         chart=chart,
         rules=rules if chart == "i-mr" else f"EWMA, weight {weight:g}",

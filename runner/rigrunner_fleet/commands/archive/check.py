@@ -95,10 +95,10 @@ def _conclusion(summary: CheckSummary) -> str:
     runs = "1 run" if summary.checked == 1 else f"{summary.checked} runs"
     counts = f"{runs}{left}, {summary.read_bytes / 1e6:.1f} MB read at {rate:.1f} MB/s"
     count = len(summary.grave)
-    words = "no file is damaged, missing or changed"
+    conclusion = "no file is damaged, missing or changed"
     if count:
-        words = f"{count} file{' is' if count == 1 else 's are'} damaged, missing or changed"
-    return f"{counts}: {words}"
+        conclusion = f"{count} file{' is' if count == 1 else 's are'} damaged, missing or changed"
+    return f"{counts}: {conclusion}"
 
 
 def _document(summary: CheckSummary) -> dict[str, Any]:

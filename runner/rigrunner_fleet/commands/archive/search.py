@@ -39,7 +39,7 @@ def command(
     as_json: bool,
     as_csv: bool,
     raw: bool,
-    **words: Any,
+    **options: Any,
 ) -> None:
     """Find runs by specimen, rig, procedure and results, oldest first.
 
@@ -52,7 +52,7 @@ def command(
 
     if as_json and as_csv:
         raise UsageError("--json and --csv exclude each other")
-    filters = filters_in(words)
+    filters = filters_in(options)
     results = bool(filters.results or filters.where)
     with closing(open_archive(runs, database)) as archive:
         matches = rows(archive, "results" if results else "runs", filters, limit=limit)
