@@ -36,7 +36,7 @@ def examine(
     failures: dict[str, str] = {}  # by what was found, the check that found it first
     for check in checks:
         always = check.always and not subject.simulated
-        cause = next((causes[each] for each in check.needs if each in causes), "")
+        cause = next((causes[needed] for needed in check.needs if needed in causes), "")
         if cause and not always:
             causes[check.name] = cause
             yield Finding(check, State.NOT_JUDGED, f"it needs what '{cause}' demands")
@@ -46,8 +46,8 @@ def examine(
             cause = failures.setdefault(finding.text, check.name)
             causes[check.name] = cause
             if cause != check.name and not always:
-                same = f"it fails as '{cause}' does"
-                finding = replace(finding, state=State.NOT_JUDGED, text=same, fix="")
+                text = f"it fails as '{cause}' does"
+                finding = replace(finding, state=State.NOT_JUDGED, text=text, fix="")
         yield finding
 
 
