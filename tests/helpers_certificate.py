@@ -37,7 +37,7 @@ def make_letterhead(folder):
 
 def without_pdf() -> Registry:
     """Return a registry whose certificates are JSON and HTML alone: the PDF takes seconds."""
-    return Registry([each for each in load_registry().plugins if each.record.name != "pdf"])
+    return Registry([plugin for plugin in load_registry().plugins if plugin.record.name != "pdf"])
 
 
 def request(letterhead, **changes):
@@ -57,5 +57,5 @@ def issue(run, letterhead, out, *, now=NOW, registry=None, **changes):
     numbers = Numbers(letterhead, f"{SPECIMEN}-{read_letterhead(letterhead, '').prefix}")
     if numbers.in_force_for(run.name):
         changes.setdefault("further_copy", "for a test")
-    wanted = request(letterhead, out=out, **changes)
-    return certify(run, wanted, registry or load_registry(), now)
+    certificate_request = request(letterhead, out=out, **changes)
+    return certify(run, certificate_request, registry or load_registry(), now)

@@ -28,7 +28,7 @@ WORDS = {
 
 
 def said_where(flip: Flip) -> str:
-    text = " ".join(flip.said)
+    text = " ".join(flip.differences)
     return next((name for name, word in WORDS.items() if word in text), "nowhere")
 
 
