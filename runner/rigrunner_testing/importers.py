@@ -186,13 +186,13 @@ def _read_or_refusal(
     return ""
 
 
-def _check_columns(data: Mapping[str, Column], wanted: Columns, what: str) -> None:
+def _check_columns(data: Mapping[str, Column], expected: Columns, what: str) -> None:
     demand(
         isinstance(data, Mapping) and all(isinstance(column, Column) for column in data.values()),
         f"{what}: `read` gave {data!r:.80}, expected a Column for each name that is wanted",
         fix="return `{name: Column(values), ...}`: is there a `return`?",
     )
-    demand(set(data) == set(wanted), f"{what}: wanted {[*wanted]}, it gives {[*data]}")
+    demand(set(data) == set(expected), f"{what}: wanted {[*expected]}, it gives {[*data]}")
     for name, column in data.items():
         finite = column.values.ndim == 1 and np.isfinite(column.values).all()
         demand(finite, f"{what}: {name} holds numbers that are not finite")

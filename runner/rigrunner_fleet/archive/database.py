@@ -22,9 +22,9 @@ _PATIENCE_S = 60
 """How long SQLite waits for another writing process."""
 _WRITES = "rigrunner_writes"
 _DAMAGED = ("SQLITE_CORRUPT", "SQLITE_NOTADB")
-_OLDER = tuple(str(each) for each in range(1, VERSION))
+_OLDER = tuple(str(number) for number in range(1, VERSION))
 _NO_SERVER = "is the server running, and may this machine reach it? A file needs no server"
-_MAKES_ANEW = "'rigrunner archive index FOLDER' rebuilds it from the run files"
+_REBUILD = "'rigrunner archive index FOLDER' rebuilds it from the run files"
 
 
 class Database:
@@ -46,7 +46,7 @@ class Database:
     def reading(self) -> Iterator[Connection]:
         """Yield a connection on one state of the archive; raise UsageError without an archive."""
         if self.file is not None and not self.file.is_file():
-            raise self._none()
+            raise self._no_archive()
         with self._data_errors(), self._engine.connect() as connection:
             self._check(connection)
             yield connection
@@ -77,7 +77,7 @@ class Database:
             with self.writing() as connection:
                 self._make(connection)
         except DataError:
-            if not self._is_made():  # by another process, at the same moment
+            if not self._exists():  # by another process, at the same moment
                 raise
 
     def empty(self) -> None:
@@ -90,7 +90,7 @@ class Database:
         """Close the database."""
         self._engine.dispose()
 
-    def _is_made(self) -> bool:
+    def _exists(self) -> bool:
         try:
             with self.reading():
                 return True
@@ -109,7 +109,7 @@ class Database:
 
     def _check(self, connection: Connection) -> None:
         if not inspect(connection).has_table(ABOUT.name):
-            raise self._none()
+            raise self._no_archive()
         version = self._version(connection)
         if version != str(VERSION):
             older = "'rigrunner archive index FOLDER' updates it"
@@ -125,7 +125,7 @@ class Database:
         )
         return version
 
-    def _none(self) -> UsageError:
+    def _no_archive(self) -> UsageError:
         return UsageError(
             f"there is no archive {self.shown}", hint="'rigrunner archive index FOLDER' creates it"
         )
@@ -150,7 +150,7 @@ def _message(error: SQLAlchemyError) -> str:
     message = str(error.orig) if isinstance(error, DBAPIError) else str(error)
     line = " ".join(message.split())
     if str(getattr(getattr(error, "orig", None), "sqlite_errorname", "")).startswith(_DAMAGED):
-        return f"{line}: if it is an archive, remove the file; {_MAKES_ANEW}"
+        return f"{line}: if it is an archive, remove the file; {_REBUILD}"
     return line
 
 

@@ -83,20 +83,20 @@ def filters_of(**filters: Any) -> Filters:
     _check_choices(terms)
     results = terms.get("result", {})
     if not isinstance(results, Mapping):
-        results = dict.fromkeys(_several(results))
+        results = dict.fromkeys(_as_tuple(results))
     return Filters(
-        texts={name: _several(terms[name]) for name in (*TEXTS, *CHOICES) if name in terms},
-        inputs={name: _several(patterns) for name, patterns in terms.get("inputs", {}).items()},
+        texts={name: _as_tuple(terms[name]) for name in (*TEXTS, *CHOICES) if name in terms},
+        inputs={name: _as_tuple(patterns) for name, patterns in terms.get("inputs", {}).items()},
         ranges={
             name: range_of(terms[name], dimension, nominal=name == NOMINAL)
             for name, dimension in RANGES.items()
             if name in terms
         },
         figures={name: range_of(text) for name, text in terms.get("figures", {}).items()},
-        results={name: _if_given(range_of, text) for name, text in results.items()},
+        results={name: _parsed(range_of, text) for name, text in results.items()},
         where={name: place_of(str(value)) for name, value in terms.get("where", {}).items()},
-        since=_if_given(since, terms.get("since")),
-        until=_if_given(until, terms.get("until")),
+        since=_parsed(since, terms.get("since")),
+        until=_parsed(until, terms.get("until")),
         real=bool(terms.get("real")),
         copies=bool(terms.get("copies")),
     )
@@ -107,15 +107,15 @@ KNOWN = (*TEXTS, *CHOICES, *RANGES, *NAMED, "result", "since", "until", "real", 
 
 def _check_choices(terms: Mapping[str, Any]) -> None:
     for name, allowed in CHOICES.items():
-        for choice in _several(terms.get(name, ())):
+        for choice in _as_tuple(terms.get(name, ())):
             if choice not in allowed:
                 hint = f"it is one of: {', '.join(allowed)}"
                 raise UsageError(f"there is no {name} '{choice}'", hint=hint)
 
 
-def _several(texts: Texts) -> tuple[str, ...]:
+def _as_tuple(texts: Texts) -> tuple[str, ...]:
     return (texts,) if isinstance(texts, str) else tuple(texts)
 
 
-def _if_given(read: Callable[[str], _Read], text: str | None) -> _Read | None:
+def _parsed(read: Callable[[str], _Read], text: str | None) -> _Read | None:
     return None if text is None else read(text)

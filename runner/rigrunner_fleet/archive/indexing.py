@@ -79,7 +79,7 @@ def index(
     database.make()
     work = [_work_in(database, folder, again=again) for folder in folders]
     count = _Count(progress, sum(len(folder.stale) for folder in work))
-    return [_bring_up_to_date(database, folder, workers, count) for folder in work]
+    return [_update(database, folder, workers, count) for folder in work]
 
 
 def rebuild(
@@ -147,12 +147,12 @@ def _work_in(database: Database, folder: Path, *, again: bool) -> _Work:
     return _Work(folder, root, known_rows, runs, stale, skipped)
 
 
-def _bring_up_to_date(database: Database, work: _Work, workers: Workers, count: _Count) -> Indexed:
+def _update(database: Database, work: _Work, workers: Workers, count: _Count) -> Indexed:
     unreadable = [*work.skipped]
     for facts in _batches(map(_facts, workers.outcomes(read_facts, work.stale, Event()))):
         with database.writing() as connection:
             store(connection, work.root, facts)
-        unreadable += [(run.found.path, run.problem) for run in facts if run.problem]
+        unreadable += [(run.found_run.path, run.problem) for run in facts if run.problem]
         count.add(len(facts))
     gone = [row.id for path, row in work.known_rows.items() if path not in work.runs]
     with database.writing() as connection:
@@ -197,4 +197,4 @@ def _batches(facts: Iterable[RunFacts]) -> Iterator[list[RunFacts]]:
     """Yield batches in the order of their paths: all processes lock rows in the same order."""
     remaining = iter(facts)
     while batch := list(islice(remaining, _BATCH)):
-        yield sorted(batch, key=lambda run_facts: run_facts.found.path)
+        yield sorted(batch, key=lambda run_facts: run_facts.found_run.path)

@@ -83,15 +83,15 @@ def figures(document: object, zeros: Mapping[str, tuple[float, str]]) -> list[Ro
     return list({(row["source"], row["name"]): row for row in figure_rows}.values())
 
 
-def decision(found: object) -> Row:
+def decision(document: object) -> Row:
     """Return the columns of a decision, the run's own or a later one."""
     return {
-        "verdict": text(at(found, "verdict")),
-        "rule": text(at(found, "rule")),
-        "limit_text": text(at(found, "limit")),
-        "limit_source": text(at(found, "limit_source")),
-        "probability_of_conformity": number(at(found, "probability_of_conformity")),
-        "reason": text(at(found, "reason")),
+        "verdict": text(at(document, "verdict")),
+        "rule": text(at(document, "rule")),
+        "limit_text": text(at(document, "limit")),
+        "limit_source": text(at(document, "limit_source")),
+        "probability_of_conformity": number(at(document, "probability_of_conformity")),
+        "reason": text(at(document, "reason")),
     }
 
 

@@ -37,7 +37,7 @@ _LATEST_NS = (1 << 63) - 1
 class RunFacts:
     """The rows of one run folder."""
 
-    found: FoundRun
+    found_run: FoundRun
     run: Row
     """The columns of the run itself; if it cannot be read, its `problem` alone."""
     parts: Mapping[str, list[Row]] = field(default_factory=dict)
@@ -49,24 +49,24 @@ class RunFacts:
         return str(self.run["problem"])
 
 
-def read_facts(found: FoundRun) -> RunFacts:
+def read_facts(found_run: FoundRun) -> RunFacts:
     """Read a run folder; a damaged one gives its problem instead of an error."""
     try:
-        sealed = found.folder / RUN_FILE
+        sealed = found_run.folder / RUN_FILE
         if sealed.exists() and not sealed.is_file():  # to open a pipe would never end
             raise DataError(f"{sealed} is not a regular file")
-        summary = read_summary(found.folder)
+        summary = read_summary(found_run.folder)
         later: Sequence[DecisionFile] = ()
-        if any(file.name.startswith("decision-") for file in found.files):
+        if any(file.name.startswith("decision-") for file in found_run.files):
             from rigrunner.run.decisions import later_decisions  # noqa: PLC0415  (it loads the analysis; few runs need it)
 
-            later = later_decisions(summary, found.folder)
-        return _facts(found, summary, later)
+            later = later_decisions(summary, found_run.folder)
+        return _facts(found_run, summary, later)
     except RigrunnerError as error:
-        return RunFacts(found, {"problem": storable(str(error))})
+        return RunFacts(found_run, {"problem": storable(str(error))})
 
 
-def _facts(found: FoundRun, summary: RunSummary, later: Sequence[DecisionFile]) -> RunFacts:
+def _facts(found_run: FoundRun, summary: RunSummary, later: Sequence[DecisionFile]) -> RunFacts:
     document = summary.result_document
     # The run's own and all later ones; the last one is in force.
     records = [*_own(summary), *_later(later, summary)]
@@ -82,7 +82,7 @@ def _facts(found: FoundRun, summary: RunSummary, later: Sequence[DecisionFile]) 
         **_identity(summary),
         **headline(document),
         **{name: in_force.get(name) for name in _DECISION_COLUMNS},
-        "bytes": sum(file.bytes for file in found.files),
+        "bytes": sum(file.bytes for file in found_run.files),
     }
     parts = {
         "points": points(document),
@@ -96,12 +96,12 @@ def _facts(found: FoundRun, summary: RunSummary, later: Sequence[DecisionFile]) 
                 "name": storable(file.name),
                 "bytes": file.bytes,
                 "modified_ns": min(file.modified_ns, _LATEST_NS),
-                "sha256": "" if file.name == RUN_FILE else _sha256(found.folder / file.name),
+                "sha256": "" if file.name == RUN_FILE else _sha256(found_run.folder / file.name),
             }
-            for file in found.files
+            for file in found_run.files
         ],
     }
-    return RunFacts(found, run, parts)
+    return RunFacts(found_run, run, parts)
 
 
 def _identity(summary: RunSummary) -> dict[str, Any]:

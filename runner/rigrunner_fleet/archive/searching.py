@@ -38,7 +38,7 @@ _HIDDEN = {"id", "root", "stamp", "run"}
 """Internal columns of the archive."""
 CONTEXT = ("run_id", "started_utc", "rig", "procedure", "revision", "specimen", "type", "lot")
 """Columns of the run that come before those of tables with several rows per run."""
-_OF_POINTS = ("frequency", "load")
+_POINT_RANGES = ("frequency", "load")
 _ESCAPE = "\\"
 _LAST = "\U0010ffff"
 """Sorts after every continuation of a text."""
@@ -72,9 +72,9 @@ def select_rows(table: str, filters: Filters, dialect: Dialect, limit: int | Non
             text_of(column) if isinstance(column.type, SharedText) else column for column in key
         ]
     if table == POINTS.name:
-        conditions += _of_point(filters.ranges)
+        conditions += _point_conditions(filters.ranges)
     if table == RESULTS.name:
-        conditions += [or_(*_named(filters)), *_at(filters)]
+        conditions += [or_(*_result_conditions(filters)), *_coordinate_conditions(filters)]
     return select(*columns, *place).select_from(source).where(*conditions).order_by(*order)
 
 
@@ -84,7 +84,7 @@ def _conditions(filters: Filters, dialect: Dialect) -> Iterator[ColumnElement[bo
     for name, patterns in filters.inputs.items():
         matching = or_(*(_text(INPUTS.c.value, pattern, dialect) for pattern in patterns))
         yield exists().where(INPUTS.c.run == RUNS.c.id, INPUTS.c.name == name, matching)
-    yield from _of_what_was_found(filters)
+    yield from _value_conditions(filters)
     if filters.since is not None:
         yield RUNS.c.started_utc >= filters.since
     if filters.until is not None:
@@ -95,15 +95,17 @@ def _conditions(filters: Filters, dialect: Dialect) -> Iterator[ColumnElement[bo
         yield ~_is_copy()
 
 
-def _of_what_was_found(filters: Filters) -> Iterator[ColumnElement[bool]]:
+def _value_conditions(filters: Filters) -> Iterator[ColumnElement[bool]]:
     for name, value_range in filters.figures.items():
         yield exists().where(FIGURES.c.run == RUNS.c.id, *_figure(name, value_range))
     if filters.results or filters.where:
-        for named in _named(filters):
-            yield exists().where(RESULTS.c.run == RUNS.c.id, named, *_at(filters))
-    if any(name in filters.ranges for name in _OF_POINTS):
-        of_point = _of_point(filters.ranges)
-        if _names_few(filters):
+        for named in _result_conditions(filters):
+            yield exists().where(
+                RESULTS.c.run == RUNS.c.id, named, *_coordinate_conditions(filters)
+            )
+    if any(name in filters.ranges for name in _POINT_RANGES):
+        of_point = _point_conditions(filters.ranges)
+        if _is_selective(filters):
             yield exists().where(POINTS.c.run == RUNS.c.id, *of_point)
         else:
             yield RUNS.c.id.in_(select(POINTS.c.run).where(*of_point))
@@ -111,10 +113,10 @@ def _of_what_was_found(filters: Filters) -> Iterator[ColumnElement[bool]]:
         for name, value_range in filters.ranges.items():
             column: ColumnElement[Any] = RUNS.c[_COLUMNS[name]]
             # The sum hides the index of the values from SQLite.
-            yield _within(column + 0.0 if _names_few(filters) else column, value_range)
+            yield _within(column + 0.0 if _is_selective(filters) else column, value_range)
 
 
-def _names_few(filters: Filters) -> bool:
+def _is_selective(filters: Filters) -> bool:
     """Return whether an index of the runs themselves finds few: values are then checked one by one.
 
     Otherwise an index of the values is used. SQLite cannot tell which of two indices finds fewer.
@@ -132,9 +134,9 @@ _COLUMNS: Mapping[str, str] = {
 }
 
 
-def _of_point(ranges: Mapping[str, Range]) -> list[ColumnElement[bool]]:
+def _point_conditions(ranges: Mapping[str, Range]) -> list[ColumnElement[bool]]:
     """Return the conditions on a set-point, if set-points are filtered."""
-    if not any(name in ranges for name in _OF_POINTS):
+    if not any(name in ranges for name in _POINT_RANGES):
         return []
     return [_within(POINTS.c[_COLUMNS[name]], value_range) for name, value_range in ranges.items()]
 
@@ -149,19 +151,19 @@ def _figure(name: str, value_range: Range) -> tuple[ColumnElement[bool], ...]:
     return named, same_unit, _within(FIGURES.c.value, value_range)
 
 
-def _named(filters: Filters) -> list[ColumnElement[bool]]:
+def _result_conditions(filters: Filters) -> list[ColumnElement[bool]]:
     """Return the conditions on a result of each given name; on one of any name if none is given."""
-    found: list[ColumnElement[bool]] = []
+    by_name: list[ColumnElement[bool]] = []
     for name, value_range in filters.results.items():
         conditions = [RESULTS.c.name == name]
         if value_range is not None:
             conditions.append(RESULTS.c.si_unit == si_symbol(value_range.dimension))
             conditions.append(_within(RESULTS.c.si_value, value_range))
-        found.append(and_(*conditions))
-    return found or [true()]
+        by_name.append(and_(*conditions))
+    return by_name or [true()]
 
 
-def _at(filters: Filters) -> list[ColumnElement[bool]]:
+def _coordinate_conditions(filters: Filters) -> list[ColumnElement[bool]]:
     """Return the conditions on the coordinates of a result."""
     of_result = (COORDINATES.c.run == RESULTS.c.run, COORDINATES.c.number == RESULTS.c.number)
     return [

@@ -67,14 +67,14 @@ def store(connection: Connection, root: int, runs: Sequence[RunFacts]) -> None:
 
     For a run that was readable once and is damaged now, the earlier facts stay, with its problem.
     """
-    _share(connection, runs)
+    _store_shared_texts(connection, runs)
     parts: dict[str, list[dict[str, Any]]] = {table.name: [] for table in PARTS}
     ids = []
     for facts in runs:
         row = {
             "root": root,
-            "path": facts.found.path,
-            "stamp": facts.found.stamp,
+            "path": facts.found_run.path,
+            "stamp": facts.found_run.stamp,
             "missing": False,
             **facts.run,
         }
@@ -90,7 +90,7 @@ def store(connection: Connection, root: int, runs: Sequence[RunFacts]) -> None:
             connection.execute(insert(table), parts[table.name])
 
 
-def _share(connection: Connection, runs: Sequence[RunFacts]) -> None:
+def _store_shared_texts(connection: Connection, runs: Sequence[RunFacts]) -> None:
     """Store the texts that are shared and not known yet, in the order of all processes."""
     texts = {
         text

@@ -144,9 +144,9 @@ def not_compared(name: str, before: Snapshot, after: Snapshot, problem: str) -> 
     return Comparison(name=name, before=before, after=after, standing=standing, problem=problem)
 
 
-def by_severity(each: Comparison) -> tuple[int, float, str]:
+def by_severity(comparison: Comparison) -> tuple[int, float, str]:
     """Return the sort key of runs: the most serious first."""
-    return MOST_SEVERE_FIRST.index(each.standing), -each.largest, each.name
+    return MOST_SEVERE_FIRST.index(comparison.standing), -comparison.largest, comparison.name
 
 
 def _standing(
@@ -161,7 +161,7 @@ def _standing(
         Standing.REFUSED: bool(after.problem and not before.problem) or (had and not has),
         Standing.ACCEPTED: bool(before.problem and not after.problem) or (has and not had),
         Standing.VERDICT: bool(flips.verdicts),
-        Standing.BEYOND: any(each.size > tolerance for each in moves),
+        Standing.BEYOND: any(move.size > tolerance for move in moves),
         Standing.CHECKS: bool(flips.checks),
         Standing.WITHIN: bool(moves),
         Standing.EQUAL: after == before,

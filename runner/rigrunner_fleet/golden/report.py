@@ -48,13 +48,13 @@ def golden_study(overall: Overall) -> GoldenStudy:
         ),
         runs=tuple(
             GoldenRun(
-                name=each.name,
-                standing=str(each.standing),
-                moved=each.standing.moved,
-                verdict=each.after.verdict,
-                lines=tuple(details(each)),
+                name=run.name,
+                standing=str(run.standing),
+                moved=run.standing.moved,
+                verdict=run.after.verdict,
+                lines=tuple(details(run)),
             )
-            for each in overall.runs
+            for run in overall.runs
         ),
     )
 

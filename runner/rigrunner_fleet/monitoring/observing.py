@@ -264,7 +264,7 @@ def _kind(run: Mapping[str, Any], quantity: Quantity) -> str:
 def _no_value(quantity: Quantity, excluded: Sequence[Excluded]) -> str:
     if not excluded:
         return "no matching run"
-    reasons = Counter(each.reason for each in excluded).most_common(3)
+    reasons = Counter(run.reason for run in excluded).most_common(3)
     counts = "; ".join(f"{count} x {reason}" for reason, count in reasons)
     return f"no matching run has a valid '{quantity.name}': {counts}"
 

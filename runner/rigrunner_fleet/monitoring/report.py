@@ -46,9 +46,9 @@ def _json(value: Any) -> Any:
     if is_dataclass(value):
         return {field.name: _json(getattr(value, field.name)) for field in fields(value)}
     if isinstance(value, (list, tuple)):
-        return [_json(each) for each in value]
+        return [_json(entry) for entry in value]
     if isinstance(value, datetime):
         return utc_text(value)
     if isinstance(value, float) and not isfinite(value):
         return "infinite"
-    return {key: _json(each) for key, each in value.items()} if hasattr(value, "items") else value
+    return {key: _json(entry) for key, entry in value.items()} if hasattr(value, "items") else value
