@@ -6,6 +6,7 @@ import shutil
 from datetime import UTC, datetime
 
 from rigrunner.api.certificate import Authorisation
+from rigrunner.api.progress import unseen
 from rigrunner.certificate.letterhead import read_letterhead
 from rigrunner.certificate.numbers import SPECIMEN, Numbers
 from rigrunner.certificate.order import Order
@@ -52,10 +53,11 @@ def request(letterhead, **changes):
     )
 
 
-def issue(run, letterhead, out, *, now=NOW, registry=None, **changes):
+def issue(run, letterhead, out, *, now=NOW, registry=None, progress=unseen, **changes):
     """Issue a specimen on a run, a further one where there is one; return what was issued."""
     numbers = Numbers(letterhead, f"{SPECIMEN}-{read_letterhead(letterhead, '').prefix}")
     if numbers.in_force_for(run.name):
         changes.setdefault("further_copy", "for a test")
     certificate_request = request(letterhead, out=out, **changes)
-    return certify(run, certificate_request, registry or load_registry(), now)
+    registry = registry or load_registry()
+    return certify(run, certificate_request, registry, now, progress=progress)

@@ -53,17 +53,17 @@ class Numbers:
 
         Raises DataError if the folder cannot be written.
         """
-        stem = f"{self.prefix}-{year}-"
-        names = (path.name.removeprefix(stem) for path in self._folder.glob(f"{stem}*.json"))
-        taken = [int(found[0]) for name in names if (found := re.match(r"\d+", name))]
-        for sequence in count(max(taken, default=0) + 1):
-            number = f"{stem}{sequence:04d}"
+        for number in self._free(year):
             try:
                 self._write(f"{number}.json", {"number": number, **known})
             except FileExistsError:  # another process has just taken it
                 continue
             return number
-        raise AssertionError  # count has no end
+        raise AssertionError  # there is always a free one
+
+    def next(self, year: int) -> str:
+        """Return the number that `reserve` takes, unless another process takes it first."""
+        return next(self._free(year))
 
     def issued(self, number: str, known: Mapping[str, object]) -> None:
         """Record what was written under a number."""
@@ -104,6 +104,14 @@ class Numbers:
         issued = [(number, known) for number, known in self._issued() if known.get("run") == run_id]
         replaced = {known.get("amends") for _, known in issued}
         return next((number for number, _ in issued if number not in replaced), "")
+
+    def _free(self, year: int) -> Iterator[str]:
+        """Yield the numbers that follow those taken in a year, without end."""
+        stem = f"{self.prefix}-{year}-"
+        names = (path.name.removeprefix(stem) for path in self._folder.glob(f"{stem}*.json"))
+        taken = [int(digits[0]) for name in names if (digits := re.match(r"\d+", name))]
+        for sequence in count(max(taken, default=0) + 1):
+            yield f"{stem}{sequence:04d}"
 
     def _issued(self) -> Iterator[tuple[str, Mapping[str, object]]]:
         """Yield every issued number in order, with its record."""

@@ -48,6 +48,14 @@ def test_a_lower_number_that_is_free_is_not_given_again(tmp_path):
     assert lab.reserve(2026, KNOWN) == "RR-2026-0042"
 
 
+def test_the_next_one_is_not_taken_before_it_is_reserved(tmp_path):
+    numbers = Numbers(tmp_path, "RR")
+    assert [numbers.next(2026), numbers.next(2026)] == ["RR-2026-0001"] * 2
+    assert not numbers.kept
+    assert numbers.reserve(2026, {}) == "RR-2026-0001"
+    assert numbers.next(2026) == "RR-2026-0002"
+
+
 def test_ten_thousand_comes_after_the_number_before_it_and_before_the_next_year(tmp_path):
     lab = Numbers(tmp_path, "RR")
     lab.reserve(2026, KNOWN)

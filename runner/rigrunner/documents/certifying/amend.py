@@ -104,7 +104,9 @@ def amend(
         return amended(original, request.given, letterhead, issue, decided)
 
     office = Office(request.letterhead, letterhead, registry, now, progress)
-    return office.issue(further, request.out or file.parent)
+    return office.issue(
+        further, request.out or file.parent, is_specimen=bool(original.restrictions)
+    )
 
 
 def _decided(original: Certificate, run: Path, registry: Registry) -> Conformity | None:

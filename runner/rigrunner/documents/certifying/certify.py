@@ -119,7 +119,7 @@ def certify(
 
     folder = run if run.is_dir() else run.parent
     office = Office(request.letterhead, letterhead, registry, now, progress)
-    issued = office.issue(content, request.out or folder)
+    issued = office.issue(content, request.out or folder, is_specimen=bool(restrictions))
     if not source.decided_again:
         return issued
     last = source.decided_again[-1]

@@ -29,8 +29,6 @@ if TYPE_CHECKING:
 
 KIND = "certificate_format"
 MAKING = "making the pages"
-NO_NUMBER = "0000"
-"""Stands for the number in the trial before it is taken."""
 
 
 @dataclass(frozen=True)
@@ -53,37 +51,28 @@ class Office:
     registry: Registry
     now: datetime
     progress: Progress = unseen
-    """Called with the number of forms made, and of all; each form is made once on trial."""
+    """Called with the number of forms made, and of all."""
 
-    def issue(self, content: Callable[[str], Certificate], out: Path) -> Issued:
+    def issue(
+        self, content: Callable[[str], Certificate], out: Path, *, is_specimen: bool
+    ) -> Issued:
         """Write the document that `content` gives for a number, in every form, into a folder.
 
-        It is made once before a number is taken, so that failures leave no number. Raises the
-        errors of `content`, and DataError if the files cannot be written; then the number is void.
+        The files are made before their number is taken, so that failures leave no number; they are
+        made again if another process has taken that number meanwhile. Raises the errors of
+        `content`, and DataError if the files cannot be written; then the number is void.
         """
         makers, notes = self._makers()
-        draft = content(NO_NUMBER)
-        for done, make in enumerate(makers.values(), 1):
-            make(CertificateInput(draft, self.letterhead))
-            self.progress(MAKING, done, 2 * len(makers))
-        is_specimen = bool(draft.restrictions)
         numbers = Numbers.of(self.folder, self.letterhead, is_specimen=is_specimen)
         broken = [f"{each} was reserved, but not issued" for each in numbers.interrupted()]
-        known = {
-            "by": draft.authorisation.by,
-            "utc": utc_text(self.now),
-            "run": draft.evidence.run.run_id,
-            **({"amends": draft.amends.number} if draft.amends else {}),
-        }
-        number = numbers.reserve(self.now.year, known)
+        expected = numbers.next(self.now.year)
+        certificate = content(expected)
+        files = self._files(certificate, makers)
+        number = numbers.reserve(self.now.year, self._reason(certificate))
         try:
-            certificate = content(number)
-            files = {".json": certificate_json(certificate).encode()}
-            for done, (suffix, make) in enumerate(makers.items(), len(makers) + 1):
-                files[suffix] = make(CertificateInput(certificate, self.letterhead))
-                self.progress(MAKING, done, 2 * len(makers))
-            for suffix in files.keys() & FORMS:  # a plugin's own form takes no seal
-                files[suffix] = seal(files[suffix], suffix)
+            if number != expected:
+                certificate = content(number)
+                files = self._files(certificate, makers)
             paths = _write(out, number, files)
         # After any other error the number has no outcome, and the next document reports that.
         except (RigrunnerError, OSError) as error:
@@ -92,6 +81,27 @@ class Office:
         sha256 = {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in paths}
         numbers.issued(number, {"folder": str(out), "sha256": sha256})
         return Issued(certificate, paths, (*notes, *broken))
+
+    def _reason(self, certificate: Certificate) -> dict[str, str]:
+        """Return who asked for the number of a document, when, and for which run."""
+        reason = {
+            "by": certificate.authorisation.by,
+            "utc": utc_text(self.now),
+            "run": certificate.evidence.run.run_id,
+        }
+        return reason | ({"amends": certificate.amends.number} if certificate.amends else {})
+
+    def _files(
+        self, certificate: Certificate, makers: Mapping[str, Callable[[CertificateInput], bytes]]
+    ) -> dict[str, bytes]:
+        """Return the content of each file of a document by its suffix, with its seal."""
+        files = {".json": certificate_json(certificate).encode()}
+        for done, (suffix, make) in enumerate(makers.items(), 1):
+            files[suffix] = make(CertificateInput(certificate, self.letterhead))
+            self.progress(MAKING, done, len(makers))
+        for suffix in files.keys() & FORMS:  # a plugin's own form takes no seal
+            files[suffix] = seal(files[suffix], suffix)
+        return files
 
     def _makers(self) -> tuple[dict[str, Callable[[CertificateInput], bytes]], list[str]]:
         """Return the maker of each printed form by suffix, and why some cannot be made."""

@@ -6,8 +6,10 @@ import json
 
 import pytest
 
-from helpers_certificate import issue, make_letterhead, without_pdf
+from helpers_certificate import NOW, issue, make_letterhead, without_pdf
 from rigrunner.api.errors import DataError
+from rigrunner.certificate.numbers import Numbers
+from rigrunner.documents.certifying.office import MAKING
 
 
 @pytest.fixture
@@ -41,6 +43,34 @@ def test_a_number_that_a_crash_broke_off_is_told_at_the_next(quick, lab, tmp_pat
     issued = issue(quick.loaded, lab, tmp_path / "out", registry=without_pdf())
     assert issued.certificate.number == "SPECIMEN-DEMO-2026-0002"
     assert issued.notes == ("SPECIMEN-DEMO-2026-0001 was reserved, but not issued",)
+
+
+def test_files_are_made_again_if_another_process_takes_their_number(quick, lab, tmp_path):
+    numbers, made = Numbers(lab, "SPECIMEN-DEMO"), []
+
+    def progress(what, done, of):
+        if what == MAKING:
+            made.append((done, of))
+        if made == [(1, 1)]:
+            numbers.reserve(NOW.year, {"by": "another process"})
+
+    issued = issue(quick.loaded, lab, tmp_path / "out", registry=without_pdf(), progress=progress)
+    assert made == [(1, 1)] * 2
+    assert issued.certificate.number == "SPECIMEN-DEMO-2026-0002"
+    for path in issued.files:
+        assert path.stem == "SPECIMEN-DEMO-2026-0002"
+        assert "SPECIMEN-DEMO-2026-0002" in path.read_text("utf-8")
+        assert "SPECIMEN-DEMO-2026-0001" not in path.read_text("utf-8")
+
+
+def test_a_form_that_cannot_be_made_takes_no_number(quick, lab, tmp_path, monkeypatch):
+    def fail(*_args):
+        raise DataError("no form")
+
+    monkeypatch.setattr("rigrunner.documents.certifying.office.CertificateInput", fail)
+    with pytest.raises(DataError, match="no form"):
+        issue(quick.loaded, lab, tmp_path / "out", registry=without_pdf())
+    assert not (lab / "numbers").exists()
 
 
 def test_nothing_is_overwritten(quick, lab, tmp_path):
