@@ -277,7 +277,7 @@ def _needed_channels(subject: Subject) -> tuple[NeededChannel, ...]:
 
 
 def _analysis(subject: Subject) -> Any:
-    """Return the analysis as a run has it, with checks of what it gives."""
+    """Return the analysis as a run uses it, with checks of its output."""
     return Scrutiny(subject.registry).make(subject.kind, subject.name, subject.settings)
 
 

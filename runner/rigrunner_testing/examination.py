@@ -33,7 +33,7 @@ def examine(
     one that fails in the same way.
     """
     causes: dict[str, str] = {}  # by check that failed or was not judged, the one that failed first
-    failures: dict[str, str] = {}  # by what was found, the check that found it first
+    failures: dict[str, str] = {}  # by text of the failure, the check that failed first
     for check in checks:
         always = check.always and not subject.simulated
         cause = next((causes[needed] for needed in check.needs if needed in causes), "")
@@ -70,7 +70,7 @@ def examine_one(subject: Subject, check: AnyCheck, longest_s: float = LONGEST_S)
             return Finding(check, State.NOT_APPLICABLE, str(raised))
         case Nonconformity():
             return Finding(check, State.FAIL, str(raised), raised.fix or check.fix)
-        case RigrunnerError():  # it is in words, and says what to do
+        case RigrunnerError():  # its message is for users, and has a hint
             return Finding(check, State.FAIL, raised.message, useful_hint(raised) or check.fix)
     place = culprit(raised)
     return Finding(check, State.FAIL, _crash(raised), f"correct {place}" if place else check.fix)

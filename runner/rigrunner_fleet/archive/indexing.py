@@ -126,7 +126,7 @@ class _Work:
     runs: Mapping[str, FoundRun]
     stale: Sequence[FoundRun]
     skipped: Sequence[tuple[str, str]]
-    """Path and problem of what is skipped: unreadable folders, paths that are too long."""
+    """Path and problem of each skipped run: unreadable folders, paths that are too long."""
 
 
 def _work_in(database: Database, folder: Path, *, again: bool) -> _Work:

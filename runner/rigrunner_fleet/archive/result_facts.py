@@ -22,7 +22,7 @@ Row = dict[str, Any]
 
 
 def headline(document: object) -> Row:
-    """Return the columns of a run that say what it found."""
+    """Return the columns of a run with its result."""
     torque = at(document, "headline", "compensated")
     checks = [*rows(at(document, "checks"))]
     for _, compensation in mappings(at(document, "compensations")):
@@ -65,7 +65,7 @@ def points(document: object) -> list[Row]:
 
 
 def figures(document: object, zeros: Mapping[str, tuple[float, str]]) -> list[Row]:
-    """Return what a run found of its rig: parameters of compensations, fits, zero readings."""
+    """Return the figures of the rig from a run: compensation parameters, fits, zero readings."""
     figure_rows = [
         _figure("zero", name, {"value": value, "unit": unit})
         for name, (value, unit) in zeros.items()

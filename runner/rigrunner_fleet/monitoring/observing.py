@@ -165,7 +165,7 @@ def named_values(archive: Database, filters: Filters) -> dict[str, list[RunValue
 
 
 def _in_unit(row: Mapping[str, Any], symbol: str) -> RunValue:
-    """Return a named result in another unit of the same kind; in its own as it is stated."""
+    """Return a named result in another unit of the same kind; unchanged if it is its own."""
     expanded = None if row["expanded"] is None else float(row["expanded"])
     value, place = row["value"], row["place"] or ""
     limits = row["lower"], row["upper"]

@@ -53,7 +53,7 @@ class Quantity:
 
 
 def quantity_in(archive: Database, name: str, filters: Filters) -> Quantity:
-    """Return what a name means: a result of the selected runs, else a figure of rigs."""
+    """Return the quantity of a name: a result of the selected runs, else a figure of rigs."""
     if name in TORQUES:
         return Quantity(name)
     return Quantity(

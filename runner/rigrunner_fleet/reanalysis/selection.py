@@ -69,7 +69,7 @@ def _at(path: Path) -> Iterator[SelectedRun]:
                 f"there is no run in {path}, nor in any folder below",
                 hint=f"not all could be read: {unreadable[0]}" if unreadable else "",
             )
-        runs += unreadable  # to be listed as what cannot be read, not left out in silence
+        runs += unreadable  # so that they are listed as unreadable
         yield from (SelectedRun(run.relative_to(absolute).as_posix(), run) for run in runs)
     else:
         raise UsageError(f"there is no {path}")

@@ -229,7 +229,7 @@ def _failure(name: str, holds: str, problem: str, fix: str) -> str:
 
 
 def _wrapped(text: str) -> str:
-    return fill(  # what is a path stays in one piece, to be clicked on
+    return fill(  # a path stays in one piece, so that it can be clicked
         text,
         WIDTH,
         initial_indent=INDENT,

@@ -26,7 +26,7 @@ ROUNDS = 3
 @check(fix="open sockets, ports and threads in `connect`; the constructor keeps what it is given")
 def construction_touches_nothing(subject: DeviceSubject) -> None:
     """Creating the device opens no connection, so that a plan can be made without the rig."""
-    subject.make()  # what the factory imports is loaded now
+    subject.make()  # so that imports of the factory do not count
     before = census()
     with watch_accesses() as accesses:
         subject.make()
@@ -128,7 +128,7 @@ def closes_in_every_state(subject: DeviceSubject) -> None:
 )
 def gives_back_what_it_took(subject: DeviceSubject) -> None:
     """After closing it leaves no thread, no open file and no socket."""
-    _use(subject)  # what is loaded once is loaded now
+    _use(subject)  # so that lazy imports do not count
     before = census()
     for _ in range(ROUNDS):
         _use(subject)

@@ -1,4 +1,4 @@
-"""Shared by several checks: set and stream a device, and see what it refuses."""
+"""Shared by several checks: set and stream a device, and test what it refuses."""
 
 from __future__ import annotations
 

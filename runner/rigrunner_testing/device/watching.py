@@ -40,7 +40,7 @@ class Census:
     handles: Counter[str]
 
     def more_than(self, before: Census) -> str:
-        """Return what is there now in addition, as text."""
+        """Return the additional threads and handles, as text."""
         additional = [f"thread '{name}'" for name in (self.threads - before.threads).elements()]
         additional += list((self.handles - before.handles).elements())
         return ", ".join(additional)

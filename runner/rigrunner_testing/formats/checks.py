@@ -77,7 +77,7 @@ def nothing_is_fetched(subject: FormatSubject) -> None:
 @check(fix="close what is opened; end threads", needs=("makes_a_file",))
 def leaves_nothing_open(subject: FormatSubject) -> None:
     """It leaves no thread and no open file."""
-    subject.writer(subject.inputs[0])  # what is loaded once, in each thread, is loaded now
+    subject.writer(subject.inputs[0])  # so that lazy imports, in each thread, do not count
     before = census()
     subject.writer(subject.inputs[0])
     leaks = census().more_than(before)

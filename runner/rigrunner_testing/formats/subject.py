@@ -1,4 +1,4 @@
-"""A format under test: its content of each run, written once for all checks."""
+"""A format under test: its output of each run, written once for all checks."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _INPUTS: dict[str, Callable[[], tuple[Any, ...]]] = {
 
 @dataclass(frozen=True)
 class Written:
-    """The content of one run."""
+    """The output of one run."""
 
     content: Any
     """Bytes, if it conforms."""
@@ -54,8 +54,8 @@ class FormatSubject(Subject):
 
     @cached_property
     def written(self) -> tuple[Written, ...]:
-        """Its content for each input."""
-        self.writer(self.inputs[0])  # what is loaded once is loaded now, and not watch_accesses
+        """Its output for each input."""
+        self.writer(self.inputs[0])  # so that accesses of lazy imports do not count
         written = []
         for run_input in self.inputs:
             with watch_accesses() as accesses:

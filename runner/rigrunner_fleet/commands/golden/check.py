@@ -75,7 +75,7 @@ def command(
     from rigrunner_fleet.golden.checking import Checker
     from rigrunner_fleet.golden.words import conclusion
 
-    if html is not None and html.suffix != ".html":  # said before hours of work, not after
+    if html is not None and html.suffix != ".html":  # reported before hours of work
         raise UsageError(f"no report is written as '{html.name}'", hint="end it with: .html")
     workers, changes = workers_for(jobs, dask), changes_in(file, primary, station)
     with batch_stop_on_signals() as stop, shown_count("runs") as progress:
