@@ -32,7 +32,7 @@ from rigrunner_testing.check import (
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-    from rigrunner.api.analysis import NeededChannel, Requirements
+    from rigrunner.api.analysis import Requirements
     from rigrunner.api.findings import Findings, ResultDefinition
     from rigrunner_testing.subjects import Subject
 
@@ -60,13 +60,12 @@ def says_what_it_yields(subject: Subject) -> None:
     definitions = _definitions(subject)
     demand(definitions, "it yields no result")
     for definition in definitions:
-        demand(
-            re.fullmatch(NAME, definition.name), f"'{definition.name}' is not a name for a result"
-        )
+        name = definition.name
+        demand(re.fullmatch(NAME, name), f"'{name}' is not a name for a result")
         try:
             unit(definition.unit)
         except QuantityError as error:
-            raise Nonconformity(f"the result '{definition.name}': {error.message}") from error
+            raise Nonconformity(f"the result '{name}': {error.message}") from error
     counts = Counter(definition.name for definition in definitions)
     twice = [name for name, count in counts.items() if count > 1]
     demand(not twice, f"it yields {', '.join(twice)} twice")
@@ -118,9 +117,9 @@ def gives_what_it_yields(subject: Subject) -> None:
 @check(fix="raise DataError with what is missing", needs=("gives_what_it_yields",))
 def refuses_a_run_that_lacks_a_channel(subject: Subject) -> None:
     """A run without a required channel is refused with a DataError."""
-    if not _needed_channels(subject):
+    if not _needs(subject).channels:
         raise NotApplicable("it requires no channel by its name")
-    for channel in _needed_channels(subject):
+    for channel in _needs(subject).channels:
         try:
             _analysis(subject)(_run(subject, without=channel.name))
         except DataError:
@@ -222,10 +221,8 @@ def live_shows_what_it_finds(subject: Subject) -> None:
     if record.live is None:
         raise NotApplicable("it shows nothing live")
     run = _run(subject, recorded=True)
-    stored = {
-        (result.name, result.place): result.estimate.value
-        for result in _findings(subject, run).results
-    }
+    results = _findings(subject, run).results
+    stored = {(result.name, result.place): result.estimate.value for result in results}
     for samples in (1, 7, SAMPLES):
         fold = record.live(subject.registry.validated(subject.kind, subject.name, subject.settings))
         for recording in run.recordings:
@@ -270,10 +267,6 @@ def _definitions(subject: Subject) -> tuple[ResultDefinition, ...]:
 
 def _needs(subject: Subject) -> Requirements:
     return subject.registry.requires(subject.kind, subject.name, subject.settings)
-
-
-def _needed_channels(subject: Subject) -> tuple[NeededChannel, ...]:
-    return _needs(subject).channels
 
 
 def _analysis(subject: Subject) -> Any:
@@ -357,7 +350,7 @@ def _run(
     partner_channels = {
         partner.name: [channel.name for channel in partner.channels] for partner in needs.partners
     }
-    channels = [channel.name for channel in _needed_channels(subject)]
+    channels = [channel.name for channel in needs.channels]
     names = list(dict.fromkeys(chain(channels, *partner_channels.values())))
     missing = [name for name in names if name not in units]
     if missing:

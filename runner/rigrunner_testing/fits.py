@@ -71,9 +71,8 @@ def published_examples_hold(subject: Subject) -> None:
     for example in record.examples:
         fit: Fit = subject.registry.make(subject.kind, subject.name, example.settings)
         curve = fit(Points(np.array(example.x), np.array(example.y)))
-        _check_close(
-            example.source, "coefficients", curve.coefficients, np.array(example.coefficients)
-        )
+        coefficients = np.array(example.coefficients)
+        _check_close(example.source, "coefficients", curve.coefficients, coefficients)
         if example.u:
             u = np.sqrt(np.diag(curve.covariance))
             _check_close(example.source, "standard uncertainties", u, np.array(example.u))

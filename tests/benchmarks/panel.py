@@ -15,7 +15,6 @@ import sys
 import tempfile
 import threading
 import time
-from contextlib import contextmanager
 from datetime import datetime
 from pathlib import Path
 
@@ -50,16 +49,6 @@ def lab(folder):
     return folder
 
 
-@contextmanager
-def served_lab():
-    """Serve the panel of a new lab folder within the block."""
-    with (
-        tempfile.TemporaryDirectory() as name,
-        served(lab(Path(name)), Path(name) / "runs") as panel,
-    ):
-        yield panel
-
-
 def started(screen):
     """Start the loaded run and answer its prompt."""
     pair = ready(screen, LOADED)
@@ -70,8 +59,8 @@ def started(screen):
 def stop(times):
     """Stop runs after a random time; print what each part took, in milliseconds."""
     rows = []
-    with served_lab() as server:
-        screen = Screen(server, "client-bench-1")
+    with tempfile.TemporaryDirectory() as tmp, served(lab(Path(tmp)), Path(tmp) / "runs") as panel:
+        screen = Screen(panel, "client-bench-1")
         for _ in range(times):
             started(screen)
             time.sleep(random.uniform(0.0, 8.0))  # noqa: S311  (no secret)
@@ -98,8 +87,8 @@ def seconds(utc):
 
 def frames():
     """Print the rate of swing frames, and how old their last sample is when they arrive."""
-    with served_lab() as server:
-        screen, seen = Screen(server, "client-bench-1"), {}
+    with tempfile.TemporaryDirectory() as tmp, served(lab(Path(tmp)), Path(tmp) / "runs") as panel:
+        screen, seen = Screen(panel, "client-bench-1"), {}
         take = screen._take
 
         def timed(message):

@@ -87,10 +87,8 @@ def _torques(archive: Database, quantity: Quantity, filters: Filters) -> dict[st
     values: dict[str, list[RunValue]] = {}
     for row in rows(archive, "points", filters):
         place = f"{row['set_frequency_hz']:g} Hz"
-        uncertainty = row[expanded] if expanded else None
-        values.setdefault(row[FOLDER], []).append(
-            RunValue(row[value], uncertainty, TORQUE_UNIT, place)
-        )
+        entry = RunValue(row[value], row[expanded] if expanded else None, TORQUE_UNIT, place)
+        values.setdefault(row[FOLDER], []).append(entry)
     return values
 
 
@@ -117,8 +115,9 @@ def gauge_study(
     _check_alike(sessions)
     parts, operators = (tuple(sorted(set(names))) for names in zip(*sessions.cells, strict=True))
     _check_crossed(sessions.cells, parts, operators)
+    cells = sessions.cells
     readings = tuple(
-        tuple(tuple(sessions.cells[part, operator]) for operator in operators) for part in parts
+        tuple(tuple(cells[part, operator]) for operator in operators) for part in parts
     )
     return GaugeStudy(
         quantity=sessions.quantity.name,
@@ -182,9 +181,7 @@ def _check_crossed(
         )
     trials = Counter(len(readings) for readings in cells.values())
     usual = trials.most_common(1)[0][0]
-    counts = {
-        f"{part} by {operator}": len(readings) for (part, operator), readings in cells.items()
-    }
+    counts = {f"{part} by {operator}": len(cell) for (part, operator), cell in cells.items()}
     odd = [f"{name} has {count}" for name, count in counts.items() if count != usual]
     if odd:
         raise DataError(

@@ -31,10 +31,9 @@ def makes_a_file(subject: FormatSubject) -> None:
     assert isinstance(record, kinds)  # noqa: S101  (the kind says so)
     demand(SUFFIX.fullmatch(record.suffix), f"the suffix is '{record.suffix}'")
     for file in subject.written:
-        demand(
-            isinstance(file.content, bytes), f"it makes {type(file.content).__name__}, not bytes"
-        )
-        demand(file.content, "it makes no byte")
+        content = file.content
+        demand(isinstance(content, bytes), f"it makes {type(content).__name__}, not bytes")
+        demand(content, "it makes no byte")
 
 
 @check(
@@ -57,10 +56,8 @@ def names_are_escaped(subject: FormatSubject) -> None:
         applies(_is_markup(file.content), "what it makes is not markup")
         text = file.content.decode("utf-8")
         start = text.find(TAG)
-        demand(
-            start < 0,
-            f"a specimen named {TAG} is in it unescaped: ...{text[start - 40 : start]}...",
-        )
+        before = text[start - 40 : start]
+        demand(start < 0, f"a specimen named {TAG} is in it unescaped: ...{before}...")
         demand("<img src=x" not in text, "a specimen's name opens a tag of its own")
 
 

@@ -76,9 +76,8 @@ def test_what_would_end_the_program_is_a_failed_check(error):
 class _Masked(Press):
     def block(self, channels, first, noise):
         block = super().block(channels, first, noise)
-        masked = {
-            name: np.ma.array(values, mask=values > 0) for name, values in block.channels.items()
-        }
+        channels = block.channels.items()
+        masked = {name: np.ma.array(values, mask=values > 0) for name, values in channels}
         return replace(block, channels=masked)
 
 

@@ -34,9 +34,8 @@ def database(request, tmp_path) -> str:
         return str(tmp_path / "archive.sqlite")
     place = request.getfixturevalue("server")
     host = place.removeprefix("?host=")
-    with psycopg.connect(
-        host=host, user="rigrunner", dbname="postgres", autocommit=True
-    ) as connection:
+    login = {"host": host, "user": "rigrunner", "dbname": "postgres"}
+    with psycopg.connect(**login, autocommit=True) as connection:
         for statement in _EMPTIED:
             connection.execute(statement)
     return f"postgresql://rigrunner@/postgres{place}"

@@ -152,13 +152,10 @@ def test_it_goes_on_where_it_was_and_the_oldest_look_comes_first(archive, runs):
 
 def test_runs_that_were_looked_at_since_are_left_out(archive):
     check_files(archive, stop=Stop(2))
-    later = check_files(
-        archive, at=START + timedelta(days=1), before=START + timedelta(seconds=0.5)
-    )
-    assert (later.checked, later.due) == (
-        2,
-        2,
-    )  # c, never, and a, at the start; b was a second later
+    before = START + timedelta(seconds=0.5)
+    later = check_files(archive, at=START + timedelta(days=1), before=before)
+    # c, never, and a, at the start; b was a second later
+    assert (later.checked, later.due) == (2, 2)
 
 
 def test_what_was_found_is_kept_when_the_index_is_made_anew(archive, runs):

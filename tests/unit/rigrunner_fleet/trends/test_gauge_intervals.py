@@ -56,11 +56,8 @@ def test_degrees_of_freedom_are_satterthwaite_s():
 
 
 def test_a_pooled_interaction_is_repeatability():
-    analysis = next(
-        analysis
-        for analysis in (study(seed, interaction=0.0) for seed in range(20))
-        if analysis.pooled
-    )
+    analyses = (study(seed, interaction=0.0) for seed in range(20))
+    analysis = next(analysis for analysis in analyses if analysis.pooled)
     assert "interaction" not in analysis.known
     pooled = analysis.table[2].sum_of_squares + analysis.table[3].sum_of_squares
     interval = analysis.known["repeatability"]
