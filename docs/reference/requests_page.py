@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from pydantic import BaseModel
 
-    from rigrunner_panel.web.asked import Operation
+    from rigrunner_panel.web.operation import Operation
 
 HEAD = """# Requests of the panel's API
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.figures import Figure
 from rigrunner_reports import view
-from rigrunner_reports.figures.results import given
+from rigrunner_reports.figures.results import picture_of
 from rigrunner_reports.mathematics import equation
 from rigrunner_reports.section import Section
 from rigrunner_reports.view.results import table_view
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class GivenView:
+class SectionView:
     """A section of an analysis."""
 
     title: str
@@ -38,14 +38,15 @@ class GivenView:
     tables: tuple[TableView, ...]
 
 
-def given_view(section: ReportSection) -> GivenView:
+def section_view(section: ReportSection) -> SectionView:
     """Return a section, ready to print."""
-    return GivenView(
+    return SectionView(
         title=section.title,
         paragraphs=section.paragraphs,
         formulas=tuple(map(equation, section.formulas)),
         pictures=tuple(
-            given(each) if isinstance(each, Figure) else each for each in section.figures
+            picture_of(figure) if isinstance(figure, Figure) else figure
+            for figure in section.figures
         ),
         tables=tuple(map(table_view, section.tables)),
     )
@@ -53,24 +54,24 @@ def given_view(section: ReportSection) -> GivenView:
 
 def contents(report: ReportInput, page: Page) -> Iterator[tuple[Section, object]]:
     """Yield each section of a report with its content; empty ones are left out."""
-    found: list[tuple[Section, Any]] = [(each, page) for each in _sections()]
+    chosen: list[tuple[Section, Any]] = [(section, page) for section in _sections()]
     for number, given_section in enumerate(report.result.sections, 1):
         # Those of analyses come after the results, at 5.
-        title, shown = given_section.title, given_view(given_section)
+        title, shown = given_section.title, section_view(given_section)
         # `v` holds this section's own: the function is called after the loop.
-        own = Section("given", title, 6, lambda *_, v=shown: v, anchor=f"given-{number}")
-        found.append((own, page))
-    for sections, of in page.brought:
-        found += [(each, of) for each in sections.sections if not each.inside]
-    for section, of in sorted(found, key=lambda each: each[0].place):
-        if content := section.view(report, of):
+        entry = Section("given", title, 6, lambda *_, v=shown: v, anchor=f"given-{number}")
+        chosen.append((entry, page))
+    for sections, own_page in page.installed:
+        chosen += [(section, own_page) for section in sections.sections if not section.inside]
+    for section, own_page in sorted(chosen, key=lambda item: item[0].place):
+        if content := section.view(report, own_page):
             yield section, content
 
 
 @cache
 def _sections() -> tuple[Section, ...]:
     modules = (
-        import_module(f"{view.__name__}.{each.name}") for each in iter_modules(view.__path__)
+        import_module(f"{view.__name__}.{info.name}") for info in iter_modules(view.__path__)
     )
-    declared = [each for module in modules for each in getattr(module, "SECTIONS", ())]
-    return tuple(sorted(declared, key=lambda each: each.place))
+    declared = [section for module in modules for section in getattr(module, "SECTIONS", ())]
+    return tuple(sorted(declared, key=lambda section: section.place))

@@ -27,8 +27,8 @@ def equation(formula: Formula) -> Markup:
     root = parse_any(formula.text).root
     left = _name(formula.symbol)
     right = _node(root, formula.quantities)
-    told = escape(f"{formula.symbol} = {formula.text}")
-    return Markup(f'<math display="block" alttext="{told}">{left}<mo>=</mo>{right}</math>')  # noqa: S704  (made of escaped parts)
+    alt = escape(f"{formula.symbol} = {formula.text}")
+    return Markup(f'<math display="block" alttext="{alt}">{left}<mo>=</mo>{right}</math>')  # noqa: S704  (made of escaped parts)
 
 
 def _node(node: Node, quantities: Mapping[str, str]) -> Markup:
@@ -46,7 +46,7 @@ def _node(node: Node, quantities: Mapping[str, str]) -> Markup:
 
 
 def _operation(node: Operation, quantities: Mapping[str, str]) -> Markup:
-    parts = [_node(each, quantities) for each in node.operands]
+    parts = [_node(operand, quantities) for operand in node.operands]
     if node.function in _RANK:
         return _arithmetic(node, parts)
     if node.function == "sqrt":
@@ -60,23 +60,23 @@ def _operation(node: Operation, quantities: Mapping[str, str]) -> Markup:
 
 def _arithmetic(node: Operation, parts: list[Markup]) -> Markup:
     if node.function == "/":
-        return _join("mfrac", *map(_grouped, parts))
+        return _join("mfrac", *map(_group, parts))
     if node.function == "**":
-        base = _bracketed(node.operands[0], parts[0], _RANK["/"] + 1)
-        return _join("msup", _grouped(base), _grouped(parts[1]))
+        base = _bracket(node.operands[0], parts[0], _RANK["/"] + 1)
+        return _join("msup", _group(base), _group(parts[1]))
     sign, rank = _row("mo", _SIGN[node.function]), _RANK[node.function]
     if len(parts) == 1:
-        return _join("mrow", sign, _bracketed(node.operands[0], parts[0], _RANK["*"]))
-    left = _bracketed(node.operands[0], parts[0], rank)
-    right = _bracketed(node.operands[1], parts[1], rank + (node.function == "-"))
+        return _join("mrow", sign, _bracket(node.operands[0], parts[0], _RANK["*"]))
+    left = _bracket(node.operands[0], parts[0], rank)
+    right = _bracket(node.operands[1], parts[1], rank + (node.function == "-"))
     return _join("mrow", left, sign, right)
 
 
-def _bracketed(node: Node, part: Markup, rank: int) -> Markup:
+def _bracket(node: Node, part: Markup, rank: int) -> Markup:
     binds = 9
     if isinstance(node, Operation):
-        alone = node.function == "-" and len(node.operands) == 1
-        binds = _RANK["+"] if alone else _RANK.get(node.function, 9)
+        is_sign = node.function == "-" and len(node.operands) == 1
+        binds = _RANK["+"] if is_sign else _RANK.get(node.function, 9)
     if binds >= rank:
         return part
     return _join("mrow", _row("mo", "("), part, _row("mo", ")"))
@@ -114,7 +114,7 @@ def _number(value: float) -> Markup:
     return _join("mrow", _row("mn", digits), _row("mo", _SIGN["*"]), power)
 
 
-def _grouped(part: Markup) -> Markup:
+def _group(part: Markup) -> Markup:
     return _join("mrow", part)
 
 

@@ -98,7 +98,7 @@ def to_place_of(value: float, u: float) -> str:
 
 def _scale(value: float, u: float) -> tuple[float, str]:
     """Return a factor and the power of ten that undoes it, as text, for the larger of both."""
-    largest = max((abs(each) for each in (value, u) if isfinite(each)), default=0.0)
+    largest = max((abs(number) for number in (value, u) if isfinite(number)), default=0.0)
     power = floor(log10(largest)) if largest else 0
     if LOWEST < power < HIGHEST:
         return 1.0, ""

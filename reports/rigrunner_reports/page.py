@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.analysis.requirements import partner_words
 from rigrunner.signal.recording_figures import of_recording, of_table
-from rigrunner_reports.figures.results import given, over_coordinate
-from rigrunner_reports.section import BELOW, TILES, brought
-from rigrunner_reports.view import decision as decided
+from rigrunner_reports.figures.results import over_coordinate, picture_of
+from rigrunner_reports.section import BELOW, TILES, installed_sections
+from rigrunner_reports.view import decision as decisions
 from rigrunner_reports.view import run
 from rigrunner_reports.view.checks import check_rows
 from rigrunner_reports.view.headline import headline
@@ -51,9 +51,9 @@ class Page:
     warnings: tuple[str, ...]
     imported: tuple[str, ...]
     headline: Headline
-    overall: decided.OverallView | None
-    decision: decided.DecisionView | None
-    later_decisions: tuple[decided.LaterView, ...]
+    overall: decisions.OverallView | None
+    decision: decisions.DecisionView | None
+    later_decisions: tuple[decisions.LaterView, ...]
     checks: tuple[CheckRow, ...]
     events: tuple[Mapping[str, str], ...]
     notes: tuple[str, ...]
@@ -61,7 +61,7 @@ class Page:
     settings: run.Facts
     provenance: run.Facts
     figures: Figures
-    brought: tuple[tuple[Sections, Any], ...]
+    installed: tuple[tuple[Sections, Any], ...]
     """The sections of other packages, each with its own page."""
     inside: Mapping[str, list[tuple[Section, object]]]
     """Those inside the section of the result, with their content, by their place."""
@@ -70,30 +70,31 @@ class Page:
 def make_page(report: ReportInput) -> Page:
     """Return the page of a report."""
     result = report.result
-    others = [(each, page) for each in brought() if (page := each.page(report)) is not None]
-    numbers = (found for each, page in others if (found := each.headline(report, page)))
+    pages = ((sections, sections.page(report)) for sections in installed_sections())
+    others = [(sections, page) for sections, page in pages if page is not None]
+    numbers = (number for sections, page in others if (number := sections.headline(report, page)))
     inside: dict[str, list[tuple[Section, object]]] = {TILES: [], BELOW: []}
     for sections, page in others:
-        for each in sections.sections:
-            if each.inside and (shown := each.view(report, page)):
-                inside[each.inside].append((each, shown))
+        for section in sections.sections:
+            if section.inside and (shown := section.view(report, page)):
+                inside[section.inside].append((section, shown))
     warnings = run.warnings(result)
     decision = None
     if result.decision is not None:
-        decision = decided.DecisionView(result.decision, complete=not warnings)
+        decision = decisions.DecisionView(result.decision, complete=not warnings)
     return Page(
         title=result.run.procedure_title,
         run_id=result.run.run_id,
         simulated=bool(report.truth),
         facts=run.facts(result),
-        restrictions=(*run.replayed(report.provenance), *run.restrictions(result)),
+        restrictions=(*run.replay_warning(report.provenance), *run.restrictions(result)),
         overrides=run.overrides(report.events),
         warnings=warnings,
-        imported=run.imported(result),
+        imported=run.import_notes(result),
         headline=next(numbers, None) or headline(result),
-        overall=decided.overall(result, report.later_decisions),
+        overall=decisions.overall(result, report.later_decisions),
         decision=decision,
-        later_decisions=tuple(map(decided.LaterView, report.later_decisions)),
+        later_decisions=tuple(map(decisions.LaterView, report.later_decisions)),
         checks=check_rows(result),
         events=run.shown_events(report.events),
         notes=result.notes,
@@ -101,7 +102,7 @@ def make_page(report: ReportInput) -> Page:
         settings=run.settings(result),
         provenance=_provenance(report),
         figures=Figures(
-            results=_named(result),
+            results=_result_pictures(result),
             tables={
                 name: picture
                 for name, rows in unlimited_tables(result).items()
@@ -109,32 +110,32 @@ def make_page(report: ReportInput) -> Page:
             },
             recordings=tuple(map(of_recording, drawn_recordings(result))),
         ),
-        brought=tuple(others),
+        installed=tuple(others),
         inside=inside,
     )
 
 
 def _provenance(report: ReportInput) -> run.Facts:
     run = report.result.run
-    partners = {partner_words(name): each for name, each in run.partners.items()}
+    partners = {partner_words(name): partner for name, partner in run.partners.items()}
     runs = {"run": run, **partners}
-    told = set(report.provenance.values())
+    listed = set(report.provenance.values())
     digests = tuple(
-        (f"{name[0].upper()}{name[1:]}, SHA-256 of the recordings", each.digest)
-        for name, each in runs.items()
-        if each.digest and each.digest not in told
+        (f"{name[0].upper()}{name[1:]}, SHA-256 of the recordings", data.digest)
+        for name, data in runs.items()
+        if data.digest and data.digest not in listed
     )
     return (*digests, *report.provenance.items())
 
 
-def _named(result: Result) -> dict[str, tuple[Picture, ...]]:
+def _result_pictures(result: Result) -> dict[str, tuple[Picture, ...]]:
     parts = result.decision.parts if result.decision else ()
     pictures = {}
     every = (*result.other_results, *result.missing)
-    for name in dict.fromkeys(each.name for each in every):
-        found = [each for each in result.other_results if each.name == name]
+    for name in dict.fromkeys(item.name for item in every):
+        results = [named for named in result.other_results if named.name == name]
         pictures[name] = (
-            *over_coordinate(found, [part for part in parts if part.named == name]),
-            *(given(each) for each in result.figures if each.of == name),
+            *over_coordinate(results, [part for part in parts if part.named == name]),
+            *(picture_of(figure) for figure in result.figures if figure.of == name),
         )
     return pictures

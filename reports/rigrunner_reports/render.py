@@ -14,7 +14,7 @@ from rigrunner.api.texts import visible
 from rigrunner.plots import draw
 from rigrunner_reports.contents import contents
 from rigrunner_reports.page import make_page
-from rigrunner_reports.section import brought
+from rigrunner_reports.section import installed_sections
 
 if TYPE_CHECKING:
     from rigrunner.api import ReportInput
@@ -30,10 +30,10 @@ _BESIDE_A_NUMBER = re.compile(
 def html(report: ReportInput) -> bytes:
     """Return the report as UTF-8; the same input gives the same bytes."""
     page = make_page(report)
-    return filled("report.html.j2", page=page, contents=list(contents(report, page)))
+    return fill("report.html.j2", page=page, contents=list(contents(report, page)))
 
 
-def filled(template: str, **values: object) -> bytes:
+def fill(template: str, **values: object) -> bytes:
     """Return one of our templates, filled in, with the shared style, as UTF-8."""
     style = files(PACKAGE).joinpath("templates", "style.css").read_text(encoding="utf-8")
     # the style sheet is ours; what a lab wrote enters it by css_string alone
@@ -60,14 +60,14 @@ def unbroken(markup: str) -> Markup:
 
 def _seen(value: object) -> object:
     """Return what a template prints; hidden characters of a text that a device gave are visible."""
-    if not isinstance(value, str) or (seen := visible(value)) == value:
+    if not isinstance(value, str) or (shown := visible(value)) == value:
         return value
-    return Markup(seen) if isinstance(value, Markup) else seen  # noqa: S704  (escapes add no markup)
+    return Markup(shown) if isinstance(value, Markup) else shown  # noqa: S704  (escapes add no markup)
 
 
 @cache  # the templates are compiled once: that takes longer than filling them
 def _environment() -> Environment:
-    names = {section.package for each in brought() for section in each.sections}
+    names = {section.package for sections in installed_sections() for section in sections.sections}
     others = {name: PackageLoader(name) for name in names if name}
     environment = Environment(
         loader=ChoiceLoader((PackageLoader(PACKAGE), PrefixLoader(others))),

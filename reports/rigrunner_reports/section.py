@@ -83,18 +83,18 @@ class Sections:
 
 
 @cache
-def brought() -> tuple[Sections, ...]:
+def installed_sections() -> tuple[Sections, ...]:
     """Return the sections of installed packages, in the order of their names; raise PluginError."""
-    return tuple(map(_loaded, sorted(entry_points(group=GROUP), key=lambda each: each.name)))
+    return tuple(map(_load, sorted(entry_points(group=GROUP), key=lambda entry: entry.name)))
 
 
-def _loaded(entry: EntryPoint) -> Sections:
+def _load(entry: EntryPoint) -> Sections:
     try:
-        found = entry.load()
+        sections = entry.load()
     except Exception as error:
         raise PluginError(
             f"the report sections of '{entry.name}' cannot be loaded: {error}"
         ) from error
-    if not isinstance(found, Sections):
-        raise PluginError(f"{entry.value} ({entry.name}): got {found!r}, expected Sections")
-    return found
+    if not isinstance(sections, Sections):
+        raise PluginError(f"{entry.value} ({entry.name}): got {sections!r}, expected Sections")
+    return sections

@@ -51,11 +51,11 @@ class Catalogue:
 
     def entries(self, what: What) -> list[Entry]:
         """Return all entries, the laboratory's own first, each group sorted by name."""
-        found: dict[Path, Entry] = {}
+        entries: dict[Path, Entry] = {}
         for path, name, shipped in self._files():
-            if path.resolve() not in found and self._is(path, name, what):
-                found[path.resolve()] = _entry(path, name, what, shipped=shipped)
-        return sorted(found.values(), key=lambda each: (each.shipped, each.name))
+            if path.resolve() not in entries and self._is(path, name, what):
+                entries[path.resolve()] = _entry(path, name, what, shipped=shipped)
+        return sorted(entries.values(), key=lambda entry: (entry.shipped, entry.name))
 
     def path(self, what: What, name: str) -> Path:
         """Return the path of a procedure by its listed name; raise PanelError."""
@@ -67,8 +67,8 @@ class Catalogue:
         return _entry(path, name, "station", shipped=shipped)
 
     def _file(self, what: What, name: str) -> tuple[Path, bool]:
-        for path, known, shipped in self._files():
-            if known == name and self._is(path, name, what):
+        for path, listed_name, shipped in self._files():
+            if listed_name == name and self._is(path, name, what):
                 return path, shipped
         raise not_found(f"there is no {what} '{name[:80]}'", f"see GET /api/v1/{what}s")
 
@@ -82,12 +82,12 @@ class Catalogue:
         """Return the names of the panel's own stations: the named ones, or the laboratory's."""
         if self._stations:
             return list(self._stations)
-        found = {
+        names = {
             path.resolve(): name
             for path, name, shipped in self._files()
             if not shipped and self._is(path, name, "station")
         }
-        return sorted(found.values())
+        return sorted(names.values())
 
     def _is(self, path: Path, name: str, what: What) -> bool:
         if what == "station" and self._stations and name not in self._stations:
@@ -95,8 +95,8 @@ class Catalogue:
         return _kind(path) == what
 
     def _files(self) -> Iterator[tuple[Path, str, bool]]:
-        for below in _FOLDERS:
-            for path in sorted((self._folder / below).glob("*.y*ml")):
+        for subfolder in _FOLDERS:
+            for path in sorted((self._folder / subfolder).glob("*.y*ml")):
                 yield path, path.relative_to(self._folder).as_posix(), False
         for folder in (shipped_folder(), shipped_folder() / "stations"):
             for path in sorted(folder.glob("*.yaml")):
@@ -105,8 +105,8 @@ class Catalogue:
 
 def kind_of(content: bytes) -> str:
     """Return the kind that a file's content declares; empty for any other content."""
-    found = _KIND.search(content[:_HEAD_BYTES].decode("utf-8", "replace"))
-    return found[1] if found else ""
+    match = _KIND.search(content[:_HEAD_BYTES].decode("utf-8", "replace"))
+    return match[1] if match else ""
 
 
 def _kind(path: Path) -> str:

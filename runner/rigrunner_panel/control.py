@@ -29,7 +29,7 @@ class Control:
         self._board = board
         self._lock = threading.Lock()
         self._holder = ""
-        """The whole id of the client that has control, which no screen is told."""
+        """The full id of the client in control; it is not sent to screens."""
         self._connected: Counter[str] = Counter()
 
     def take(self, client: str, name: str, now: datetime, *, take_over: bool) -> ControlView | None:
@@ -57,14 +57,14 @@ class Control:
     def release(self, client: str) -> None:
         """Release control; raise PanelError for a client that does not have it."""
         with self._lock:
-            self._required(client)
+            self._require(client)
             self._holder = ""
             self._board.put(control=None)
 
-    def required(self, client: str) -> str:
+    def require(self, client: str) -> str:
         """Return the name of the client, which must have control; raise PanelError otherwise."""
         with self._lock:
-            return self._required(client)
+            return self._require(client)
 
     def holds(self, client: str) -> str:
         """Return the name under which a client has control; '' if it does not have it."""
@@ -72,7 +72,7 @@ class Control:
             view = self._view
             return view.name if view is not None and self._holder == client else ""
 
-    def connected(self, client: str, step: int) -> None:
+    def count_connection(self, client: str, step: int) -> None:
         """Count a client's WebSocket that was opened (1) or closed (-1)."""
         with self._lock:
             self._connected[client] += step
@@ -93,7 +93,7 @@ class Control:
         view: ControlView | None = self._board.get("control")
         return view
 
-    def _required(self, client: str) -> str:
+    def _require(self, client: str) -> str:
         view = self._view
         if view is None:
             message, hint = "nobody has control", "take it first: POST /api/v1/control"

@@ -6,6 +6,7 @@ import logging
 import threading
 import time
 from contextlib import suppress
+from functools import partial
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import RigrunnerError
@@ -35,7 +36,7 @@ _log = logging.getLogger("rigrunner_panel")
 
 RIG_PROCESS = "rigrunner_panel.jobs.main"
 GUARDIAN_S = 3600.0
-"""How long a run whose process died is looked at for what the guardian records in it."""
+"""How long the events of the guardian are read after the process of a run has died."""
 LOOK_S = 0.5
 
 
@@ -81,24 +82,22 @@ class Desk:
             story = Story(self.board, job.view, links, self._left_energised())
             watcher = None
             if job.view.kind != "preflight":
-                watcher = Watcher(self.runs, job.station, lambda found: self._find(story, found))
+                watcher = Watcher(self.runs, job.station, partial(self._show_findings, story))
             self._story, self._process, self._watcher = story, process, watcher
             process.send(job)
-            process.listen(
-                lambda message: self._hear(story, message), lambda code: self._lost(story, code)
-            )
+            process.listen(partial(self._receive, story), partial(self._lost, story))
 
     def answer(self, prompt: int, text: str, by: str) -> None:
         """Answer a prompt; raise PanelError for another prompt or an invalid answer."""
         with self._lock:
-            self._going()
-            asked = self.board.get("prompt")
-            if asked is None or asked.id != prompt:
+            self._running_story()
+            prompt_view = self.board.get("prompt")
+            if prompt_view is None or prompt_view.id != prompt:
                 raise wrong_state("this question is no longer open", "look at state.prompt")
             if not text.strip():
-                raise PanelError(422, "invalid", "the answer is empty", asked.expected)
+                raise PanelError(422, "invalid", "the answer is empty", prompt_view.expected)
             try:
-                accepted = asked.accepts.accept(text)
+                accepted = prompt_view.accepts.accept(text)
             except AnswerError as error:
                 raise PanelError(422, "invalid", error.message, error.hint) from error
             self._send(Answer(prompt, accepted, by))
@@ -106,17 +105,17 @@ class Desk:
     def pause(self, by: str, decision: Decision | None = None) -> None:
         """Pause at the next safe point; with a decision, apply it at once."""
         with self._lock:
-            story = self._going()
+            story = self._running_story()
             if self.board.get("phase") not in ("running", "asking", "pausing"):
                 raise wrong_state("no run is in progress")
             self._send(Pause(by, decision))
-            story.asked(str(decision.choice) if decision else "pause")
+            story.request(str(decision.choice) if decision else "pause")
 
     def decide(self, choice: Choice, by: str, reason: str) -> None:
         """Continue a paused run as decided; to repeat or skip, a running one is paused first."""
         decision = Decision(choice, by, reason)
         with self._lock:
-            self._going()
+            self._running_story()
             if self.board.get("pause") is None:
                 if choice not in (Choice.REPEAT, Choice.SKIP):
                     raise wrong_state("the run is not paused", "pause it first")
@@ -130,9 +129,9 @@ class Desk:
     def abort(self, by: str, reason: str) -> None:
         """Abort the run: its teardown is done and the rig is made safe."""
         with self._lock:
-            story = self._going()
+            story = self._running_story()
             self._send(Abort(by, reason))
-            story.asked("abort")
+            story.request("abort")
 
     def stop(self, by: str, reason: str) -> bool:
         """Make the rig safe at once; return whether a job was running."""
@@ -140,14 +139,14 @@ class Desk:
         stopped = process is not None and process.send(Stop(by, reason))
         with self._lock:
             if self._story is not None and not self._story.is_over:
-                self._story.asked("stop")
+                self._story.request("stop")
                 return stopped
         return False
 
     def by_hand(self, command: ByHand) -> None:
         """Forward a manual command; raise PanelError if the manual page is not open."""
         with self._lock:
-            if self._going().job.kind != "manual":
+            if self._running_story().job.kind != "manual":
                 raise wrong_state("manual mode is not connected to the rig", "open it first")
             self._send(command)
 
@@ -164,7 +163,7 @@ class Desk:
             if self._story is None:
                 self.board.put(alarms=rigs)
                 return
-            self._story.left(rigs)
+            self._story.show_left_energised(rigs)
             self._story.tick()
 
     def wait(self, timeout_s: float) -> bool:
@@ -181,11 +180,11 @@ class Desk:
         if self._watcher is not None:
             self._watcher.close()
 
-    def _find(self, story: Story, found: object) -> None:
+    def _show_findings(self, story: Story, message: object) -> None:
         """Show what the analyst found."""
         with self._lock:
-            self._show(story, found)
-        if isinstance(found, Drawn):
+            self._show(story, message)
+        if isinstance(message, Drawn):
             self.board.wake()
 
     def _show(self, story: Story, message: object) -> None:
@@ -194,11 +193,10 @@ class Desk:
         except Exception:  # noqa: BLE001  (nothing on a screen may cost the run its listener)
             _log.exception("a bug in the panel: the screen may be wrong, the run is not")
 
-    def _hear(self, story: Story, message: object) -> None:
+    def _receive(self, story: Story, message: object) -> None:
         with self._lock:
             self._show(story, message)
-            # An earlier job may still have messages on their way: they are not for this one's
-            # analyst.
+            # Late messages of an earlier job are not for the analyst of this one.
             watcher = self._watcher if story is self._story else None
         if watcher is not None:
             watcher.notice(message)
@@ -207,7 +205,7 @@ class Desk:
 
     def _lost(self, story: Story, code: int | None) -> None:
         with self._lock:
-            story.left(self._left_energised())
+            story.show_left_energised(self._left_energised())
             story.lost(code)
             is_lost = story.follows_record
             if self._watcher is not None and story is self._story:
@@ -224,12 +222,12 @@ class Desk:
                 if (now := RunFolder(run).events.stat().st_size) != size:
                     events, size = read(run).events, now
                     with self._lock:
-                        for each in events:
-                            if each.seq > story.latest:
-                                self._show(story, each)
+                        for event in events:
+                            if event.seq > story.latest:
+                                self._show(story, event)
             time.sleep(LOOK_S)
 
-    def _going(self) -> Story:
+    def _running_story(self) -> Story:
         if self._story is None or self._story.is_over:
             raise wrong_state("nothing is running")
         return self._story

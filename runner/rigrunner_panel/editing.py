@@ -47,9 +47,9 @@ class Editing:
     """Tracks the screens that edit, and notifies all of them. Thread-safe."""
 
     def __init__(
-        self, tell: Callable[[tuple[EditedView, ...]], None], files: ProcedureFiles
+        self, publish: Callable[[tuple[EditedView, ...]], None], files: ProcedureFiles
     ) -> None:
-        self._tell_screens = tell
+        self._publish_views = publish
         self._files = files
         self._lock = threading.Lock()
         self._opened: dict[str, Opened] = {}
@@ -64,19 +64,19 @@ class Editing:
             while len(self._opened) >= MOST:
                 self._opened.pop(next(iter(self._opened)))
             self._opened[client] = Opened(procedure, by, since)
-        self._tell()
+        self._publish()
 
     def leave(self, client: str) -> None:
         """Remove a screen from the list."""
         with self._lock:
             self._opened.pop(client, None)
-        self._tell()
+        self._publish()
 
     def saved(self, procedure: str, digest: str, by: str, now: datetime) -> None:
         """Store who saved a file."""
         with self._lock:
             self._saved[procedure] = Saved(digest, by, utc_text(now))
-        self._tell()
+        self._publish()
 
     def last_change(self, procedure: str) -> Saved:
         """Return the last change of a file; one made by another program has no person."""
@@ -95,23 +95,23 @@ class Editing:
                 late = (now - opened.at).total_seconds() > GRACE_S
                 if late and not is_connected(client):
                     del self._opened[client]
-        self._tell()
+        self._publish()
 
-    def _tell(self) -> None:
+    def _publish(self) -> None:
         with self._lock:
             views: dict[str, list[EditorView]] = {}
             for client, opened in self._opened.items():
                 since = utc_text(opened.at)
                 view = EditorView(client=short_name(client), name=opened.by, since_utc=since)
                 views.setdefault(opened.procedure, []).append(view)
-            self._tell_screens(tuple(self._view(name, views[name]) for name in sorted(views)))
+            self._publish_views(tuple(self._view(name, views[name]) for name in sorted(views)))
 
     def _view(self, procedure: str, editors: list[EditorView]) -> EditedView:
         try:
             path = self._files.place(procedure)
             last = self._last_change(procedure, path)
             approved_utc = _changed_utc(approval_file(path))
-        except PanelError:  # it was removed, or says no more that it is a procedure
+        except PanelError:  # it was removed, or is no longer marked as a procedure
             last, approved_utc = Saved("", "", ""), ""
         return EditedView(
             procedure=procedure,

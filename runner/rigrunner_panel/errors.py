@@ -57,15 +57,15 @@ class PanelError(Exception):
         )
 
 
-def of_ours(error: RigrunnerError) -> PanelError:
+def panel_error(error: RigrunnerError) -> PanelError:
     """Return the response for an error of the engine."""
     if isinstance(error, InvalidFileError):
         return PanelError(422, "invalid", error.message, error.hint, error.problems)
     code = next((code for kind, code in _CODES.items() if isinstance(error, kind)), "invalid")
     where = f"{error.location}: " if error.location else ""
     message = f"{where}{error.message}"
-    about = error.field if isinstance(error, UsageError) else ""
-    problems = (Problem(message, field=about, hint=error.hint),) if about else ()
+    field = error.field if isinstance(error, UsageError) else ""
+    problems = (Problem(message, field=field, hint=error.hint),) if field else ()
     return PanelError(422, code, message, error.hint, problems)
 
 

@@ -126,7 +126,7 @@ def _replace(path: Path, content: bytes) -> None:
     part = path.with_name(f".{path.name}.part")
     try:
         part.unlink(missing_ok=True)
-        with part.open("xb") as file:  # a link that somebody puts there is not followed
+        with part.open("xb") as file:  # does not follow a link
             file.write(content)
             file.flush()
             os.fsync(file.fileno())

@@ -17,7 +17,7 @@ from rigrunner.run.set_points import other_results, results_in
 from rigrunner.run.stored import run_data
 from rigrunner.runfile import read
 from rigrunner_panel.errors import not_found
-from rigrunner_panel.view.of_result import with_uncertainty
+from rigrunner_panel.view.result import with_uncertainty
 from rigrunner_panel.view.sections import Value
 
 if TYPE_CHECKING:
@@ -72,7 +72,7 @@ class History:
 
     def __init__(self, runs: Path) -> None:
         self.runs = runs
-        self._known: dict[tuple[str, int], RunItem] = {}
+        self._cache: dict[tuple[str, int], RunItem] = {}
 
     def items(self) -> Iterator[RunItem]:
         """Yield all runs, newest first."""
@@ -89,7 +89,7 @@ class History:
         """Return everything about a run except its samples; raise PanelError or DataError."""
         stored = read(self.folder(run))
         document = stored.result_document
-        told = ((event.utc, event_text(event)) for event in stored.events)
+        events = ((event.utc, event_text(event)) for event in stored.events)
         return RunDetail(
             item=self.item(run),
             inputs=dict(stored.header.inputs),
@@ -101,20 +101,20 @@ class History:
             recordings=stored.info.recording_names,
             digest_sha256=stored.digest,
             result=None if document is None else {**document, "results": results_in(document)},
-            events=tuple({"utc": utc, "text": text} for utc, text in told if text),
+            events=tuple({"utc": utc, "text": text} for utc, text in events if text),
             notes=stored.notes,
         )
 
     def files(self, run: str) -> list[Path]:
         """Return the files of a run that may be downloaded."""
         folder = self.folder(run)
-        return [each for each in sorted(folder.iterdir()) if self._is_shown(each)]
+        return [path for path in sorted(folder.iterdir()) if self._is_shown(path)]
 
     def file(self, run: str, name: str) -> Path:
         """Return one of these files, never one outside the run's folder; raise PanelError."""
-        for each in self.files(run):
-            if each.name == name:
-                return each
+        for path in self.files(run):
+            if path.name == name:
+                return path
         raise not_found(f"run {run[:80]} has no file '{name[:80]}'")
 
     def _is_shown(self, path: Path) -> bool:
@@ -126,11 +126,11 @@ class History:
         sealed = self.runs / name / "run.h5"
         changed = sealed.stat().st_mtime_ns if sealed.is_file() else 0
         key = (name, changed)
-        if key in self._known:
-            return self._known[key]
+        if key in self._cache:
+            return self._cache[key]
         item = _item(self.runs, name)
         if changed:
-            self._known[key] = item
+            self._cache[key] = item
         return item
 
 
@@ -160,23 +160,22 @@ def _item(runs: Path, name: str) -> RunItem:
 def _result(path: Path) -> tuple[str, Value | None, str]:
     """Return verdict, headline and named result from a run's result.json, if readable."""
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))
-        verdict, value = verdict_in(found), found["headline"]["compensated"]
+        document = json.loads(path.read_text(encoding="utf-8"))
+        verdict, value = verdict_in(document), document["headline"]["compensated"]
         if value is None:
-            return verdict, None, _named(found)
-        known = {"value": value["value"], "U": value["expanded_uncertainty_95"]}
-        known |= {"unit": value["unit"]}
-        return verdict, Value(**known), ""
+            return verdict, None, _deciding_text(document)
+        fields = {"value": value["value"], "U": value["expanded_uncertainty_95"]}
+        fields |= {"unit": value["unit"]}
+        return verdict, Value(**fields), ""
     except (OSError, ValueError, KeyError, TypeError):
         return "", None, ""
 
 
-def _named(document: dict[str, Any]) -> str:
-    decided = document.get("decision") or {}
-    found = [each for each in other_results(document) if each["estimate"] == decided.get("result")]
-    found = found or other_results(document)
-    if len(found) != 1:
+def _deciding_text(document: dict[str, Any]) -> str:
+    estimate, results = (document.get("decision") or {}).get("result"), other_results(document)
+    results = [result for result in results if result["estimate"] == estimate] or results
+    if len(results) != 1:
         return ""
-    estimate, width = found[0]["estimate"], found[0]["estimate"]["expanded_uncertainty_95"]
+    estimate, width = results[0]["estimate"], results[0]["estimate"]["expanded_uncertainty_95"]
     shown = with_uncertainty(estimate["value"], nan if width is None else width)
-    return f"{found[0]['name']}: {shown} {estimate['unit']}"
+    return f"{results[0]['name']}: {shown} {estimate['unit']}"

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 
 @dataclass(frozen=True)
-class Wanted:
+class PendingStart:
     """A queue entry that starts when its preflight is done."""
 
     entry: int
@@ -16,7 +16,7 @@ class Wanted:
     stops: int
     """The count of Stop commands when the start was requested."""
     by_itself: bool = False
-    """Whether no person asked for this start."""
+    """Whether it starts automatically, without a request."""
 
 
 @dataclass(eq=False)
@@ -24,19 +24,19 @@ class Sequence:
     """The requested starts and the running entry. Change it only under the lock."""
 
     lock: threading.RLock = field(default_factory=threading.RLock)
-    wanted: Wanted | None = None
+    pending: PendingStart | None = None
     automatic_by: str = ""
     problem: str = ""
     entry: int | None = None
     """The entry whose run is in progress."""
-    held: ExitStack = field(default_factory=ExitStack)
+    entry_lock: ExitStack = field(default_factory=ExitStack)
     """The lock of that entry."""
     stops: int = 0
-    shown: object = None
-    """What the displayed queue was made of."""
+    shown_version: object = None
+    """The version of the displayed queue."""
 
     def stop(self) -> None:
         """Cancel all requested starts, without waiting."""
         self.stops += 1
         self.automatic_by = ""
-        self.wanted = None
+        self.pending = None

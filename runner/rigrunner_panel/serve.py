@@ -36,7 +36,7 @@ _AT_ONCE = 64
 
 
 def serve(
-    settings: Settings, port: int, tell: Callable[[str], None], *, open_browser: bool
+    settings: Settings, port: int, echo: Callable[[str], None], *, open_browser: bool
 ) -> ExitCode:
     """Serve until Ctrl-C, SIGTERM or a closed terminal.
 
@@ -57,23 +57,23 @@ def serve(
         hint = "python -c 'import secrets; print(secrets.token_urlsafe())' makes one"
         raise UsageError(f"the token has fewer than {LEAST_TOKEN} characters", hint=hint)
     panel = Panel(settings=settings)
-    for name in set(settings.stations) - {rig.name for rig in panel.opened()}:
+    for name in set(settings.stations) - {rig.name for rig in panel.open_rigs()}:
         hint = f"name it as seen from {settings.procedures}, or a shipped one"
         raise UsageError(f"there is no station '{name}'", hint=hint)
     config = server_config(panel)
     listening = _bound(settings.host, port)
     address = _address(settings, listening.getsockname()[1])
-    ending = Ending(panel, tell)
+    ending = Ending(panel, echo)
     try:
         with ending.signals():  # before the address is shown: its reader may end the panel
-            tell(f"Panel: {address}")
+            echo(f"Panel: {address}")
             if settings.public_name:
-                tell(f"Through the proxy: https://{settings.public_name}/#token={settings.token}")
+                echo(f"Through the proxy: https://{settings.public_name}/#token={settings.token}")
             if open_browser:
                 webbrowser.open(address)
-            asyncio.run(_served(_Server(config), listening, ending))
+            asyncio.run(_serve_until_end(_Server(config), listening, ending))
     finally:
-        for rig in panel.opened():
+        for rig in panel.open_rigs():
             rig.desk.close()
     return ending.exit_code
 
@@ -99,14 +99,14 @@ class Ending:
     and the shell: it only ever aborts.
     """
 
-    def __init__(self, panel: Panel, tell: Callable[[str], None]) -> None:
+    def __init__(self, panel: Panel, echo: Callable[[str], None]) -> None:
         self._panel = panel
-        self._tell = tell
+        self._echo = echo
         self._consoles = Consoles()
         self._presses = 0
         self._number: int = signal.SIGINT
         self._aborted = False
-        self.wanted = False
+        self.is_requested = False
 
     @property
     def exit_code(self) -> ExitCode:
@@ -126,9 +126,9 @@ class Ending:
 
     def advance(self) -> bool:
         """Handle the signals since the last call; return whether the server must end."""
-        if not self.wanted:
+        if not self.is_requested:
             return False
-        busy = [rig.desk for rig in self._panel.opened() if rig.desk.is_busy]
+        busy = [rig.desk for rig in self._panel.open_rigs() if rig.desk.is_busy]
         if not busy:
             return True
         if self._presses and not self._aborted:
@@ -149,9 +149,9 @@ class Ending:
 
     def _take(self, number: int, _frame: FrameType | None) -> None:
         self._consoles.silence_closed()
-        if number in HANGUPS and self.wanted:
+        if number in HANGUPS and self.is_requested:
             return
-        self.wanted, self._number = True, number
+        self.is_requested, self._number = True, number
         self._presses += 1
 
     def _who(self) -> tuple[str, str]:
@@ -163,7 +163,7 @@ class Ending:
     def _say(self, text: str) -> None:
         """Print a message at the terminal; a closed terminal is not an error."""
         with contextlib.suppress(OSError):
-            self._tell(text)
+            self._echo(text)
 
 
 class _Server(uvicorn.Server):
@@ -175,7 +175,7 @@ class _Server(uvicorn.Server):
         yield
 
 
-async def _served(server: _Server, listening: socket.socket, ending: Ending) -> None:
+async def _serve_until_end(server: _Server, listening: socket.socket, ending: Ending) -> None:
     """Serve until the end is requested and no run is in progress."""
     work = asyncio.create_task(server.serve(sockets=[listening]))
     while not work.done() and not await asyncio.to_thread(ending.advance):
@@ -198,8 +198,8 @@ def _bound(host: str, port: int) -> socket.socket:
     except (OSError, OverflowError) as error:
         number = error.errno if isinstance(error, OSError) else None
         hint = _OF_THE_PORT.get(number or 0, _OF_THE_HOST)
-        said = os.strerror(number) if number in _OF_THE_PORT else str(error).partition(" (while")[0]
-        raise UsageError(f"cannot listen on {host}, port {port}: {said}", hint=hint) from error
+        text = os.strerror(number) if number in _OF_THE_PORT else str(error).partition(" (while")[0]
+        raise UsageError(f"cannot listen on {host}, port {port}: {text}", hint=hint) from error
 
 
 def _address(settings: Settings, port: int) -> str:

@@ -32,8 +32,8 @@ def update(runs: Path) -> Indexed | None:
     if not runs.is_dir():
         return None
     with closing(open_archive(runs)) as archive:
-        (found,) = index(archive, [runs])
-    return found
+        (indexed,) = index(archive, [runs])
+    return indexed
 
 
 def quantities(runs: Path) -> list[str]:
@@ -42,60 +42,61 @@ def quantities(runs: Path) -> list[str]:
     with closing(open_archive(runs)) as archive:
         torques = {
             name
-            for each in rows(archive, "runs", everything)
+            for run in rows(archive, "runs", everything)
             for name, (column, _) in TORQUES.items()
-            if each[column] is not None
+            if run[column] is not None
         }
-        named = {each["name"] for each in rows(archive, "results", everything)} - set(TORQUES)
+        results = {result["name"] for result in rows(archive, "results", everything)} - set(TORQUES)
         figures = {
-            f"{each['source']}/{each['name']}" for each in rows(archive, "figures", everything)
+            f"{figure['source']}/{figure['name']}"
+            for figure in rows(archive, "figures", everything)
         }
-    return [*(name for name in TORQUES if name in torques), *sorted(named), *sorted(figures)]
+    return [*(name for name in TORQUES if name in torques), *sorted(results), *sorted(figures)]
 
 
 def charts(
-    runs: Path, quantity: str, by: tuple[str, ...], words: Mapping[str, str], how: Charting
+    runs: Path, quantity: str, by: tuple[str, ...], filters: Mapping[str, str], settings: Charting
 ) -> Trend:
     """Return the charts of a quantity, and why groups have none; raises the errors of `observe`."""
     with closing(open_archive(runs)) as archive:
-        found = observe(archive, quantity, filters_of(**words), by)
+        observations = observe(archive, quantity, filters_of(**filters), by)
     try:
-        return trend(found, how, {"quantity": quantity})
+        return trend(observations, settings, {"quantity": quantity})
     except NoStudyError as error:  # too few runs so far are no failure
         return Trend(
-            quantity=found.quantity.name,
-            unit=found.unit,
+            quantity=observations.quantity.name,
+            unit=observations.unit,
             asked={},
-            excluded=found.excluded,
-            warnings=found.warnings,
-            chart=how.chart,
+            excluded=observations.excluded,
+            warnings=observations.warnings,
+            chart=settings.chart,
             rules={},
             series=(),
             not_charted=error.refused,
         )
 
 
-def charting(chart: str, rules: str, baseline: str) -> Charting:
+def chart_settings(chart: str, rules: str, baseline: str) -> Charting:
     """Return the chart settings; raise UsageError for an invalid baseline."""
     return Charting(chart, rules, baseline_of(baseline))
 
 
-def figure(found: Trend, series: TrendSeries) -> Figure:
+def figure(study: Trend, series: TrendSeries) -> Figure:
     """Return the chart of a group: values in order, limits, and rule violations."""
-    plotted = [each.plotted for each in series.points]
+    plotted = [point.plotted for point in series.points]
     numbers = range(1, len(plotted) + 1)
-    expanded = [each.observed.expanded or nan for each in series.points]
-    shown = Series.over(numbers, plotted, series.name, "joined", expanded)
-    alarms = [(n, each.plotted) for n, each in zip(numbers, series.points, strict=True)
-              if each.rules and not each.baseline]  # fmt: skip
+    expanded = [point.observed.expanded or nan for point in series.points]
+    values = Series.over(numbers, plotted, series.name, "joined", expanded)
+    alarms = [(n, point.plotted) for n, point in zip(numbers, series.points, strict=True)
+              if point.rules and not point.baseline]  # fmt: skip
     marked = Series.over([n for n, _ in alarms], [y for _, y in alarms], "alarm", "marked")
     last = series.points[-1]
     centre = Mark("y", series.individuals.centre, name="centre")
-    limits = (Mark("y", at, is_limit=True) for at in (last.lower, last.upper))
+    limits = (Mark("y", limit, is_limit=True) for limit in (last.lower, last.upper))
     return Figure(
         series.name,
         Axis("run"),
-        Axis(found.quantity, found.unit),
-        (shown, marked) if alarms else (shown,),
+        Axis(study.quantity, study.unit),
+        (values, marked) if alarms else (values,),
         (centre, *limits),
     )

@@ -113,7 +113,7 @@ class _NoLinks:
     def picture(self, path):
         return path
 
-    def of_run(self, _run):
+    def run_links(self, _run):
         return ()
 
 

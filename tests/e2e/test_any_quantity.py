@@ -18,7 +18,7 @@ from rigrunner.api.events import Outcome
 from rigrunner.registry import load_registry
 from rigrunner.run.finish import FinishedRun
 from rigrunner.run.stored import analyse_run
-from rigrunner_panel.view.of_result import finished_view
+from rigrunner_panel.view.result import finished_view
 
 U_READING = 0.002 / sqrt(3)
 K_RECTANGLE = 0.95 * sqrt(3)

@@ -101,8 +101,8 @@ def test_a_name_provided_twice_is_refused_naming_both(entry):
         (GOOD.replace("lambda s: s", "None"), "'line' of rigrunner_fits: its factory cannot be"),
         (GOOD.replace("settings=LineSettings", "settings=dict"), "no subclass of Settings"),
         *(
-            (GOOD.replace('help="', f'revision={each}, help="'), "its revision is")
-            for each in ("0", "-1", "1.0", "True", "None")
+            (GOOD.replace('help="', f'revision={version}, help="'), "its revision is")
+            for version in ("0", "-1", "1.0", "True", "None")
         ),
     ],
 )
@@ -128,7 +128,7 @@ def force(*limits, **changes):
 
 
 @pytest.mark.parametrize(
-    ("device", "said"),
+    ("device", "problem"),
     [
         (None, "its factory gave a NoneType, which has no channels, drives"),
         (Pressed(None), "got None, expected a sequence of ChannelInfo"),
@@ -152,12 +152,12 @@ def force(*limits, **changes):
         (force(sets_cycle_frequency=True), "it sets the cycle frequency, in N"),
     ],
 )
-def test_a_device_whose_numbers_would_mean_something_else_is_refused(device, said):
+def test_a_device_whose_numbers_would_mean_something_else_is_refused(device, problem):
     record = DeviceRecord(name="press", help="", factory=lambda *_: device)
     registry = Registry([Plugin("device", record, Provider("lab", "1"))])
     with pytest.raises(PluginError, match=r"^device 'press': ") as caught:
         registry.make_device("press", {}, DeviceContext("press", SimulatedClock(), Path()))
-    assert said in caught.value.message
+    assert problem in caught.value.message
     assert "rigrunner check-plugin press" in caught.value.hint
 
 
@@ -185,10 +185,10 @@ def test_a_factory_cannot_end_the_program():
         failing(SystemExit(0)).make("fit", "line", {})
 
 
-@pytest.mark.parametrize("given", ["a text", None, 5])
-def test_a_format_gives_the_bytes_of_a_file(given):
+@pytest.mark.parametrize("content", ["a text", None, 5])
+def test_a_format_gives_the_bytes_of_a_file(content):
     record = ReportFormatRecord(
-        name="mine", help="", suffix=".x", factory=lambda _: lambda _: given
+        name="mine", help="", suffix=".x", factory=lambda _: lambda _: content
     )
     registry = Registry([Plugin("report_format", record, Provider("lab", "1"))])
     with pytest.raises(PluginError, match=r"the report format 'mine' gave a .*, expected bytes"):
@@ -201,7 +201,7 @@ def test_a_drop_in_that_cannot_be_read_is_disabled_and_harms_no_other(folder):
     (folder / "good.py").write_text(GOOD)
     registry = with_drop_ins(load_registry([]), folder)
     assert registry.names("fit") == ["line"]
-    assert sorted(Path(each.provider.name).name for each in registry.disabled) == [
+    assert sorted(Path(plugin.provider.name).name for plugin in registry.disabled) == [
         "gone.py",
         "no_file.py",
     ]
@@ -252,8 +252,8 @@ NOT_SAID = (
 )
 def test_a_plugin_made_for_another_api_is_disabled_and_says_what_to_do(entry, line, reason):
     registry = load_registry([entry("aged_" + str(abs(hash(line))), declaring(line))])
-    assert {each.kind for each in registry.plugins} == {"step"}  # of the language itself
-    assert [each.reason for each in registry.disabled] == [reason.format(__version__)]
+    assert {plugin.kind for plugin in registry.plugins} == {"step"}  # of the language itself
+    assert [plugin.reason for plugin in registry.disabled] == [reason.format(__version__)]
 
 
 @pytest.mark.parametrize("line", ["api_version = 99", "api_version: int = 99  # of next year"])
@@ -458,19 +458,19 @@ def test_settings_that_are_not_at_their_place_harm_no_other_plugin(entry, place,
     assert registry.names("fit") == ["line", "plain"]
     with pytest.raises(PluginError, match=re.escape(reason)):
         registry.settings_of("fit", "line")
-    whole = registry.with_all_settings()
-    assert whole.names("fit") == ["plain"]
-    assert reason in str(whole.disabled[0])
-    assert str(whole.disabled[0]).startswith(f"{name}: fit 'line': ")
+    checked = registry.with_all_settings()
+    assert checked.names("fit") == ["plain"]
+    assert reason in str(checked.disabled[0])
+    assert str(checked.disabled[0]).startswith(f"{name}: fit 'line': ")
 
 
 def test_every_plugin_that_ships_has_its_settings_where_its_record_says():
     registry = load_registry()
-    whole = registry.with_all_settings()
-    assert [plugin.record.name for plugin in whole.plugins] == [
+    checked = registry.with_all_settings()
+    assert [plugin.record.name for plugin in checked.plugins] == [
         plugin.record.name for plugin in registry.plugins
     ]
-    assert whole.disabled == ()
+    assert checked.disabled == ()
 
 
 def test_what_cannot_be_read_in_a_drop_in_folder_is_disabled_and_harms_no_other(folder):
@@ -478,7 +478,7 @@ def test_what_cannot_be_read_in_a_drop_in_folder_is_disabled_and_harms_no_other(
     (folder / "a_folder.py").mkdir()
     (folder / "nowhere.py").symlink_to(folder / "gone.py")
     registry = with_drop_ins(load_registry([]), folder)
-    assert {Path(each.provider.name).name for each in registry.disabled} >= {
+    assert {Path(plugin.provider.name).name for plugin in registry.disabled} >= {
         "a_folder.py",
         "nowhere.py",
     }
@@ -508,8 +508,8 @@ def test_a_rig_has_the_keys_that_plugins_declare():
 
 def test_a_key_of_a_rig_that_two_declare_differently_names_both():
     registry = Registry([fit_of_a_rig("one", Bore), fit_of_a_rig("two", OtherBore)])
-    both = "by the fit 'one' of the_one 1 and the fit 'two' of the_two 1"
-    with pytest.raises(PluginError, match=f"'bore' of a rig is declared twice, {both}"):
+    plugins = "by the fit 'one' of the_one 1 and the fit 'two' of the_two 1"
+    with pytest.raises(PluginError, match=f"'bore' of a rig is declared twice, {plugins}"):
         registry.rig_model()
 
 

@@ -45,19 +45,19 @@ class FittedCurve:
 
     def predict(self, x: Array) -> tuple[Array, Array]:
         """Return the curve at x (m,) and its standard uncertainty; DataError outside `valid_x`."""
-        value, spread = self._evaluated(x)
+        value, spread = self._evaluate(x)
         return value, np.linalg.norm(spread, axis=1)
 
     def spread(self, x: Array) -> Array:
         """Return the uncertainty at x (m,) in independent directions, as `Spreading` has it."""
-        return self._evaluated(x)[1]
+        return self._evaluate(x)[1]
 
     def extrapolate(self, x: Array) -> tuple[Array, Array]:
         """Return the curve at any x (m,) and its standard uncertainty, outside `valid_x` too."""
         value, spread = self.value_and_spread(np.atleast_1d(np.asarray(x, np.float64)))
         return value, np.linalg.norm(spread, axis=1)
 
-    def _evaluated(self, x: Array) -> tuple[Array, Array]:
+    def _evaluate(self, x: Array) -> tuple[Array, Array]:
         x = np.atleast_1d(np.asarray(x, np.float64))
         refuse_outside(x, self.valid_x)
         return self.value_and_spread(x)

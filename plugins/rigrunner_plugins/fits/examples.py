@@ -1,4 +1,4 @@
-"""Certified data that the fits are held to: NIST Statistical Reference Datasets.
+"""Certified data to which the fits are compared: NIST Statistical Reference Datasets.
 
 https://www.itl.nist.gov/div898/strd/
 """

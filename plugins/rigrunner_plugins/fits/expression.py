@@ -63,7 +63,7 @@ class FittedExpression(FittedCurve):
         """Return the curve at any x and its standard uncertainty, outside the ranges too."""
         return super().extrapolate(np.asarray(x, np.float64).reshape(-1, len(self.ranges)))
 
-    def _evaluated(self, x: Array) -> tuple[Array, Array]:
+    def _evaluate(self, x: Array) -> tuple[Array, Array]:
         columns = np.asarray(x, np.float64).reshape(-1, len(self.ranges))
         for (name, valid), values in zip(self.ranges.items(), columns.T, strict=True):
             refuse_outside(values, valid, name if len(self.ranges) > 1 else "")
@@ -94,7 +94,7 @@ class ExpressionFit:
             value, slopes = model.at(columns, parameters)
             return value * roots, slopes * roots[:, None]
 
-        start = np.array([each.value for each in self.settings.start.values()])
+        start = np.array([parameter.value for parameter in self.settings.start.values()])
         parameters, problem = _minimum(weighted, points.y * roots, start)
         spread = problem.factor * problem.residual_s
         residuals = (points.y - model.at(columns, parameters)[0]).astype(np.float64)
@@ -110,7 +110,7 @@ class ExpressionFit:
         return FittedExpression(
             formula=f"{points.y_name} = {self.settings.model}",
             names=model.parameters,
-            units=tuple(each.unit for each in self.settings.start.values()),
+            units=tuple(parameter.unit for parameter in self.settings.start.values()),
             coefficients=parameters.astype(np.float64),
             covariance=(spread @ spread.T).astype(np.float64),
             dof=float(problem.dof),
@@ -129,8 +129,8 @@ class ExpressionFit:
         if len(over) == 1 and not points.regressors:
             return over
         if sorted(over) != sorted(points.regressors):
-            given = ", ".join(points.regressors) or "one"
-            raise DataError(f"the model is over {', '.join(over)}; the points have {given}")
+            regressors = ", ".join(points.regressors) or "one"
+            raise DataError(f"the model is over {', '.join(over)}; the points have {regressors}")
         return points.regressors
 
 
@@ -142,8 +142,8 @@ class _Model:
 
     def at(self, columns: Array, parameters: Extended) -> tuple[Extended, Extended]:
         """Return the values (m,) over columns (m, k), and the slopes (m, p) by each parameter."""
-        given = dict(zip(self.over, columns.T.astype(np.longdouble), strict=True))
-        values = given | dict(zip(self.parameters, parameters, strict=True))
+        variables = dict(zip(self.over, columns.T.astype(np.longdouble), strict=True))
+        values = variables | dict(zip(self.parameters, parameters, strict=True))
         value, slopes = evaluated(self.expression, values, self.parameters)
         shape = columns.shape[:1]
         by = [np.broadcast_to(slopes[name], shape) for name in self.parameters]
@@ -156,17 +156,17 @@ def _minimum(model: Model, y: Extended | Array, start: Array) -> tuple[Extended,
     Raises DataError where the model is not defined at its start, where no minimum is found, and as
     `solve` does.
     """
-    if not all(np.isfinite(each).all() for each in model(start.astype(np.longdouble))):
+    if not all(np.isfinite(array).all() for array in model(start.astype(np.longdouble))):
         raise DataError("the model is not defined at its start values for every point", hint=_HINT)
     parameters = _near(model, y, start)
-    problem = _linearised(model, y, parameters)
+    problem = _linearise(model, y, parameters)
     for _ in range(STEPS):
-        left = _length(problem, parameters)
-        if left <= SETTLED:
+        remaining = _length(problem, parameters)
+        if remaining <= SETTLED:
             break
         moved = parameters + problem.coefficients
-        next_problem = _linearised(model, y, moved)
-        if _length(next_problem, moved) >= left:
+        next_problem = _linearise(model, y, moved)
+        if _length(next_problem, moved) >= remaining:
             break
         parameters, problem = moved, next_problem
     if not _length(problem, parameters) <= CONVERGED:
@@ -174,7 +174,7 @@ def _minimum(model: Model, y: Extended | Array, start: Array) -> tuple[Extended,
     return parameters, problem
 
 
-def _linearised(model: Model, y: Extended | Array, parameters: Extended) -> Solution:
+def _linearise(model: Model, y: Extended | Array, parameters: Extended) -> Solution:
     values, slopes = model(parameters)
     return solve(slopes, y - values)
 
@@ -188,14 +188,14 @@ def _near(model: Model, y: Extended | Array, start: Array) -> Extended:
         return np.asarray(np.clip(limited, -_UNDEFINED, _UNDEFINED), np.float64)
 
     def slopes(parameters: Array) -> Array:
-        found = np.nan_to_num(model(parameters.astype(np.longdouble))[1], posinf=0, neginf=0)
-        return np.asarray(np.clip(found, -_UNDEFINED, _UNDEFINED), np.float64)
+        derivatives = np.nan_to_num(model(parameters.astype(np.longdouble))[1], posinf=0, neginf=0)
+        return np.asarray(np.clip(derivatives, -_UNDEFINED, _UNDEFINED), np.float64)
 
-    found = least_squares(
+    minimum = least_squares(
         residuals, start, slopes, method="lm", x_scale="jac", max_nfev=EVALUATIONS,
         ftol=TOLERANCE, xtol=TOLERANCE, gtol=TOLERANCE,
     )  # fmt: skip
-    return np.asarray(found.x, np.longdouble)
+    return np.asarray(minimum.x, np.longdouble)
 
 
 def _length(step: Solution, parameters: Extended) -> float:

@@ -33,7 +33,7 @@ def interpolate(points: Points) -> FittedCurve:
     Its coefficients are the values at the points. Raises DataError for fewer than three points,
     for two at one frequency, and where u(y) is not known.
     """
-    points = _ascending(points)
+    points = _sorted(points)
     u_y = points.u_y
     if u_y is None or not (np.isfinite(u_y).all() and np.all(u_y >= 0)):
         raise DataError(
@@ -68,7 +68,7 @@ def interpolate(points: Points) -> FittedCurve:
     )
 
 
-def _ascending(points: Points) -> Points:
+def _sorted(points: Points) -> Points:
     refuse_several(points)
     if len(points.x) < LEAST_OF_PCHIP:
         raise DataError(f"an interpolation needs {LEAST_OF_PCHIP} points, got {len(points.x)}")
@@ -83,5 +83,5 @@ def _ascending(points: Points) -> Points:
             f"two points at the same {points.x_name}, {first:.6g} and {second:.6g} {points.x_unit}",
             hint="an interpolation goes through every point; choose a fit that averages",
         )
-    u_y, u_x = (None if each is None else each[order] for each in (points.u_y, points.u_x))
+    u_y, u_x = (None if values is None else values[order] for values in (points.u_y, points.u_x))
     return replace(points, x=x, y=points.y[order], u_y=u_y, u_x=u_x)

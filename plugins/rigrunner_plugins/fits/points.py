@@ -1,4 +1,4 @@
-"""What fits ask of their points: that they are numbers, of which, and how much each counts."""
+"""Checks of the points of a fit, and their weights."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ def refuse_not_finite(points: Points) -> None:
         raise DataError("a point of the fit is not a finite number")
 
 
-def different(x: Array) -> int:
+def count_different(x: Array) -> int:
     """Return how many x (n,) are farther from each other than a thousandth of their range."""
     ascending = np.sort(x)
     count, last = 0, -np.inf
-    for each in ascending:
-        if each - last > CLOSE * (ascending[-1] - ascending[0]):
-            count, last = count + 1, each
+    for value in ascending:
+        if value - last > CLOSE * (ascending[-1] - ascending[0]):
+            count, last = count + 1, value
     return count
 
 

@@ -13,7 +13,7 @@ from rigrunner.api.analysis import Candidate
 from rigrunner_plugins.fits.curve import FittedCurve, r_squared
 from rigrunner_plugins.fits.least_squares import solve
 from rigrunner_plugins.fits.points import (
-    different,
+    count_different,
     refuse_not_finite,
     refuse_several,
     root_weights,
@@ -83,16 +83,16 @@ class AiccFit:
 
     def __call__(self, points: Points) -> ChosenCurve:
         """Return the best curve; raise DataError where the points allow no candidate."""
-        tried = [self._tried(points, powers) for powers in self.settings.candidates]
-        curves = [(candidate.score, curve) for candidate, curve in tried if curve is not None]
+        trials = [self._trial(points, powers) for powers in self.settings.candidates]
+        curves = [(candidate.score, curve) for candidate, curve in trials if curve is not None]
         if not curves:
-            raise DataError(f"no candidate can be fitted: {tried[0][0].problem}")
+            raise DataError(f"no candidate can be fitted: {trials[0][0].problem}")
         best = min(curves, key=lambda pair: pair[0])[1]
-        candidates = tuple(replace(each, chosen=curve is best) for each, curve in tried)
+        candidates = tuple(replace(candidate, chosen=curve is best) for candidate, curve in trials)
         values = {field.name: getattr(best, field.name) for field in fields(best)}
         return ChosenCurve(**values, criterion="AICc", candidates=candidates)
 
-    def _tried(
+    def _trial(
         self, points: Points, powers: tuple[int, ...]
     ) -> tuple[Candidate, FittedCurve | None]:
         name, count = formula(powers, points), len(powers)
@@ -129,11 +129,11 @@ def _refuse_unfit(points: Points, powers: tuple[int, ...]) -> None:
     """Raise DataError for what is not a number, and for no more different x than coefficients."""
     refuse_several(points)
     refuse_not_finite(points)
-    found, needed = different(points.x), least_points(len(powers))
-    if found < needed:
+    count, needed = count_different(points.x), least_points(len(powers))
+    if count < needed:
         raise DataError(
             f"{formula(powers, points)} with its uncertainty needs {needed} different values of "
-            f"{points.x_name}, got {found}"
+            f"{points.x_name}, got {count}"
         )
 
 

@@ -49,7 +49,7 @@ def of_aicc(settings: AiccSettings) -> Requirements:
 
 def of_expression(settings: ExpressionSettings) -> Requirements:
     """Return what the fit `expression` needs."""
-    units = {name: each.unit for name, each in settings.start.items()}
+    units = {name: start.unit for name, start in settings.start.items()}
     return Requirements(points=least_points(len(units)), parameters=units)
 
 

@@ -1,4 +1,4 @@
-"""What the fits can be told; loads without numpy."""
+"""Settings of the fits; loads without numpy."""
 
 from __future__ import annotations
 
@@ -82,20 +82,20 @@ class Start(NamedTuple):
 _START = r"\s*([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)(?:\s+(\S{1,20}))?\s*"
 
 
-def _start(given: object) -> object:
-    if isinstance(given, Start):
-        return given
-    found = re.fullmatch(_START, "" if isinstance(given, bool) else str(given)[:60], re.ASCII)
-    if found is None or not isfinite(float(found[1])):
+def _start(value: object) -> object:
+    if isinstance(value, Start):
+        return value
+    match = re.fullmatch(_START, "" if isinstance(value, bool) else str(value)[:60], re.ASCII)
+    if match is None or not isfinite(float(match[1])):
         raise ValueError(
-            f"{str(given)[:40]!r} is not a number, nor a number with its unit such as '0.9 N·m'"
+            f"{str(value)[:40]!r} is not a number, nor a number with its unit such as '0.9 N·m'"
         )
-    known = unit(found[2] or "1")
-    if known.offset:
-        raise ValueError(f"'{given}' does not have the zero of K: write it in K")
-    if is_coherent(known):
-        return Start(float(found[1]), found[2] or "1")
-    return Start(float(found[1]) * known.factor, si_symbol(known.dimension))
+    written = unit(match[2] or "1")
+    if written.offset:
+        raise ValueError(f"'{value}' does not have the zero of K: write it in K")
+    if is_coherent(written):
+        return Start(float(match[1]), match[2] or "1")
+    return Start(float(match[1]) * written.factor, si_symbol(written.dimension))
 
 
 StartValue = Annotated[
@@ -129,14 +129,14 @@ class ExpressionSettings(WeightedSettings):
     @field_validator("model")
     @classmethod
     def _is_a_formula(cls, model: str, info: ValidationInfo) -> str:
-        known: dict[str, Any] = info.data
-        if {"over", "start"} <= known.keys():
-            parameters, variables = set(known["start"]), set(known["over"])
+        fields: dict[str, Any] = info.data
+        if {"over", "start"} <= fields.keys():
+            parameters, variables = set(fields["start"]), set(fields["over"])
             if parameters & variables:
-                raise ValueError(f"{_listed(parameters & variables)}: a variable and a parameter")
+                raise ValueError(f"{_quoted(parameters & variables)}: a variable and a parameter")
             unused = (parameters | variables) - parse(model, parameters | variables).names()
             if unused:
-                raise ValueError(f"it does not have {_listed(unused)}")
+                raise ValueError(f"it does not have {_quoted(unused)}")
         return model
 
     @property
@@ -145,5 +145,5 @@ class ExpressionSettings(WeightedSettings):
         return parse(self.model, {*self.start, *self.over})
 
 
-def _listed(names: set[str]) -> str:
+def _quoted(names: set[str]) -> str:
     return ", ".join(f"'{name[:20]}'" for name in sorted(names))

@@ -13,7 +13,7 @@ def number(cell: str, decimal: str) -> float | None:
     if other in text or "_" in text:
         return None
     try:
-        found = float(text.replace(",", "."))
+        value = float(text.replace(",", "."))
     except ValueError:
         return None
-    return found if math.isfinite(found) else None
+    return value if math.isfinite(value) else None

@@ -14,6 +14,7 @@ from rigrunner_plugins.importers.cells import number
 from rigrunner_plugins.importers.finding import position
 
 if TYPE_CHECKING:
+    from _csv import Reader
     from collections.abc import Iterator, Mapping, Sequence
     from pathlib import Path
 
@@ -53,9 +54,9 @@ def read_csv(
                 next(file, "")
             reader = csv.reader(file, delimiter=delimiter)
             header = [name.strip() for name in next(reader, [])] if table.header else []
-            where = _find(columns, header, path, table)
-            rows = _rows(reader, list(where.values()), len(header), path, table)
-            samples = np.array(list(rows), dtype=np.float64).reshape(-1, len(where))
+            index_of = _find(columns, header, path, table)
+            rows = _rows(reader, list(index_of.values()), len(header), path, table)
+            samples = np.array(list(rows), dtype=np.float64).reshape(-1, len(index_of))
     except UnicodeError as error:
         raise DataError(f"is not {table.encoding}", location=Location(str(path))) from error
     except csv.Error as error:
@@ -67,8 +68,8 @@ def read_csv(
     if not len(samples):
         raise DataError("has no row of numbers", location=Location(str(path)))
     return {
-        name: Column(samples[:, at], _unit(header[index]) if header else "")
-        for at, (name, index) in enumerate(where.items())
+        name: Column(samples[:, place], _unit(header[index]) if header else "")
+        for place, (name, index) in enumerate(index_of.items())
     }
 
 
@@ -79,8 +80,8 @@ def encoding_of(name: str) -> str:
 
 def _unit(name: str) -> str:
     """Return the unit at the end of a column's name; '' where none is stated."""
-    found = [each[1].strip() for pattern in _UNITS if (each := pattern.search(name))]
-    return next((each for each in found if find_unit(each)), "")
+    units = [match[1].strip() for pattern in _UNITS if (match := pattern.search(name))]
+    return next((unit for unit in units if find_unit(unit)), "")
 
 
 def _find(
@@ -88,12 +89,12 @@ def _find(
 ) -> Mapping[str, int]:
     """Return the index of each wanted column; without a header, numbers alone are known."""
     place = Location(str(path), table.skip_lines + 1)
-    found = {}
+    index_of = {}
     for wanted, column in columns.items():
         if table.header:
-            found[wanted] = position(wanted, column, header, place)
+            index_of[wanted] = position(wanted, column, header, place)
         elif isinstance(column, int):
-            found[wanted] = column - 1
+            index_of[wanted] = column - 1
         else:
             raise NotInFileError(
                 f"the column '{column}' of '{wanted}' is not there: the file names no columns",
@@ -101,19 +102,19 @@ def _find(
                 location=place,
                 hint="give its number instead",
             )
-    return found
+    return index_of
 
 
 def _rows(
-    reader: Iterator[list[str]], indices: list[int], width: int, path: Path, table: TableSettings
+    reader: Reader, indices: list[int], width: int, path: Path, table: TableSettings
 ) -> Iterator[list[float]]:
     """Yield the wanted numbers of each row; `width` is how many names there are, or 0."""
-    first = table.skip_lines + 1 + table.header
-    # Without names nothing else tells how many columns there are: all rows may be split alike.
+    # Without names the number of columns is not known: all rows may be split alike.
     expected = width or table.columns or max(indices) + 1
-    for line, row in enumerate(reader, first):
+    for row in reader:
         if not row:
             continue
+        line = table.skip_lines + reader.line_num  # a quoted cell may take several lines
         if len(row) <= max(indices):
             raise DataError(
                 f"has {len(row)} columns, {max(indices) + 1} are needed",
@@ -134,12 +135,12 @@ def _rows(
             )
         numbers = []
         for index in indices:
-            found = number(row[index], table.decimal)
-            if found is None:
+            value = number(row[index], table.decimal)
+            if value is None:
                 raise DataError(
                     f"'{row[index][:40]}' is not a number with '{table.decimal}' as decimal mark",
                     location=Location(str(path), line),
                     hint="see 'decimal' and 'delimiter' in the settings",
                 )
-            numbers.append(found)
+            numbers.append(value)
         yield numbers

@@ -53,33 +53,33 @@ def read_hdf5(path: Path, columns: Mapping[str, int | str], group: str) -> dict[
 
 def _column(file: h5py.File, wanted: str, name: str, path: Path) -> Column:
     try:
-        found = file[name]
+        node = file[name]
     except KeyError:
-        parent, _, last = name.rpartition("/")
-        beside = file.get(parent or "/")
+        parent, _, leaf = name.rpartition("/")
+        siblings = file.get(parent or "/")
         hint = f"there is no group '{parent}'"
-        if isinstance(beside, h5py.Group):
-            hint = near(last, names_in(beside), f"in '{parent or '/'}'")
+        if isinstance(siblings, h5py.Group):
+            hint = near(leaf, names_in(siblings), f"in '{parent or '/'}'")
         raise NotInFileError(
             f"the dataset '{name}' of '{wanted}' is not there",
             wanted=wanted,
             location=Location(str(path)),
             hint=hint,
         ) from None
-    if not isinstance(found, h5py.Dataset) or found.ndim != 1 or found.dtype.kind not in "iuf":
+    if not isinstance(node, h5py.Dataset) or node.ndim != 1 or node.dtype.kind not in "iuf":
         raise _bad(path, name, "is not a list of numbers")
-    if found.file.filename != file.filename or found.is_virtual or found.external:
+    if node.file.filename != file.filename or node.is_virtual or node.external:
         raise _bad(path, name, "is kept in another file")
-    if has_damaged_chunk(found):
+    if has_damaged_chunk(node):
         raise _bad(path, name, "is damaged")
-    packed = [each for each in _PACKED if each in found.attrs]
+    packed = [key for key in _PACKED if key in node.attrs]
     if packed:
         raise _bad(path, name, f"is packed, which is not read: it has the attribute {packed[0]}")
-    samples = found[...]
-    for each in _MISSING:
-        if each in found.attrs and np.isin(samples, found.attrs[each]).any():
-            raise _bad(path, name, f"has missing values: {found.attrs[each]}, its {each}")
-    return Column(numbers(samples, f"the dataset '{name}'", path), _unit(found))
+    samples = node[...]
+    for key in _MISSING:
+        if key in node.attrs and np.isin(samples, node.attrs[key]).any():
+            raise _bad(path, name, f"has missing values: {node.attrs[key]}, its {key}")
+    return Column(numbers(samples, f"the dataset '{name}'", path), _unit(node))
 
 
 def has_damaged_chunk(dataset: h5py.Dataset) -> bool:
@@ -103,10 +103,10 @@ def names_in(group: h5py.Group) -> list[str]:
 def _unit(dataset: h5py.Dataset) -> str:
     """Return the unit that the file states; '' where it states none, or in no text."""
     for name in ("units", "unit", "Units", "Unit"):
-        found = dataset.attrs.get(name, "")
-        if isinstance(found, np.ndarray) and found.size == 1:  # as MATLAB writes a text
-            found = found.item()
-        text = found.decode("utf-8", "replace") if isinstance(found, bytes) else found
+        value = dataset.attrs.get(name, "")
+        if isinstance(value, np.ndarray) and value.size == 1:  # as MATLAB writes a text
+            value = value.item()
+        text = value.decode("utf-8", "replace") if isinstance(value, bytes) else value
         if isinstance(text, str) and text:
             return text
     return ""

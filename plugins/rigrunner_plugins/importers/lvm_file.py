@@ -15,9 +15,9 @@ from rigrunner_plugins.importers.cells import number
 from rigrunner_plugins.importers.csv_file import encoding_of
 from rigrunner_plugins.importers.finding import position
 from rigrunner_plugins.importers.lvm_header import (
+    content_lines,
     read_file_header,
     read_segment_header,
-    said,
 )
 
 if TYPE_CHECKING:
@@ -40,35 +40,35 @@ def segment_range(group: str) -> range | None:
         return None
     if group == "all":
         return range(1, ALL + 1)
-    found = re.fullmatch(r"([1-9][0-9]{0,5})(?:-([1-9][0-9]{0,5}))?", group, re.ASCII)
-    if found is None or int(found[2] or found[1]) < int(found[1]):
+    match = re.fullmatch(r"([1-9][0-9]{0,5})(?:-([1-9][0-9]{0,5}))?", group, re.ASCII)
+    if match is None or int(match[2] or match[1]) < int(match[1]):
         hint = "such as 3, 1-20, or all"
         raise NotInFileError(f"'{group[:40]}' names no segments", hint=hint)
-    return range(int(found[1]), int(found[2] or found[1]) + 1)
+    return range(int(match[1]), int(match[2] or match[1]) + 1)
 
 
-def joined(segments: Sequence[dict[str, Column]], place: Location) -> dict[str, Column]:
+def join_segments(segments: Sequence[dict[str, Column]], place: Location) -> dict[str, Column]:
     """Return the columns of a recording that LabVIEW wrote as segments, and when each begins."""
     if len(segments) == 1:
         return segments[0]
-    whole = {}
+    recording = {}
     for name, first in segments[0].items():
-        columns = [each[name] for each in segments]
-        for segment, each in enumerate(columns[1:], 2):
-            if (each.unit, each.interval_s) != (first.unit, first.interval_s):
+        columns = [segment[name] for segment in segments]
+        for segment, column in enumerate(columns[1:], 2):
+            if (column.unit, column.interval_s) != (first.unit, first.interval_s):
                 what = f"segment {segment} of '{name}' has another unit or interval than the first"
                 raise DataError(what, location=place)
-        ends = np.cumsum([len(each.values) for each in columns])
-        begun = [_begun(name, each, place) for each in columns]
-        whole[name] = replace(
+        ends = np.cumsum([len(column.values) for column in columns])
+        starts = [_start_of(name, column, place) for column in columns]
+        recording[name] = replace(
             first,
-            values=np.concatenate([each.values for each in columns]),
-            goes=tuple(zip(ends[:-1].tolist(), begun[1:], strict=True)),
+            values=np.concatenate([column.values for column in columns]),
+            goes=tuple(zip(ends[:-1].tolist(), starts[1:], strict=True)),
         )
-    return whole
+    return recording
 
 
-def _begun(name: str, column: Column, place: Location) -> datetime:
+def _start_of(name: str, column: Column, place: Location) -> datetime:
     if column.started is None:
         raise DataError(
             f"'{name}' does not say when each segment began, so gaps cannot be detected",
@@ -108,29 +108,29 @@ class LvmImporter:
             raise DataError(f"cannot be read: {error.strerror or error}", location=place) from error
 
     def _read(
-        self, file: TextIO, name: str, columns: Mapping[str, int | str], wanted: range | None
+        self, file: TextIO, name: str, columns: Mapping[str, int | str], selection: range | None
     ) -> dict[str, Column]:
-        lines = said(file)
+        lines = content_lines(file)
         header = read_file_header(lines, name, self.settings)
-        found: list[dict[str, Column]] = []
+        parts: list[dict[str, Column]] = []
         count, segments = 0, _Segments(lines, name, header)
         for segment in segments:
             count += 1
-            if count in (wanted or (1,)):
-                found.append(_columns(segment, segments.rows(), name, header, columns))
+            if count in (selection or (1,)):
+                parts.append(_columns(segment, segments.rows(), name, header, columns))
         if not count:
             raise NotInFileError(
                 "the file has no segment: it holds a header alone", location=Location(name)
             )
-        last = wanted and wanted.stop - 1
-        if (last is None and count > 1) or (last != ALL and (last or 1) > count) or not found:
+        last = selection and selection.stop - 1
+        if (last is None and count > 1) or (last != ALL and (last or 1) > count) or not parts:
             raise NotInFileError(
                 f"there is no segment {last}" if last else "no segment is named",
                 location=Location(name),
                 hint=f"there are {count}: give one as 'group', from 1 to {count}, or"
                 " those that follow each other, such as 2-30, or all",
             )
-        return joined(found, Location(name))
+        return join_segments(parts, Location(name))
 
 
 class _Segments:
@@ -143,7 +143,7 @@ class _Segments:
         self._next: Line | None = None
 
     def __iter__(self) -> Iterator[SegmentHeader]:
-        """Yield each header; the rows that nobody asked for are passed over."""
+        """Yield each header; rows that were not read are skipped."""
         while first := self._next or next(self._lines, None):
             self._next = None
             yield read_segment_header(first, self._lines, self._file, self._header)
@@ -167,13 +167,13 @@ def _columns(
     columns: Mapping[str, int | str],
 ) -> dict[str, Column]:
     place = Location(file, segment.line)
-    where = {
+    index_of = {
         wanted: position(wanted, column, segment.names, place) for wanted, column in columns.items()
     }
-    cells = _cells(rows, file, header, segment, list(where.values()))
-    timed = any(segment.names[index] == _X for index in where.values())
-    found = {}
-    for (wanted, index), values in zip(where.items(), cells, strict=True):
+    cells = _cells(rows, file, header, segment, list(index_of.values()))
+    timed = any(segment.names[index] == _X for index in index_of.values())
+    result = {}
+    for (wanted, index), values in zip(index_of.items(), cells, strict=True):
         name, stated = segment.names[index], segment.samples(index)
         if stated is not None and (len(values) < stated or (len(values) > stated and not timed)):
             raise DataError(
@@ -187,37 +187,37 @@ def _columns(
         if not values:
             raise DataError(f"the column '{name}' is empty", location=place)
         interval_s, within_s = segment.interval(index, header.decimal)
-        found[wanted] = Column(
+        result[wanted] = Column(
             np.array(values),
             unit=segment.of("Y_Unit_Label", index),
             interval_s=interval_s,
             interval_within_s=within_s,
-            started=segment.started(index),
+            started=segment.start_time(index),
             offset_s=number(segment.of("X0", index), header.decimal) or 0.0,
         )
-    return found
+    return result
 
 
 def _cells(
-    rows: Iterable[Line], file: str, header: FileHeader, segment: SegmentHeader, wanted: list[int]
+    rows: Iterable[Line], file: str, header: FileHeader, segment: SegmentHeader, indices: list[int]
 ) -> list[list[float]]:
     """Return the numbers of the wanted columns; a column that has ended may not continue."""
-    found: list[list[float]] = [[] for _ in wanted]
-    ended = [False] * len(wanted)
+    columns: list[list[float]] = [[] for _ in indices]
+    ended = [False] * len(indices)
     for line, text in rows:
         cells = text.split(header.separator)
-        for at, index in enumerate(wanted):
+        for place, index in enumerate(indices):
             cell = cells[index] if index < len(cells) else ""
             if not cell.strip():
-                ended[at] = True
+                ended[place] = True
                 continue
-            value = None if ended[at] else number(cell, header.decimal)
+            value = None if ended[place] else number(cell, header.decimal)
             if value is None:
                 problem = (
                     f"'{segment.names[index]}' continues after an empty cell"
-                    if ended[at]
+                    if ended[place]
                     else f"'{cell[:40]}' is not a number with '{header.decimal}' as decimal mark"
                 )
                 raise DataError(problem, location=Location(file, line))
-            found[at].append(value)
-    return found
+            columns[place].append(value)
+    return columns

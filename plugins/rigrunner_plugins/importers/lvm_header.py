@@ -40,7 +40,7 @@ class FileHeader:
 
 @dataclass(frozen=True)
 class SegmentHeader:
-    """What a segment says of itself: tag to the cells of its line, and the columns' names."""
+    """The header of a segment: the cells of each tag's line, and the names of the columns."""
 
     line: int
     tags: Mapping[str, Sequence[str]]
@@ -48,11 +48,11 @@ class SegmentHeader:
     """Of all columns but the comments, those of X values included."""
 
     def of(self, tag: str, column: int) -> str:
-        """Return what a tag says of a column; '' where it says nothing."""
+        """Return the value of a tag for a column; '' if there is none."""
         cells = self.tags.get(tag, ())
         return cells[column].strip() if column < len(cells) else ""
 
-    def started(self, column: int) -> datetime | None:
+    def start_time(self, column: int) -> datetime | None:
         """Return when the column's first sample was taken, in local time."""
         day = self.of("Date", column)
         time, _, decimals = self.of("Time", column).replace(",", ".").partition(".")
@@ -69,19 +69,19 @@ class SegmentHeader:
         if self.of("X_Dimension", column) not in {"Time", ""} or not seconds or seconds < 0:
             return None, 0.0
         # What was rounded is off by half of its last digit at most.
-        found = re.fullmatch(r"\s*[0-9]*(?:[.,]([0-9]*))?(?:[eE]([+-]?[0-9]{1,3}))?\s*", text)
-        if found is None:
+        match = re.fullmatch(r"\s*[0-9]*(?:[.,]([0-9]*))?(?:[eE]([+-]?[0-9]{1,3}))?\s*", text)
+        if match is None:
             return seconds, 0.0
-        return seconds, 0.5 * 10.0 ** (int(found[2] or 0) - len(found[1] or ""))
+        return seconds, 0.5 * 10.0 ** (int(match[2] or 0) - len(match[1] or ""))
 
     def samples(self, column: int) -> int | None:
-        """Return how many samples the column has, as the header says."""
+        """Return the number of samples of the column by the header."""
         text = self.of("Samples", column)
         return int(text) if text.isascii() and text.isdigit() else None
 
 
-def said(file: Iterable[str]) -> Iterator[Line]:
-    """Yield the lines that say something: blank ones and special blocks are passed over."""
+def content_lines(file: Iterable[str]) -> Iterator[Line]:
+    """Yield the lines with content: blank ones and special blocks are skipped."""
     special = False
     for number_, line in enumerate(file, 1):
         text = line.rstrip("\r\n")

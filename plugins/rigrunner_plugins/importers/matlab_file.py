@@ -68,23 +68,23 @@ class MatlabImporter:
 
 def _place(wanted: str, column: int | str, group: str) -> _Place:
     text = f"{group}.{column}" if group else str(column)
-    found = _PATH.fullmatch(text)
-    if found is None:
+    match = _PATH.fullmatch(text)
+    if match is None:
         raise NotInFileError(
             f"'{text}' of '{wanted}' names nothing in a MATLAB file",
             wanted=wanted,
             hint="such as x, recording.x, or data(:,2)",
         )
-    return _Place(text, tuple(found[1].split(".")), int(found[2]) if found[2] else None)
+    return _Place(text, tuple(match[1].split(".")), int(match[2]) if match[2] else None)
 
 
 def _values(root: Node, wanted: str, place: _Place, path: Path) -> NDArray[np.float64]:
     node, what = root, f"'{place.text}'"
     for depth, name in enumerate(place.names):
         if name not in node.names():
-            whole = ".".join(place.names[: depth + 1])
+            full_name = ".".join(place.names[: depth + 1])
             raise NotInFileError(
-                f"'{whole}' of '{wanted}' is not there",
+                f"'{full_name}' of '{wanted}' is not there",
                 wanted=wanted,
                 location=Location(str(path)),
                 hint=near(name, node.names(), "there are"),
@@ -92,20 +92,20 @@ def _values(root: Node, wanted: str, place: _Place, path: Path) -> NDArray[np.fl
         node = node.member(name)
     if node.kind != "numbers":
         raise DataError(f"{what} is {node.kind}, not numbers", location=Location(str(path)))
-    found = node.array()
-    if found.ndim != 2:  # noqa: PLR2004  (rows and columns)
-        raise DataError(f"{what} has {found.ndim} dimensions", location=Location(str(path)))
+    matrix = node.array()
+    if matrix.ndim != 2:  # noqa: PLR2004  (rows and columns)
+        raise DataError(f"{what} has {matrix.ndim} dimensions", location=Location(str(path)))
     if place.number is not None:
-        if not 1 <= place.number <= found.shape[1]:
+        if not 1 <= place.number <= matrix.shape[1]:
             raise DataError(
-                f"{what} is not there: the matrix has {found.shape[1]} columns",
+                f"{what} is not there: the matrix has {matrix.shape[1]} columns",
                 location=Location(str(path)),
             )
-        return numbers(found[:, place.number - 1], what, path)
-    if 1 not in found.shape and found.size:
+        return numbers(matrix[:, place.number - 1], what, path)
+    if 1 not in matrix.shape and matrix.size:
         raise DataError(
-            f"{what} is a matrix of {found.shape[0]} x {found.shape[1]}",
+            f"{what} is a matrix of {matrix.shape[0]} x {matrix.shape[1]}",
             location=Location(str(path)),
             hint=f"say which of its columns: {place.text}(:,1)",
         )
-    return numbers(found.reshape(-1), what, path)
+    return numbers(matrix.reshape(-1), what, path)

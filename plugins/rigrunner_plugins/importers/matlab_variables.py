@@ -39,7 +39,7 @@ _TYPES = {*range(1, 8), 9, *range(12, 19)}
 """Those of the data elements of version 5 (MAT-File Format, table 1-1)."""
 _BEGINS, _ORDER = 128, slice(126, 128)
 _MOST_BYTES = 2**30
-"""Of a packed variable, that are looked at."""
+"""The most bytes of a packed variable that are checked."""
 _LIST_CLASSES = {1, 2, 3}
 """Of cells, structures and objects."""
 _AT_DIMENSIONS = 24
@@ -76,7 +76,7 @@ class Node(Protocol):
 
 @contextmanager
 def open_variables(path: Path) -> Iterator[Node]:
-    """Give the variables of a file; nothing is read before it is asked for."""
+    """Give the variables of a file; each is read on request only."""
     with path.open("rb") as file:
         file.seek(_HDF5_AT)
         is_hdf5 = file.read(len(_HDF5_BEGINS)) == _HDF5_BEGINS
@@ -86,7 +86,7 @@ def open_variables(path: Path) -> Iterator[Node]:
         return
     _refuse_damaged(path)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of scipy, on variables that nobody asked for
+        warnings.simplefilter("ignore")  # of scipy, on variables that are not requested
         yield _File5(path)
 
 
@@ -97,14 +97,14 @@ def _refuse_damaged(path: Path) -> None:
         return
     order = "<" if content[_ORDER] == b"IM" else ">"
     try:
-        found = _damage(memoryview(content)[_BEGINS:], order)
+        damage = _damage(memoryview(content)[_BEGINS:], order)
     except (zlib.error, RecursionError, struct.error) as error:
         raise DataError(
             "is not a MATLAB file, or is damaged", location=Location(str(path))
         ) from error
-    if found:
+    if damage:
         raise DataError(
-            f"is not a MATLAB file, or is damaged: {found}", location=Location(str(path))
+            f"is not a MATLAB file, or is damaged: {damage}", location=Location(str(path))
         )
 
 
@@ -113,12 +113,12 @@ def _damage(data: memoryview | bytes, order: str, *, nested: bool = False) -> st
 
     The data of a list that is not `nested` are not read.
     """
-    at = 0
-    while at + 8 <= len(data):
-        kind, size = struct.unpack_from(f"{order}II", data, at)
-        begins = at + 8
+    position = 0
+    while position + 8 <= len(data):
+        kind, size = struct.unpack_from(f"{order}II", data, position)
+        begins = position + 8
         if kind >> 16:  # a small element: size and type in four bytes, and the data in four
-            kind, size, begins = kind & 0xFFFF, 4, at + 4
+            kind, size, begins = kind & 0xFFFF, 4, position + 4
         if kind not in _TYPES:
             return f"it has an element of the type {kind}"
         inner = data[begins : begins + size]
@@ -127,12 +127,12 @@ def _damage(data: memoryview | bytes, order: str, *, nested: bool = False) -> st
         if kind == _MATRIX and nested and (count := _count(inner, order)) > len(inner) // 8 + _FEW:
             return f"a list in it has {count} elements in {len(inner)} bytes"
         if kind in {_MATRIX, _COMPRESSED}:
-            found = _damage(inner, order, nested=kind == _MATRIX)
-            if found:
-                return found
-        at = begins + size
+            damage = _damage(inner, order, nested=kind == _MATRIX)
+            if damage:
+                return damage
+        position = begins + size
         # All elements but packed ones are filled up to a multiple of 8 bytes.
-        at += 0 if kind == _COMPRESSED else -at % 8
+        position += 0 if kind == _COMPRESSED else -position % 8
     return ""
 
 
@@ -156,14 +156,14 @@ class _File5:
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        found = whosmat(path)
-        names = [name for name, _, _ in found]
+        table = whosmat(path)
+        names = [name for name, _, _ in table]
         twice = next((name for name in names if names.count(name) > 1), None)
         if twice is not None:
             raise DataError(f"the variable '{twice}' is given twice", location=Location(str(path)))
         self._names = names
         self._lists = {
-            name: _LISTS[kind] for name, shape, kind in found if kind in _LISTS and prod(shape) > 1
+            name: _LISTS[kind] for name, shape, kind in table if kind in _LISTS and prod(shape) > 1
         }
 
     def names(self) -> Sequence[str]:
@@ -216,8 +216,8 @@ class _Hdf5Node:
 
     @property
     def kind(self) -> str:
-        made = self._node.attrs.get("MATLAB_class", b"")
-        name = made.decode("ascii", "replace") if isinstance(made, bytes) else str(made)
+        raw = self._node.attrs.get("MATLAB_class", b"")
+        name = raw.decode("ascii", "replace") if isinstance(raw, bytes) else str(raw)
         if isinstance(self._node, h5py.Group):
             return _WORDS["struct"]
         if "MATLAB_sparse" in self._node.attrs:
@@ -233,10 +233,10 @@ class _Hdf5Node:
         return [name for name in names_in(self._node) if not name.startswith("#")]
 
     def member(self, name: str) -> Node:
-        found = self._node[name]
-        if found.file.filename != self._node.file.filename:
+        node = self._node[name]
+        if node.file.filename != self._node.file.filename:
             raise DataError(f"'{name}' is kept in another file")
-        return _Hdf5Node(found)
+        return _Hdf5Node(node)
 
     def array(self) -> NDArray[np.generic]:
         if self._node.attrs.get("MATLAB_empty", 0):

@@ -25,7 +25,7 @@ try:
     import nptdms
     from nptdms.log import log_manager
 
-    from rigrunner_plugins.importers.tdms_segments import goes_of, is_number, segment_ends, started
+    from rigrunner_plugins.importers.tdms_segments import goes_of, is_number, segment_ends, utc_time
 except ImportError as error:
     raise MissingPackageError(
         "TDMS files need the package npTDMS", hint="pip install 'rigrunner[tdms]'"
@@ -56,26 +56,26 @@ class TdmsImporter:
         self, path: Path, columns: Mapping[str, int | str], group: str
     ) -> Mapping[str, Column]:
         """Return the wanted columns; see `rigrunner.api.importing.Importer`."""
-        with _opened(path) as (file, ends):
+        with _open(path) as (file, ends):
             members = _group(file, group, path)
-            found = {
+            channels = {
                 wanted: _channel(file, members, str(column), wanted, path)
                 for wanted, column in columns.items()
             }
             return {
                 wanted: _column(file, channel, path, goes_of(path, ends, channel))
-                for wanted, channel in found.items()
+                for wanted, channel in channels.items()
             }
 
 
 @contextmanager
-def _opened(path: Path) -> Iterator[tuple[nptdms.TdmsFile, list[int]]]:
+def _open(path: Path) -> Iterator[tuple[nptdms.TdmsFile, list[int]]]:
     """Give the file, and where its segments end.
 
-    Its index file is not looked at, which may be of another recording.
+    Its index file is ignored, which may be of another recording.
     """
     place, log_level = Location(str(path)), log_manager.log_level
-    # npTDMS would write to the terminal: what it warns of is told as an error.
+    # npTDMS would write to the terminal: its warnings are raised as errors here.
     log_manager.set_level(logging.CRITICAL)
     try:
         with path.open("rb") as source:
@@ -95,7 +95,7 @@ def _opened(path: Path) -> Iterator[tuple[nptdms.TdmsFile, list[int]]]:
 
 
 def _group(file: nptdms.TdmsFile, name: str, path: Path) -> nptdms.TdmsGroup:
-    groups = {each.name: each for each in file.groups()}
+    groups = {group.name: group for group in file.groups()}
     if name in groups:
         return groups[name]
     if not name and len(groups) == 1:
@@ -110,7 +110,7 @@ def _group(file: nptdms.TdmsFile, name: str, path: Path) -> nptdms.TdmsGroup:
 def _channel(
     file: nptdms.TdmsFile, group: nptdms.TdmsGroup, name: str, wanted: str, path: Path
 ) -> nptdms.TdmsChannel:
-    channels = {each.name: each for each in group.channels()}
+    channels = {channel.name: channel for channel in group.channels()}
     place, what = Location(str(path)), f"the channel '{group.name}/{name}'"
     if name not in channels:
         raise NotInFileError(
@@ -148,7 +148,7 @@ def _column(
         numbers(np.asarray(channel[:]), what, path),
         unit=str(channel.properties.get("unit_string", "")),
         interval_s=_interval_s(channel),
-        started=goes[0][1] if goes else started(channel.properties.get("wf_start_time")),
+        started=goes[0][1] if goes else utc_time(channel.properties.get("wf_start_time")),
         offset_s=float(offset_s) if is_number(offset_s) and not goes else 0.0,
         goes=goes[1:],
     )
@@ -156,17 +156,17 @@ def _column(
 
 def _scales(file: nptdms.TdmsFile, channel: nptdms.TdmsChannel) -> set[str]:
     """Return the types of the scales that apply: of the channel, else of its group or the file."""
-    for of in (channel, file[channel.group_name], file):
-        found = {each for key, each in of.properties.items() if _SCALE_TYPE.fullmatch(key)}
-        if found and of.properties.get("NI_Scaling_Status") != "scaled":
-            return found
+    for owner in (channel, file[channel.group_name], file):
+        types = {kind for key, kind in owner.properties.items() if _SCALE_TYPE.fullmatch(key)}
+        if types and owner.properties.get("NI_Scaling_Status") != "scaled":
+            return types
     return set()
 
 
 def _interval_s(channel: nptdms.TdmsChannel) -> float | None:
     """Return the interval of the samples; None where there is none, as of a spectrum."""
     increment = channel.properties.get("wf_increment")
-    known = find_unit(str(channel.properties.get("wf_xunit_string") or "s"))
-    if known is None or known.dimension != "time" or not is_number(increment) or increment <= 0:
+    x_unit = find_unit(str(channel.properties.get("wf_xunit_string") or "s"))
+    if x_unit is None or x_unit.dimension != "time" or not is_number(increment) or increment <= 0:
         return None
-    return float(increment) * known.factor
+    return float(increment) * x_unit.factor

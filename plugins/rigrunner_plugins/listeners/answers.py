@@ -1,4 +1,4 @@
-"""What a receiver answers: it may take so long and be so large, and is not read further.
+"""Answers of receivers, limited in time and size.
 
 The libraries bound each read, but not how many there are: an answer that never ends would take a
 core, or all memory, of the process that runs the test.

@@ -39,8 +39,8 @@ def apprise(settings: AppriseSettings) -> Notifier:
             )
 
     def deliver(message: Message) -> None:
-        told = {"title": message.title, "body": message.body, "notify_type": _TYPES[message.kind]}
-        if not services.notify(**told, body_format=NotifyFormat.TEXT):  # no name is HTML
+        fields = {"title": message.title, "body": message.body, "notify_type": _TYPES[message.kind]}
+        if not services.notify(**fields, body_format=NotifyFormat.TEXT):  # no name is HTML
             raise DeliveryError("a service did not accept it")
 
     return Notifier("apprise", settings, deliver)

@@ -52,7 +52,7 @@ def mail(settings: MailSettings) -> Notifier:
         letter["Auto-Submitted"] = "auto-generated"
         letter.set_content(message.body)
         try:
-            with _connected(settings) as server:
+            with _connect(settings) as server:
                 if settings.user:
                     server.login(settings.user, password)
                 server.send_message(letter)
@@ -67,7 +67,7 @@ def mail(settings: MailSettings) -> Notifier:
     return Notifier("mail", settings, deliver)
 
 
-def _connected(settings: MailSettings) -> smtplib.SMTP:
+def _connect(settings: MailSettings) -> smtplib.SMTP:
     host, port, timeout = settings.host, settings.port, settings.timeout
     if settings.security == "tls":
         checked = ssl.create_default_context()

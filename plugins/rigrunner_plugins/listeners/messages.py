@@ -1,4 +1,4 @@
-"""What of a run is reported to people who are away, and in which words."""
+"""The messages about a run to people who are away."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 VERSION = 1
 DISK_EVERY_S = 30.0
-"""Time between two looks at the disk: a recording fills no 5 GB, the usual limit, so soon."""
+"""Time between two checks of the disk: no recording fills 5 GB, the usual limit, so soon."""
 OF_LISTENERS = "event sink"
 """The source of an alarm that a listener failed: it is not reported by listeners."""
 _TITLES: dict[When, str] = {
@@ -44,7 +44,7 @@ _TITLES: dict[When, str] = {
 
 @dataclass(frozen=True, kw_only=True)
 class Message:
-    """One thing that somebody is to hear of."""
+    """One message about a run."""
 
     kind: When
     utc: str
@@ -59,7 +59,7 @@ class Message:
     @property
     def title(self) -> str:
         """One line for a subject."""
-        what = ", ".join(each for each in (self.outcome, self.verdict) if each)
+        what = ", ".join(text for text in (self.outcome, self.verdict) if text)
         about = f" ({what})" if what else ""
         of = f" - {self.specimen}" if self.specimen else ""
         return " ".join(f"{self.station}: {_TITLES[self.kind]}{about}{of}".split())
@@ -68,8 +68,8 @@ class Message:
     def body(self) -> str:
         """The same as lines, for people."""
         time_of_day = f"{self.utc[:10]} {self.utc[11:19]} UTC"
-        known = {"Procedure": self.procedure, "Run": self.run, "Time": time_of_day}
-        return "\n".join([self.text, "", *(f"{key}: {each}" for key, each in known.items())])
+        facts = {"Procedure": self.procedure, "Run": self.run, "Time": time_of_day}
+        return "\n".join([self.text, "", *(f"{key}: {value}" for key, value in facts.items())])
 
     def document(self) -> dict[str, Any]:
         """Return it as JSON values, for programs."""
@@ -119,46 +119,46 @@ class Rules:
             case Intervention(action="pause"):
                 self._wait(event, f"The run is paused by {event.by}: {event.reason}")
             case Alarm() if event.source != OF_LISTENERS:
-                yield from self._made("alarm", event, f"{event.source}: {event.text}")
+                yield from self._messages("alarm", event, f"{event.source}: {event.text}")
             case MadeSafe() if event.problems:
                 text = f"{event.what} may not be safe: {'; '.join(event.problems)}"
-                yield from self._made("alarm", event, text)
+                yield from self._messages("alarm", event, text)
             case Answer() | Intervention() | StepStarted() | StepEnded():
                 self.waiting = None
             case RunEnded():
                 self.waiting, self._ended = None, event
             case RunFinished():
-                yield from self._finished(event)
+                yield from self._end_message(event)
         yield from self._disk(event)
 
     def last(self) -> Iterator[Message]:
-        """Yield the end of a run of which no more came than that it ended."""
+        """Yield the end of a run that sent RunEnded and no RunFinished."""
         if self._ended is not None:
-            yield from self._finished(self._ended)
+            yield from self._end_message(self._ended)
 
-    def _finished(self, event: RunFinished | RunEnded) -> Iterator[Message]:
+    def _end_message(self, event: RunFinished | RunEnded) -> Iterator[Message]:
         self._ended = None
         text = f"The run ended: {event.outcome}{f', {event.reason}' if event.reason else ''}."
         verdict = getattr(event, "verdict", "")
         text += f" Verdict: {verdict}." if verdict else ""
-        yield from self._made("run_ended", event, text, str(event.outcome), verdict)
+        yield from self._messages("run_ended", event, text, str(event.outcome), verdict)
 
     def _wait(self, event: Event, text: str) -> None:
-        self.waiting = next(self._made("waits_for_answer", event, text), None)
+        self.waiting = next(self._messages("waits_for_answer", event, text), None)
 
     def _due(self, event: RunPlanned) -> Iterator[Message]:
         today = date.fromisoformat(event.utc[:10])
-        left = {name: (date.fromisoformat(each) - today).days for name, each in event.due.items()}
+        left = {name: (date.fromisoformat(due) - today).days for name, due in event.due.items()}
         lines = [
             f"{name}: calibration {'is' if days >= 0 else 'was'} due on {event.due[name]}"
-            for name, days in sorted(left.items(), key=lambda each: each[1])
+            for name, days in sorted(left.items(), key=lambda item: item[1])
             if days <= self._settings.calibration_due_days
         ]
         if lines:
-            yield from self._made("calibration_due", event, "\n".join(lines))
+            yield from self._messages("calibration_due", event, "\n".join(lines))
 
     def _disk(self, event: Event) -> Iterator[Message]:
-        """Look at the disk now and then; it is reported once, and again after it had room."""
+        """Check the disk at intervals; low space is reported once, and again after a recovery."""
         now_s = self._monotonic()
         if self._run is None or now_s < self._disk_due_s:
             return
@@ -171,21 +171,21 @@ class Rules:
         if self._is_low and not was_low:
             least = f"{self._settings.disk_low_gb:g} GB"
             text = f"{free_gb:.1f} GB are free for runs, less than {least}"
-            yield from self._made("disk_low", event, text)
+            yield from self._messages("disk_low", event, text)
 
-    def _made(
+    def _messages(
         self, kind: When, event: Event, text: str, outcome: str = "", verdict: str = ""
     ) -> Iterator[Message]:
         if kind not in self._settings.on:
             return
-        known = self._run
+        run = self._run
         yield Message(
             kind=kind,
             utc=event.utc,
-            station=known.station if known else "",
+            station=run.station if run else "",
             run=self._run_id,
-            procedure=known.procedure if known else "",
-            specimen=known.inputs.get("specimen", "") if known else "",
+            procedure=run.procedure if run else "",
+            specimen=run.inputs.get("specimen", "") if run else "",
             text=text,
             outcome=outcome,
             verdict=verdict,

@@ -49,7 +49,7 @@ def mqtt(settings: MqttSettings) -> Notifier:
                 raise DeliveryError(f"the broker refused the connection: {refused[0]}")
             topic = settings.topic.replace("{station}", message.station)
             topic = topic.replace("{kind}", message.kind)
-            _confirmed(client, topic, message, settings.timeout)
+            _publish(client, topic, message, settings.timeout)
             client.disconnect()
         finally:
             client.loop_stop()
@@ -57,12 +57,12 @@ def mqtt(settings: MqttSettings) -> Notifier:
     return Notifier("mqtt", settings, deliver)
 
 
-def _confirmed(client: Any, topic: str, message: Message, timeout_s: float) -> None:
+def _publish(client: Any, topic: str, message: Message, timeout_s: float) -> None:
     """Publish a message; raise DeliveryError where the broker does not confirm it in time."""
-    told = client.publish(topic, json.dumps(message.document()), qos=AT_LEAST_ONCE)
+    receipt = client.publish(topic, json.dumps(message.document()), qos=AT_LEAST_ONCE)
     try:
-        told.wait_for_publish(timeout_s)
+        receipt.wait_for_publish(timeout_s)
     except (RuntimeError, ValueError) as error:  # in which paho says that it cannot send
         raise DeliveryError("the broker closed the connection") from error
-    if not told.is_published():
+    if not receipt.is_published():
         raise DeliveryError("the broker did not confirm it")

@@ -23,7 +23,7 @@ FIRST_PAUSE_S = 1.0
 """Between the first two tries of a message; each pause is twice the one before."""
 LONGEST_PAUSE_S = 30.0
 LAST_WORDS_S = 4.0
-"""How long is tried to send what is left when the run is over."""
+"""How long the remaining messages are tried after the run."""
 _log = logging.getLogger("rigrunner.listeners")
 
 
@@ -31,7 +31,7 @@ class DeliveryError(Exception):
     """A receiver did not take a message; the text has nothing secret."""
 
     def __init__(self, why: str, *, again: bool = True) -> None:
-        """Say why, and whether another try may help."""
+        """`again`: whether another try may help."""
         super().__init__(why)
         self.again = again
 
@@ -39,8 +39,8 @@ class DeliveryError(Exception):
 class Notifier:
     """An event sink that reports what its rules find. `deliver` sends one message, or raises.
 
-    What is not delivered is counted, and said in the log of the program: in the run's record it
-    would go onto certificates.
+    Messages that are not delivered are counted, and logged by the program: in the run's record
+    they would go onto certificates.
     """
 
     def __init__(
@@ -57,14 +57,14 @@ class Notifier:
         self._later: tuple[float, Message] | None = None
         self._works = False
         self._over_s: float | None = None
-        """When no try is made any more, by the monotonic clock; None while the run lasts."""
+        """When the last try must begin, by the monotonic clock; None while the run lasts."""
 
     def __call__(self, event: Event) -> None:
         """Take an event; return at once."""
         self._post(self._rules.take(event))
 
     def close(self) -> None:
-        """Send what is left, for LAST_WORDS_S at most; say what was not delivered."""
+        """Send the remaining messages, for LAST_WORDS_S at most; log how many are lost."""
         self._post(self._rules.last())
         with self._changed:
             self._over_s, self._later = time.monotonic() + LAST_WORDS_S, None
@@ -79,16 +79,16 @@ class Notifier:
     def _post(self, messages: Iterable[Message]) -> None:
         with self._changed:
             before = self._later
-            for each in messages:
+            for message in messages:
                 if len(self._waiting) >= MOST_WAITING:
                     self._waiting.popleft()
                     self.lost += 1
-                self._waiting.append(each)
-            wanted = self._rules.waiting
-            if wanted is None:
+                self._waiting.append(message)
+            pending = self._rules.waiting
+            if pending is None:
                 self._later = None
-            elif before is None or before[1] is not wanted:
-                self._later = time.monotonic() + self._settings.wait, wanted
+            elif before is None or before[1] is not pending:
+                self._later = time.monotonic() + self._settings.wait, pending
             if (self._waiting or self._later) and not self._works:
                 self._works = True
                 work = threading.Thread(target=self._work, name=f"to {self.__name__}", daemon=True)
@@ -121,18 +121,18 @@ class Notifier:
             try:
                 self._deliver(message)
             except DeliveryError as error:
-                why, again = str(error), error.again
+                reason, again = str(error), error.again
             except OSError as error:  # its text may hold an address with a token
-                why, again = error.strerror or type(error).__name__, True
+                reason, again = error.strerror or type(error).__name__, True
             except Exception as error:  # noqa: BLE001  (of a library: the next message may pass)
-                why, again = type(error).__name__, False
+                reason, again = type(error).__name__, False
             else:
                 return
             if not again or not self._may_again(min(FIRST_PAUSE_S * 2**number, LONGEST_PAUSE_S)):
                 break
         with self._changed:
             self.lost += 1
-        _log.warning("%s: '%s' was not delivered: %s", self.__name__, message.kind, why)
+        _log.warning("%s: '%s' was not delivered: %s", self.__name__, message.kind, reason)
 
     def _may_again(self, pause_s: float) -> bool:
         """Wait before the next try, FIRST_PAUSE_S at most once the run is over."""

@@ -6,7 +6,7 @@ from rigrunner.api import EventSinkRecord, Imported, hookimpl
 
 _SETTINGS = "rigrunner_plugins.listeners.settings"
 _NOBODY = {"attempts": 1, "timeout": "0.2 s"}
-"""A try of the plugin reaches nobody."""
+"""For a trial of the plugin, which must reach no one."""
 
 
 @hookimpl

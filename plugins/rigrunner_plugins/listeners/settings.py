@@ -44,20 +44,20 @@ class Secret(Settings):
     def read(self) -> str:
         """Return the secret without spaces around it; raise PluginError where there is none."""
         if self.env is not None:
-            found, where = os.environ.get(self.env, ""), f"the variable {self.env}"
+            secret, where = os.environ.get(self.env, ""), f"the variable {self.env}"
         else:
             where = f"the file {self.file}"
             try:
-                found = Path(str(self.file)).expanduser().read_text(encoding="utf-8")
+                secret = Path(str(self.file)).expanduser().read_text(encoding="utf-8")
             except (OSError, UnicodeDecodeError) as error:
                 hint = "write the secret into it, readable for the account that runs tests"
                 raise PluginError(
                     f"cannot read {where}: {type(error).__name__}", hint=hint
                 ) from error
-        if not found.strip():
+        if not secret.strip():
             message = f"{where} is empty or not set"
             raise PluginError(message, hint="a listener of the station needs it")
-        return found.strip()
+        return secret.strip()
 
 
 class RuleSettings(Settings):

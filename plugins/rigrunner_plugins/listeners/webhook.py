@@ -77,13 +77,13 @@ def headers(message: Message, body: bytes, key: bytes) -> dict[str, str]:
     """Return what goes with a body. Each try of a message has the same id: it counts once."""
     digest = hashlib.sha256(repr(message).encode()).hexdigest()
     name, now = f"msg_{digest[:32]}", str(int(time.time()))
-    known = {
+    fields = {
         "Content-Type": "application/json",
         "User-Agent": "rigrunner",
         "webhook-id": name,
         "webhook-timestamp": now,
     }
-    return {**known, "webhook-signature": signature(key, name, now, body)} if key else known
+    return {**fields, "webhook-signature": signature(key, name, now, body)} if key else fields
 
 
 def signature(key: bytes, name: str, timestamp: str, body: bytes) -> str:

@@ -72,5 +72,6 @@ def running_chamber(seed: int = 1) -> Iterator[Bench]:
         "*IDN?": lambda: "Rigrunner,Loopback ohmmeter,SIM-OM-01,1.0",
         "MEAS:RES?": resistance,
     }
-    with ScpiServer(of_chamber, {"SOUR:TEMP": chamber.go_to}) as one, ScpiServer(of_meter) as other:
-        yield Bench("chamber", {"chamber": one.port, "ohmmeter": other.port})
+    commands = {"SOUR:TEMP": chamber.go_to}
+    with ScpiServer(of_chamber, commands) as chamber_server, ScpiServer(of_meter) as meter:
+        yield Bench("chamber", {"chamber": chamber_server.port, "ohmmeter": meter.port})

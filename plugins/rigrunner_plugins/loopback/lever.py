@@ -81,5 +81,5 @@ def running_lever(seed: int = 1) -> Iterator[Bench]:
         "MEAS:TORQ?": lambda: f"{lever.indicated_nm + noise.normal(0, NOISE_NM):.5f}",
     }
     commands = {"SOUR:TORQ": lever.load, "SOUR:POS": lever.turn}
-    with ScpiServer(of_lever, commands) as one, ScpiServer(of_amplifier) as other:
-        yield Bench("lever", {"lever": one.port, "amplifier": other.port})
+    with ScpiServer(of_lever, commands) as lever_server, ScpiServer(of_amplifier) as amplifier:
+        yield Bench("lever", {"lever": lever_server.port, "amplifier": amplifier.port})

@@ -86,9 +86,9 @@ class GeneralizedEsd:
         the last one does.
         """
         at_most = max(1, min(self.settings.at_most, len(values) // LEAST_PER_ERROR))
-        found = list(islice(suspects("generalized_esd", values, self._suspect), at_most))
-        exceeding = [count for count, each in enumerate(found, 1) if exceeds(each)]
-        return found[: max(exceeding, default=0)]
+        rejections = list(islice(suspects("generalized_esd", values, self._suspect), at_most))
+        exceeding = [count for count, rejection in enumerate(rejections, 1) if exceeds(rejection)]
+        return rejections[: max(exceeding, default=0)]
 
     def _suspect(self, sample: Array) -> Suspect | None:
         n = len(sample)
@@ -204,14 +204,14 @@ def suspects(
 ) -> Iterator[Rejection]:
     """Yield the suspect of values of shape (n,), then that of those left, until there is none."""
     remaining = np.arange(len(values))
-    while (found := judge(values[remaining])) is not None:
-        index = int(remaining[found.position])
-        yield Rejection(index, float(values[index]), rule, found.statistic, found.critical)
-        remaining = np.delete(remaining, found.position)
+    while (suspect := judge(values[remaining])) is not None:
+        index = int(remaining[suspect.position])
+        yield Rejection(index, float(values[index]), rule, suspect.statistic, suspect.critical)
+        remaining = np.delete(remaining, suspect.position)
 
 
 def exceeds(rejection: Rejection) -> bool:
-    """Say whether a suspect's statistic is beyond its critical value."""
+    """Return whether a suspect's statistic is beyond its critical value."""
     return rejection.statistic > rejection.critical
 
 

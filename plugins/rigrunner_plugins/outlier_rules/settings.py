@@ -1,4 +1,4 @@
-"""What the rules for gross errors can be told; loads without numpy."""
+"""Settings of the rules for gross errors; loads without numpy."""
 
 from __future__ import annotations
 

@@ -26,13 +26,13 @@ def over_frequency(certificate: Certificate, wording: Wording) -> Picture | None
     symbol = certificate.method.symbol[:LONGEST]
     speed = results.motion == "start"
     mean = results.headline
-    ends = {each.frequency_hz for each in results.points}
+    ends = {point.frequency_hz for point in results.points}
     series = (
         Series.over(
-            (each.frequency_hz for each in results.points),
-            (each.torque.value for each in results.points),
+            (point.frequency_hz for point in results.points),
+            (point.torque.value for point in results.points),
             f"{symbol} ± U",
-            U=(each.torque.expanded_uncertainty for each in results.points),
+            U=(point.torque.expanded_uncertainty for point in results.points),
         ),
         Series.over(
             (min(ends), max(ends)),
@@ -61,7 +61,7 @@ def named_figures(certificate: Certificate, wording: Wording) -> dict[str, Pictu
         for name, results in wording.by_name(certificate)
         if len(results[0].coordinates) == 1
         and len(results) >= FEWEST_POINTS
-        and not any(isinstance(x.value, str) for each in results for x in each.coordinates.values())
+        and not any(isinstance(x.value, str) for at in results for x in at.coordinates.values())
     }
 
 
@@ -70,29 +70,30 @@ def _figure(certificate: Certificate, results: Sequence[NamedResult], wording: W
     ((axis, at),) = first.coordinates.items()
     symbol, unit = first.symbol or first.name, first.found.unit
     stated = certificate.conformity.statements if certificate.conformity else ()
-    own = [each for each in stated if each.named == first.name]
-    series = Series(f"{symbol} ± U", tuple(_point(each, axis, at.unit, own) for each in results))
+    limits = [statement for statement in stated if statement.named == first.name]
+    points = tuple(_point(result, axis, at.unit, limits) for result in results)
+    series = Series(f"{symbol} ± U", points)
     label = wording.texts("figure.limit")
     marks = tuple(
         Mark("y", end, name=label, is_limit=True)
-        for each in own
-        if not each.coordinates
-        for end in (each.lower, each.upper)
+        for statement in limits
+        if not statement.coordinates
+        for end in (statement.lower, statement.upper)
         if end is not None
     )
     figure = Figure("", Axis(axis, at.unit), Axis(symbol, unit), (series,), marks)
-    told = "; ".join(
-        f"{value.printed}: {each.found.printed} ± {each.found.printed_uncertainty}"
-        for each in results
-        for value in each.coordinates.values()
+    values = "; ".join(
+        f"{value.printed}: {result.found.printed} ± {result.found.printed_uncertainty}"
+        for result in results
+        for value in result.coordinates.values()
     )
     caption = wording.texts("named.figure", symbol=symbol, axis=axis)
-    alt = wording.number(f"{symbol}, {unit}. {told}.")
+    alt = wording.number(f"{symbol}, {unit}. {values}.")
     return Picture(caption, alt, (figure,), limit=label, decimal=wording.texts("decimal"))
 
 
 def _point(result: NamedResult, axis: str, symbol: str, stated: Sequence[LimitStatement]) -> Point:
-    here = (each for each in stated if each.coordinates == result.coordinates)
+    here = (statement for statement in stated if statement.coordinates == result.coordinates)
     limit = next(here, None)
     at = result.coordinates[axis]
     return Point(
@@ -106,7 +107,7 @@ def _point(result: NamedResult, axis: str, symbol: str, stated: Sequence[LimitSt
 
 def _limits(certificate: Certificate, wording: Wording) -> Iterator[Mark]:
     stated = certificate.conformity.statements if certificate.conformity else ()
-    first = next((each for each in stated if each.measurand), None)
+    first = next((statement for statement in stated if statement.measurand), None)
     if first is not None:
         label = f"{wording.texts('figure.limit')} {wording.number(first.limit[:LONGEST])}"
         for limit in (first.lower, first.upper):
@@ -118,14 +119,14 @@ def _alt(certificate: Certificate, results: Results, wording: Wording) -> str:
     points = "; ".join(
         wording.texts(
             "figure.alt.point",
-            frequency=wording.plain(each.set_frequency_hz),
-            value=wording.number(each.torque.printed),
-            u=wording.number(each.torque.printed_uncertainty),
+            frequency=wording.plain(point.set_frequency_hz),
+            value=wording.number(point.torque.printed),
+            u=wording.number(point.torque.printed_uncertainty),
         )
-        for each in results.points
+        for point in results.points
     )
-    found = wording.texts("figure.alt", symbol=certificate.method.symbol, points=points)
+    text = wording.texts("figure.alt", symbol=certificate.method.symbol, points=points)
     if certificate.conformity is None:
-        return found
+        return text
     limit = wording.number(certificate.conformity.statements[0].limit)
-    return f"{found} {wording.texts('figure.alt.limit', limit=limit)}."
+    return f"{text} {wording.texts('figure.alt.limit', limit=limit)}."

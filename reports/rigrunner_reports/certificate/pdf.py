@@ -49,12 +49,12 @@ def pdf_maker(_: NoSettings) -> Callable[[CertificateInput], bytes]:
     return pdf
 
 
-def pdf(given: CertificateInput) -> bytes:
+def pdf(certificate_input: CertificateInput) -> bytes:
     """Return the certificate as PDF; nothing is fetched."""
     from weasyprint import CSS, HTML, Attachment  # noqa: PLC0415  (see `pdf_maker`)
     from weasyprint.urls import URLFetcher  # noqa: PLC0415  (see `pdf_maker`)
 
-    certificate = given.certificate
+    certificate = certificate_input.certificate
     data = certificate_json(certificate)
     issued = datetime.fromisoformat(certificate.issued_utc)
     attachment = Attachment(
@@ -66,12 +66,12 @@ def pdf(given: CertificateInput) -> bytes:
         relationship="Source",
     )
     offline = URLFetcher(allowed_protocols=("data",), allow_redirects=False)
-    document = HTML(string=html(given).decode("utf-8"), url_fetcher=offline)
-    made = document.write_pdf(
+    document = HTML(string=html(certificate_input).decode("utf-8"), url_fetcher=offline)
+    content = document.write_pdf(
         attachments=[attachment],
         stylesheets=[CSS(string=MATHEMATICS)],
         pdf_identifier=hashlib.sha256(data.encode()).digest()[:16],
         pdf_variant=VARIANT,
     )
-    assert isinstance(made, bytes)  # noqa: S101  (without a target it is bytes)
-    return made
+    assert isinstance(content, bytes)  # noqa: S101  (without a target it is bytes)
+    return content

@@ -40,12 +40,12 @@ _OF_STYLE = str.maketrans({"<": "\\3c "})
 """Characters that must not be in a <style> element, as CSS escapes."""
 
 
-def html(given: CertificateInput) -> bytes:
+def html(certificate_input: CertificateInput) -> bytes:
     """Return the certificate as UTF-8, with its JSON; the same input gives the same bytes.
 
     Raises InvalidFileError for wrong texts or templates of the letterhead.
     """
-    certificate, letterhead = given.certificate, given.letterhead
+    certificate, letterhead = certificate_input.certificate, certificate_input.letterhead
     wording = Wording(texts(certificate.appearance.language, letterhead.texts))
     style = files(PACKAGE).joinpath(TEMPLATES, "certificate.css").read_text(encoding="utf-8")
     picture, logo = over_frequency(certificate, wording), None
@@ -61,9 +61,10 @@ def html(given: CertificateInput) -> bytes:
                 c=certificate,
                 t=wording.texts,
                 w=wording,
-                plot=None if picture is None else _drawn(picture),
+                plot=None if picture is None else _draw(picture),
                 named_plots={
-                    name: _drawn(each) for name, each in named_figures(certificate, wording).items()
+                    name: _draw(figure)
+                    for name, figure in named_figures(certificate, wording).items()
                 },
                 logo=logo,
                 style=Markup(style + letterhead.style.translate(_OF_STYLE)),  # noqa: S704  (escaped)
@@ -88,7 +89,7 @@ def page_counter(wording: Wording) -> Markup:
 
 
 @lru_cache(maxsize=8)
-def _drawn(picture: Picture) -> Plot:
+def _draw(picture: Picture) -> Plot:
     """Return the drawing of a figure: the same in each form of a certificate, and on trial."""
     return draw(picture)
 

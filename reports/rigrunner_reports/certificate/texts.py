@@ -54,20 +54,20 @@ class Said:
 
     def __call__(self, text: str) -> str:
         """Return a sentence, or several with '; ' between, translated; unchanged if unknown."""
-        whole = self._whole(text)
-        if whole is not None:
-            return whole
+        sentence = self._translated(text)
+        if sentence is not None:
+            return sentence
         parts = text.split("; ")
-        return "; ".join(self._whole(part) or part for part in parts)
+        return "; ".join(self._translated(part) or part for part in parts)
 
-    def _whole(self, text: str) -> str | None:
-        for pattern, into in self.sentences:
-            if found := pattern.fullmatch(text):
-                filled = {
+    def _translated(self, text: str) -> str | None:
+        for pattern, translation in self.sentences:
+            if match := pattern.fullmatch(text):
+                values = {
                     name: self(part) if name.startswith("said") else part
-                    for name, part in found.groupdict().items()
+                    for name, part in match.groupdict().items()
                 }
-                return into.format(**filled)
+                return translation.format(**values)
         return None
 
 
@@ -120,22 +120,22 @@ def texts(language: str, own: Mapping[str, Mapping[str, str]]) -> Texts:
 
     Raises InvalidFileError with all errors in the laboratory's own.
     """
-    given = own.get(language, {})
-    found = {**shipped(language), **given}
-    problems = list(_problems(language, found, given, [*own]))
+    own_texts = own.get(language, {})
+    merged = {**shipped(language), **own_texts}
+    problems = list(_problems(language, merged, own_texts, [*own]))
     if problems:
         raise InvalidFileError(problems)
-    return Texts(language, found, said(language))
+    return Texts(language, merged, said(language))
 
 
 def _problems(
-    language: str, found: Mapping[str, str], given: Mapping[str, str], own: list[str]
+    language: str, merged: Mapping[str, str], own_texts: Mapping[str, str], languages: list[str]
 ) -> Iterator[Problem]:
     reference = shipped(REFERENCE)
     file = Location(f"texts/{language}.yaml")
-    missing = [key for key in reference if not found.get(key, "").strip()]
+    missing = [key for key in reference if not merged.get(key, "").strip()]
     if len(missing) == len(reference):
-        known = ", ".join(sorted({*shipped_languages(), *own}))
+        known = ", ".join(sorted({*shipped_languages(), *languages}))
         hint = f"there are: {known}; another needs a file texts/{language}.yaml in the letterhead"
         yield Problem(f"there are no texts in the language '{language}'", hint=hint)
         return
@@ -144,7 +144,7 @@ def _problems(
         names = ", ".join(f"'{key}'" for key in missing[:_MOST])
         hint = "each text is needed, or a certificate would have a blank in its place"
         yield Problem(f"there is no text for {names}{more}", file, "texts", hint)
-    for key, text in given.items():
+    for key, text in own_texts.items():
         yield from _problems_of(key, text, reference, file)
 
 
@@ -161,14 +161,14 @@ def _problems_of(
         yield Problem(f"{error}", file, f"texts.{key}", "a brace in a text is written twice")
         return
     if not same:
-        wanted = ", ".join(f"{{{name}}}" for name in sorted(names(reference[key]))) or "none"
-        yield Problem(f"needed in this text: {wanted}", file, f"texts.{key}")
+        needed = ", ".join(f"{{{name}}}" for name in sorted(names(reference[key]))) or "none"
+        yield Problem(f"needed in this text: {needed}", file, f"texts.{key}")
 
 
 def names(text: str) -> set[str]:
     """Return the {names} in a text; raise ValueError if its braces are wrong."""
-    found = {name for _, name, _, _ in Formatter().parse(text) if name is not None}
-    wrong = [name for name in found if not name.isidentifier()]
+    fields = {name for _, name, _, _ in Formatter().parse(text) if name is not None}
+    wrong = [name for name in fields if not name.isidentifier()]
     if wrong:
         raise ValueError(f"'{{{wrong[0]}}}' is not a name")
-    return found
+    return fields

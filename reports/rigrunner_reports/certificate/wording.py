@@ -51,8 +51,8 @@ class Wording:
 
     def said(self, recorded: str) -> str:
         """Return a recorded sentence in this language, if it is known."""
-        told = self.texts.said(recorded)
-        return self.number(told) if told != recorded else recorded
+        translated = self.texts.said(recorded)
+        return self.number(translated) if translated != recorded else recorded
 
     def plain(self, value: float) -> str:
         """Return a set value as it was written."""
@@ -66,25 +66,25 @@ class Wording:
         """Return a number of a budget with three significant digits; '' for none."""
         return "" if value is None else self.number(significant(value, 3))
 
-    def equation(self, found: Equation) -> Markup:
+    def equation(self, stated: Equation) -> Markup:
         """Return an equation as MathML."""
-        formula = Formula(symbol=found.symbol, text=found.text, quantities=found.quantities)
+        formula = Formula(symbol=stated.symbol, text=stated.text, quantities=stated.quantities)
         return equation(formula)
 
     def model_of(self, certificate: Certificate, model: MeasurementModel) -> NamedResult:
         """Return the value that a model computes, which has the budget."""
         return next(
-            each
-            for each in certificate.named
-            if (each.name, each.coordinates) == (model.name, model.coordinates)
+            result
+            for result in certificate.named
+            if (result.name, result.coordinates) == (model.name, model.coordinates)
         )
 
     def shares(self, model: MeasurementModel) -> list[tuple[BudgetLine, str]]:
         """Return the lines of a budget, each with its share of the variance."""
-        total = sum(each.contribution**2 for each in model.budget)
+        total = sum(line.contribution**2 for line in model.budget)
         return [
-            (each, self.number(fixed(100 * each.contribution**2 / total, 1)) if total else "")
-            for each in model.budget
+            (line, self.number(fixed(100 * line.contribution**2 / total, 1)) if total else "")
+            for line in model.budget
         ]
 
     def day(self, utc: str) -> str:
@@ -107,8 +107,8 @@ class Wording:
 
     def dof(self, result: StatedResult) -> str:
         """Return effective degrees of freedom, rounded downwards as in GUM G.4.1."""
-        found = result.degrees_of_freedom
-        return self.texts("infinite") if found is None or found > MANY_DOF else f"{int(found)}"
+        dof = result.degrees_of_freedom
+        return self.texts("infinite") if dof is None or dof > MANY_DOF else f"{int(dof)}"
 
     def percent(self, probability: float) -> str:
         """Return a probability in per cent, with at most two decimals; '< 0.01' for less."""
@@ -133,8 +133,8 @@ class Wording:
 
         `words` are in English, `words_in` in other languages by their names.
         """
-        own = (words_in or {}).get(self.texts.language, words or name)
-        return self.texts.or_else(f"rule.{name}", own)
+        default = (words_in or {}).get(self.texts.language, words or name)
+        return self.texts.or_else(f"rule.{name}", default)
 
     def rule_name(self, rule: str) -> str:
         """Return the name of a decision rule that is recorded as 'name: words'."""
@@ -172,13 +172,13 @@ class Wording:
 
     def validity(self, condition: ValidityCondition) -> str:
         """Return a condition of validity as text; for an unknown one its code."""
-        told = self.texts.or_else(f"validity.{condition.code}", condition.code)
+        text = self.texts.or_else(f"validity.{condition.code}", condition.code)
         allowed = self.number(condition.allowance)
-        return f"{told} ({allowed})" if allowed else told
+        return f"{text} ({allowed})" if allowed else text
 
     def load_instruments(self, certificate: Certificate) -> list[InstrumentEntry]:
         """Return the instruments that measured the load."""
-        return [each for each in certificate.instruments if each.channel.endswith(".load")]
+        return [entry for entry in certificate.instruments if entry.channel.endswith(".load")]
 
     def used(self, point: PointResult) -> str:
         """Return the number of cycles in a mean, of all."""
@@ -192,25 +192,27 @@ class Wording:
             return named[0]
         first = certificate.conformity.statements[0]
         places = {
-            f"{each.name} at {place}" if place else each.name: each
-            for each in named
+            f"{result.name} at {place}" if place else result.name: result
+            for result in named
             for place in [
-                ", ".join(f"{name} = {at.printed}" for name, at in each.coordinates.items())
+                ", ".join(f"{name} = {at.printed}" for name, at in result.coordinates.items())
             ]
         }
-        same = (each for each in named if each.name == first.named)
+        same = (result for result in named if result.name == first.named)
         return places.get(first.of.removeprefix("worst "), next(same, named[0]))
 
     def by_name(self, certificate: Certificate) -> list[tuple[str, list[NamedResult]]]:
         """Return the named results, those of one name together."""
-        names = dict.fromkeys(each.name for each in certificate.named)
-        return [(name, [e for e in certificate.named if e.name == name]) for name in names]
+        by_name: dict[str, list[NamedResult]] = {}
+        for result in certificate.named:
+            by_name.setdefault(result.name, []).append(result)
+        return [*by_name.items()]
 
     def entered(self, certificate: Certificate) -> list[tuple[str, str]]:
         """Return the inputs of the run that are not stated elsewhere."""
-        told = {certificate.item.identification, certificate.performance.operator}
+        stated = {certificate.item.identification, certificate.performance.operator}
         inputs = certificate.performance.inputs
-        return [(self.said(name), value) for name, value in inputs.items() if value not in told]
+        return [(self.said(name), value) for name, value in inputs.items() if value not in stated]
 
     def digests(self, method: Method) -> list[tuple[str, str]]:
         """Return the digests of the procedure and of those that it calls."""

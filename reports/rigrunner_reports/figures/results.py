@@ -32,16 +32,18 @@ def over_coordinate(
     results: Sequence[MeasurementResult], parts: Sequence[LimitDecision]
 ) -> tuple[Picture, ...]:
     """Return the figures of results of one name; none if no coordinate is a number."""
-    own = {id(part.result): part for part in parts}
-    found = []
-    for each in results:
-        part = own.get(id(each.estimate))
+    part_of = {id(part.result): part for part in parts}
+    points = []
+    for result in results:
+        part = part_of.get(id(result.estimate))
         limits = None if part is None else part.limits
-        found.append((each, limits, part is not None and not part.passes))
-    alt = "; ".join(f"{each.place}: {stated(each.estimate)}" for each in results[:MOST_POINTS])
+        points.append((result, limits, part is not None and not part.passes))
+    alt = "; ".join(
+        f"{result.place}: {stated(result.estimate)}" for result in results[:MOST_POINTS]
+    )
     pictures = []
-    for figure in figures_over(found):
-        shown = replace(figure, series=tuple(map(_thinned, figure.series)))
+    for figure in figures_over(points):
+        shown = replace(figure, series=tuple(map(_thin, figure.series)))
         caption = f"{figure.title} over {figure.x.name}. The bars are U for 95 %."
         caption += " The dashed lines are the limits." if figure.has_limits else ""
         caption += THINNED if shown != figure else ""
@@ -49,17 +51,17 @@ def over_coordinate(
     return tuple(pictures)
 
 
-def given(figure: Figure) -> Picture:
-    """Return a figure of an analysis."""
+def picture_of(figure: Figure) -> Picture:
+    """Return a figure of an analysis as a picture."""
     alt = "; ".join(
-        f"{each.name}: {figure.y} from {min(y):.4g} to {max(y):.4g}"
-        for each in figure.series
-        if (y := [point.y for point in each.points])
+        f"{series.name}: {figure.y} from {min(y):.4g} to {max(y):.4g}"
+        for series in figure.series
+        if (y := [point.y for point in series.points])
     )
     return Picture(figure.caption or figure.title, alt, (figure,))
 
 
-def _thinned(series: Series) -> Series:
+def _thin(series: Series) -> Series:
     values = np.array([point.y for point in series.points])
     places = places_of_extremes(values, most=MOST_POINTS)
     return replace(series, points=tuple(series.points[place] for place in places))

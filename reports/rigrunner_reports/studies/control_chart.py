@@ -28,7 +28,7 @@ def control_chart(trend: Trend, series: TrendSeries) -> Picture:
     run = Axis("run", low=0, high=len(series.points) + 1)
     title = "Weighted mean of the values" if weighted else "Values"
     axis = Axis("value", trend.unit)
-    baseline = [number for number, each in enumerate(series.points, 1) if each.baseline]
+    baseline = [number for number, point in enumerate(series.points, 1) if point.baseline]
     marks = (
         Mark("x", baseline[0] - 0.5, baseline[-1] + 0.5, "baseline"),
         Mark("y", series.individuals.centre, name="centre"),
@@ -40,9 +40,9 @@ def control_chart(trend: Trend, series: TrendSeries) -> Picture:
 
 def _shown(series: TrendSeries) -> list[int]:
     """Return the indices to draw: all, or for very many the extremes and those with a rule."""
-    values = np.array([each.observed.value for each in series.points])
-    plotted = np.array([each.plotted for each in series.points])
-    met = np.flatnonzero([bool(each.rules) for each in series.points])
+    values = np.array([point.observed.value for point in series.points])
+    plotted = np.array([point.plotted for point in series.points])
+    met = np.flatnonzero([bool(point.rules) for point in series.points])
     drawn = met[places_of_extremes(plotted[met], most=MOST)].tolist()
     return sorted({*places_of_extremes(values, plotted, most=MOST).tolist(), *drawn})
 
@@ -50,30 +50,30 @@ def _shown(series: TrendSeries) -> list[int]:
 def _values(series: TrendSeries, shown: list[int], *, weighted: bool) -> Iterator[Series]:
     numbered = [(place + 1, series.points[place]) for place in shown]
     has_bars = not weighted and len(shown) <= MOST_WITH_BARS
-    known = has_bars and any(each.observed.expanded is not None for _, each in numbered)
-    name = "weighted mean" if weighted else "value, with its U (95 %)" if known else "value"
+    has_u = has_bars and any(point.observed.expanded is not None for _, point in numbered)
+    name = "weighted mean" if weighted else "value, with its U (95 %)" if has_u else "value"
     points = (
         Point(
             number,
-            each.plotted,
-            each.observed.expanded if has_bars else None,
-            each.lower,
-            each.upper,
+            point.plotted,
+            point.observed.expanded if has_bars else None,
+            point.lower,
+            point.upper,
         )
-        for number, each in numbered
+        for number, point in numbered
     )
     yield Series(name, tuple(points), "joined")
     if weighted:
-        single = [each.observed.value for _, each in numbered]
+        single = [point.observed.value for _, point in numbered]
         yield Series.over([number for number, _ in numbered], single, "single value")
-    met = [Point(number, each.plotted) for number, each in numbered if each.rules]
+    met = [Point(number, point.plotted) for number, point in numbered if point.rules]
     if met:
         yield Series("a rule is met", tuple(met), "marked")
 
 
 def _ranges(series: TrendSeries, shown: list[int], run: Axis, unit: str) -> Figure:
-    known = [(place + 1, series.points[place].moving_range) for place in shown]
-    drawn = tuple(Point(number, each) for number, each in known if each is not None)
+    ranges = [(place + 1, series.points[place].moving_range) for place in shown]
+    drawn = tuple(Point(number, width) for number, width in ranges if width is not None)
     limits = series.moving_range
     return Figure(
         "Moving range",
@@ -114,7 +114,7 @@ def _caption(series: TrendSeries, *, weighted: bool) -> str:
 def _alt(series: TrendSeries) -> str:
     limits = series.individuals
     sigma = limits.sigma
-    met = ", ".join(f"{each.observed.run_id} ({', '.join(each.rules)})" for each in series.alarms)
+    met = ", ".join(f"{run.observed.run_id} ({', '.join(run.rules)})" for run in series.alarms)
     return (
         f"{len(series.points)} values about {as_scattered(limits.centre, sigma)}, limits "
         f"{as_scattered(series.points[-1].lower, sigma)} and "

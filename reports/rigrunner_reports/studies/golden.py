@@ -31,7 +31,6 @@ def shifts(study: GoldenStudy) -> Picture:
     values = np.array(study.shifts_in_u)
     alt = f"{len(values)} results moved by {in_u(values.min())} to {in_u(values.max())}"
     caption = _CAPTION.format(*(("Left, h", _RIGHT) if study.set_points else ("H", "")))
-    values = np.array(study.shifts_in_u)
     reach = max(float(np.abs(values).max()) * 1.1, 1.05)
     counts, edges = np.histogram(values, np.linspace(-reach, reach, _EDGES))
     distribution = Figure(
@@ -47,9 +46,9 @@ def shifts(study: GoldenStudy) -> Picture:
 
 def _set_points(study: GoldenStudy) -> Figure:
     points = [
-        (each.frequency_hz, each.mean_in_u, each.largest_in_u)
-        for each in study.set_points
-        if each.mean_in_u is not None and each.largest_in_u is not None
+        (point.frequency_hz, point.mean_in_u, point.largest_in_u)
+        for point in study.set_points
+        if point.mean_in_u is not None and point.largest_in_u is not None
     ]
     hertz, means, largest = zip(*points, strict=True) if points else ((), (), ())
     reach = 1.1 * max(1.0, *map(abs, (*means, *largest)))

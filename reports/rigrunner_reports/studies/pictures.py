@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 
 def distribution(study: CapabilityStudy, series: CapabilitySeries) -> Picture:
     """Return the figure of the values of one group, with the limits and the normal curve."""
-    values = np.array([each.value for each in series.observed])
+    values = np.array([run.value for run in series.observed])
     mean, deviation = series.capability.mean, series.capability.standard_deviation
-    limits = [each for each in (series.lower, series.upper) if each is not None]
+    limits = [limit for limit in (series.lower, series.upper) if limit is not None]
     low, high = min(values.min(), *limits), max(values.max(), *limits)
     x = np.linspace(min(low, mean - 4 * deviation), max(high, mean + 4 * deviation), 300)
 
@@ -36,7 +36,8 @@ def distribution(study: CapabilityStudy, series: CapabilitySeries) -> Picture:
             Series.over((edges[1:] + edges[:-1]) / 2, density, "values", "bars"),
         ),
         tuple(
-            Mark("x", each, name=f"limit {each:g} {study.unit}", is_limit=True) for each in limits
+            Mark("x", limit, name=f"limit {limit:g} {study.unit}", is_limit=True)
+            for limit in limits
         ),
     )
     return Picture(
@@ -63,13 +64,13 @@ def readings(study: GaugeStudy) -> Picture:
         Axis("value", study.unit),
         tuple(series),
     )
-    found = study.analysis.components
+    u = study.analysis.components
     return Picture(
         caption="All readings. Operators are side by side within a part; the line joins the mean "
         "of each operator's readings. Lines that run apart or cross show operators that measure "
         "parts differently; points far apart show a gauge that does not repeat.",
         alt=f"Readings of {len(study.parts)} parts by {len(study.operators)} operators. Standard "
-        f"deviation of the gauge {fixed(found.gauge, 5)}, of the parts {fixed(found.part, 5)} "
+        f"deviation of the gauge {fixed(u.gauge, 5)}, of the parts {fixed(u.part, 5)} "
         f"{study.unit}.",
         panels=(figure,),
     )
@@ -77,29 +78,31 @@ def readings(study: GaugeStudy) -> Picture:
 
 def components(study: GaugeStudy) -> Picture:
     """Return the figure of the components of the total variation."""
-    found = study.analysis.components
-    named = {
-        "gauge R&R": found.gauge,
-        "repeatability": found.repeatability,
-        "reproducibility": found.reproducibility,
-        "part": found.part,
+    deviations = study.analysis.components
+    parts = {
+        "gauge R&R": deviations.gauge,
+        "repeatability": deviations.repeatability,
+        "reproducibility": deviations.reproducibility,
+        "part": deviations.part,
     }
 
-    share = np.array(list(named.values())) / found.total
-    place = range(len(named))
+    share = np.array(list(parts.values())) / deviations.total
+    place = range(len(parts))
     figure = Figure(
         "",
-        Axis("component", ticks=tuple(enumerate(named))),
+        Axis("component", ticks=tuple(enumerate(parts))),
         Axis("share", "%", low=0.0, high=105.0),
         (
             Series.over(place, 100 * share**2, "% of variance", "bars"),
             Series.over(place, 100 * share, "% of deviation"),
         ),
     )
-    told = ", ".join(f"{name} {fixed(100 * s / found.total, 1)} %" for name, s in named.items())
+    shares = ", ".join(
+        f"{name} {fixed(100 * s / deviations.total, 1)} %" for name, s in parts.items()
+    )
     return Picture(
         caption="What the total variation consists of. Variances add up; deviations do not.",
-        alt=f"Share of the total standard deviation: {told}.",
+        alt=f"Share of the total standard deviation: {shares}.",
         panels=(figure,),
     )
 

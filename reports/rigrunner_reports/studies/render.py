@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.studies import CapabilityStudy, GaugeStudy, GoldenStudy, Trend
 from rigrunner_reports.numbers import as_scattered, fixed, percent, significant, with_sign
-from rigrunner_reports.render import filled
+from rigrunner_reports.render import fill
 from rigrunner_reports.studies.control_chart import control_chart
 from rigrunner_reports.studies.golden import MOST_RUNS, in_u, shifts
 from rigrunner_reports.studies.pictures import components, distribution, letter, readings
@@ -29,11 +29,11 @@ MOST_LISTED = 60
 def html(study: StudyInput) -> bytes:
     """Return the report as UTF-8; the same study gives the same bytes."""
     title, template = TITLES[type(study)]
-    return filled(
+    return fill(
         template,
         study=study,
         title=f"{title}: {study.quantity}",
-        reasons=Counter(each.reason for each in study.excluded).most_common(),
+        reasons=Counter(run.reason for run in study.excluded).most_common(),
         most_listed=MOST_LISTED,
         **_figures(study),
         scattered=as_scattered,

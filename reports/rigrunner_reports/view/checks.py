@@ -31,28 +31,28 @@ class CheckRow:
 
 def check_rows(result: Result) -> tuple[CheckRow, ...]:
     """Return all checks of the run and its methods: those with consequences, then notes."""
-    found = [("", check) for check in result.checks]
+    pairs = [("", check) for check in result.checks]
     for details in result.details:
         for name, checks in details.checks_by_method.items():
-            found += [(name, check) for check in checks]
+            pairs += [(name, check) for check in checks]
     rows = (
         CheckRow(
             source,
-            each.name,
-            each.ok,
-            not is_skipped(each),
-            each.consequence is Consequence.NOTE,
-            each.text,
-            effect_words(each),
-            each.advice,
+            check.name,
+            check.ok,
+            not is_skipped(check),
+            check.consequence is Consequence.NOTE,
+            check.text,
+            effect_words(check),
+            check.advice,
         )
-        for source, each in found
+        for source, check in pairs
     )
     return tuple(sorted(rows, key=lambda row: (row.ok, not row.is_note, row.was_made)))
 
 
 def _are_shown(report: ReportInput, page: Any) -> bool:
-    return bool(page.checks) or any(each.shows_recordings for each in report.result.details)
+    return bool(page.checks) or any(details.shows_recordings for details in report.result.details)
 
 
 SECTIONS = (Section("checks", "Checks", 80, _are_shown),)

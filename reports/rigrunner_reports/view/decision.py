@@ -50,56 +50,56 @@ NO_VERDICT = VerdictView("?", "no verdict")
 class LimitView:
     """A limit on a result, ready to print."""
 
-    found: LimitDecision
+    decision: LimitDecision
     of: str = ""
     """The result, in a table of several limits."""
 
     @property
     def verdict(self) -> VerdictView:
         """The verdict by the rule."""
-        return shown_verdict(self.found.verdict)
+        return shown_verdict(self.decision.verdict)
 
     @property
     def uncompensated(self) -> VerdictView | None:
         """By the same rule, for the raw torque; None for another quantity."""
-        raw = self.found.uncompensated
+        raw = self.decision.uncompensated
         return None if raw is None else shown_verdict(raw)
 
     @property
     def result(self) -> str:
         """The result."""
-        return "-" if self.found.result is None else str(stated(self.found.result))
+        return "-" if self.decision.result is None else str(stated(self.decision.result))
 
     @property
     def probability(self) -> str:
         """The probability of conformity."""
-        found = self.found.probability
-        return "not determined" if isnan(found) else probability_text(found)
+        probability = self.decision.probability
+        return "not determined" if isnan(probability) else probability_text(probability)
 
     @property
     def guard_band(self) -> str:
         """The guard band with its unit; '' if there is none to state."""
-        band = self.found.guard_band
+        band = self.decision.guard_band
         if isnan(band):
             return ""
-        unit = self.found.limits.unit
+        unit = self.decision.limits.unit
         return with_symbol(fixed(band, 4) if unit == TORQUE else significant(band, 3), unit)
 
     @property
     def measurand(self) -> str:
         """The measurand; '' if the limit has none."""
-        return "" if self.found.measurand is None else str(self.found.measurand)
+        return "" if self.decision.measurand is None else str(self.decision.measurand)
 
     @property
     def risk(self) -> str:
         """The greatest specific risks that the rule implies."""
         risks = []
-        if not isnan(self.found.false_accept_risk):
-            risks.append(f"at most {risk_text(self.found.false_accept_risk)} of a false pass")
-        elif not isnan(self.found.guard_band):
+        if not isnan(self.decision.false_accept_risk):
+            risks.append(f"at most {risk_text(self.decision.false_accept_risk)} of a false pass")
+        elif not isnan(self.decision.guard_band):
             risks.append("no value could pass")
-        if not isnan(self.found.false_reject_risk):
-            risks.append(f"at most {risk_text(self.found.false_reject_risk)} of a false fail")
+        if not isnan(self.decision.false_reject_risk):
+            risks.append(f"at most {risk_text(self.decision.false_reject_risk)} of a false fail")
         return "; ".join(risks) or "not determined"
 
 
@@ -107,13 +107,13 @@ class LimitView:
 class DecisionView:
     """The decision, ready to print; a run that was not completed has no verdict."""
 
-    found: Decision
+    decision: Decision
     complete: bool
 
     @property
     def deciding(self) -> LimitView:
         """The limit that decides."""
-        return LimitView(self.found.deciding)
+        return LimitView(self.decision.deciding)
 
     @property
     def verdict(self) -> VerdictView:
@@ -124,21 +124,21 @@ class DecisionView:
     def reason(self) -> str:
         """The reason, or what the rule would give."""
         if self.complete:
-            return self.found.reason
-        would = f"On what was recorded the rule would say: {self.found.verdict}."
-        return f"{NOT_COMPLETED} {would} {self.found.reason}"
+            return self.decision.reason
+        would = f"On what was recorded the rule would say: {self.decision.verdict}."
+        return f"{NOT_COMPLETED} {would} {self.decision.reason}"
 
     @property
     def all_named(self) -> bool:
         """Whether every limit applies to a named result, which has its own table."""
-        return all(part.uncompensated is None for part in self.found.parts)
+        return all(part.uncompensated is None for part in self.decision.parts)
 
     @property
     def parts(self) -> tuple[LimitView, ...]:
         """Every limit, if there are several."""
-        if len(self.found.parts) == 1:
+        if len(self.decision.parts) == 1:
             return ()
-        return tuple(LimitView(each, self.found.words(each)) for each in self.found.parts)
+        return tuple(LimitView(part, self.decision.words(part)) for part in self.decision.parts)
 
 
 @dataclass(frozen=True)
@@ -154,36 +154,36 @@ def overall(result: Result, latest: Sequence[LaterDecision]) -> OverallView | No
     """Return the verdict in force, by the latest decision; None without a decision."""
     if result.run.outcome not in CONCLUDED:
         return None if result.decision is None else OverallView(NO_VERDICT, ())
-    decided = result.decision.verdict if result.decision else None
+    by_decision = result.decision.verdict if result.decision else None
     if latest:
-        decided = Verdict(latest[-1].verdict)
-    found = worst((result.limits.verdict, decided))
-    if found is None:
+        by_decision = Verdict(latest[-1].verdict)
+    verdict = worst((result.limits.verdict, by_decision))
+    if verdict is None:
         return None
     reasons = [result.limits.reason] if result.limits.verdict else []
     if result.decision and not latest:
         by = f"By the limits of the result: {result.decision.verdict}. " if reasons else ""
         reasons.append(by + result.decision.reason)
-    return OverallView(shown_verdict(found), tuple(reasons))
+    return OverallView(shown_verdict(verdict), tuple(reasons))
 
 
 @dataclass(frozen=True)
 class LaterView:
     """A later decision, ready to print."""
 
-    found: LaterDecision
+    decision: LaterDecision
 
     @property
     def when(self) -> str:
         """The time, to the second."""
-        return moment(self.found.decided_utc)
+        return moment(self.decision.decided_utc)
 
     @property
     def verdict(self) -> VerdictView:
         """The verdict."""
-        return shown_verdict(Verdict(self.found.verdict))
+        return shown_verdict(Verdict(self.decision.verdict))
 
 
-def shown_verdict(found: Verdict) -> VerdictView:
+def shown_verdict(verdict: Verdict) -> VerdictView:
     """Return a verdict as symbol and word."""
-    return VerdictView(SYMBOLS[found], str(found))
+    return VerdictView(SYMBOLS[verdict], str(verdict))

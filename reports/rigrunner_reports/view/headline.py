@@ -14,29 +14,29 @@ if TYPE_CHECKING:
 def headline(result: Result) -> Headline:
     """Return the deciding named result; or what was measured or recorded."""
     if result.other_results:
-        return _named(result)
-    return _counted(result) if result.limits.values else _recorded(result)
+        return _of_result(result)
+    return _of_limits(result) if result.limits.values else _of_recordings(result)
 
 
-def _named(result: Result) -> Headline:
+def _of_result(result: Result) -> Headline:
     """Return the result on which the verdict rests, or else the first one."""
     deciding = None if result.decision is None else result.decision.deciding
-    found = next(
-        (e for e in result.other_results if deciding is not None and e.estimate is deciding.result),
+    named = next(
+        (r for r in result.other_results if deciding is not None and r.estimate is deciding.result),
         result.other_results[0],
     )
-    estimate, place, several = found.estimate, found.place, len(result.other_results) > 1
-    label = found.of.words
+    estimate, place, several = named.estimate, named.place, len(result.other_results) > 1
+    label = named.of.words
     if deciding is not None and deciding.result is not None:
         estimate = deciding.result
-        if estimate is not found.estimate:  # a mean of several
+        if estimate is not named.estimate:  # a mean of several
             label, place = deciding.of, ""
     shown = stated(estimate)
     where = f"At {place}. " if place else ""
     others = f" One of {len(result.other_results)} results; all are below." if several else ""
     return Headline(
         label=label[:1].upper() + label[1:],
-        symbol=found.of.symbol,
+        symbol=named.of.symbol,
         value=shown.value,
         interval=f"± {shown.expanded}",
         unit=shown.unit,
@@ -44,7 +44,7 @@ def _named(result: Result) -> Headline:
     )
 
 
-def _recorded(result: Result) -> Headline:
+def _of_recordings(result: Result) -> Headline:
     """Return what was recorded, for a run without results and limits."""
     recordings, rows = len(result.run.recordings), len(result.run.measurements)
     value = f"{recordings}" if recordings else f"{rows}"
@@ -58,7 +58,7 @@ def _recorded(result: Result) -> Headline:
     )
 
 
-def _counted(result: Result) -> Headline:
+def _of_limits(result: Result) -> Headline:
     """Return how many measured values are within their limits, for a run without an analysis."""
     missed, judged = len(result.limits.missed), len(result.limits.values)
     return Headline(

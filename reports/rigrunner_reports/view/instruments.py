@@ -35,82 +35,82 @@ _IN_ONE_LINE = {
 
 def instruments(run: RunData) -> tuple[Facts, ...]:
     """Return the register's entries, each as name and text."""
-    return tuple(tuple(_facts(run, each)) for each in run.instruments.values())
+    return tuple(tuple(_facts(run, instrument)) for instrument in run.instruments.values())
 
 
-def _facts(run: RunData, each: Instrument) -> Iterator[tuple[str, str]]:
-    made = " ".join(part for part in (each.maker, each.type) if part)
-    yield "Channel", each.channel
-    yield "Instrument", made or "not stated"
-    if each.id:
-        yield "Number", each.id
-    yield "Serial number", each.serial
-    yield from _calibration(run, each)
-    yield "Range", _range(each)
-    if each.full_scale_ is not None:
-        yield "Full scale", str(readable(each.full_scale, each.quantity))
-    yield from _accuracy(each)
-    if each.quantity == TORQUE or each.low_pass is not None:
-        words = "" if each.low_pass is None else each.low_pass.described
-        yield "Low-pass filter", words[:1].upper() + words[1:] or "not stated"
-    zero = run.zeros.get(each.channel)
+def _facts(run: RunData, instrument: Instrument) -> Iterator[tuple[str, str]]:
+    name = " ".join(filter(None, (instrument.maker, instrument.type)))
+    yield "Channel", instrument.channel
+    yield "Instrument", name or "not stated"
+    if instrument.id:
+        yield "Number", instrument.id
+    yield "Serial number", instrument.serial
+    yield from _calibration(run, instrument)
+    yield "Range", _range(instrument)
+    if instrument.full_scale_ is not None:
+        yield "Full scale", str(readable(instrument.full_scale, instrument.quantity))
+    yield from _accuracy(instrument)
+    if instrument.quantity == TORQUE or instrument.low_pass is not None:
+        text = "" if instrument.low_pass is None else instrument.low_pass.described
+        yield "Low-pass filter", text[:1].upper() + text[1:] or "not stated"
+    zero = run.zeros.get(instrument.channel)
     if zero is not None:
-        symbol = si_symbol(each.quantity)
-        is_torque = each.quantity == TORQUE
-        text = f"{with_sign(zero, 4)} {symbol}" if is_torque else legible(zero, symbol)
-        yield "Zero taken off", text
-    elif each.quantity in ZEROED:
+        symbol = si_symbol(instrument.quantity)
+        is_torque = instrument.quantity == TORQUE
+        zero_text = f"{with_sign(zero, 4)} {symbol}" if is_torque else legible(zero, symbol)
+        yield "Zero taken off", zero_text
+    elif instrument.quantity in ZEROED:
         yield "Zero taken off", "not zeroed"
-    yield from _conditions(each)
+    yield from _conditions(instrument)
 
 
-def _calibration(run: RunData, each: Instrument) -> Iterator[tuple[str, str]]:
-    if each.calibration is not None:
-        yield "Calibration", NO_CALIBRATION[each.calibration]
+def _calibration(run: RunData, instrument: Instrument) -> Iterator[tuple[str, str]]:
+    if instrument.calibration is not None:
+        yield "Calibration", NO_CALIBRATION[instrument.calibration]
         return
-    certificate = ", ".join(part for part in (each.certificate, each.laboratory) if part)
+    certificate = ", ".join(filter(None, (instrument.certificate, instrument.laboratory)))
     yield "Certificate", certificate or "not stated"
-    yield "Calibrated", each.calibrated.isoformat() if each.calibrated else "not stated"
-    due = each.due.isoformat() if each.due else "not stated"
-    overdue = each.due is not None and due < max(run.started_utc, run.ended_utc)[:10]
+    yield "Calibrated", instrument.calibrated.isoformat() if instrument.calibrated else "not stated"
+    due = instrument.due.isoformat() if instrument.due else "not stated"
+    overdue = instrument.due is not None and due < max(run.started_utc, run.ended_utc)[:10]
     yield "Calibration due", f"{due}{', OVERDUE at this run' if overdue else ''}"
 
 
-def _range(each: Instrument) -> str:
-    bounds = each.calibrated_range
-    if bounds is None or not (each.range_ or each.points):
+def _range(instrument: Instrument) -> str:
+    bounds = instrument.calibrated_range
+    if bounds is None or not (instrument.range_ or instrument.points):
         return "not stated"
     lowest, highest = bounds
-    top = str(readable(highest, each.quantity))
-    return f"up to {top}" if isinf(lowest) else f"{readable(lowest, each.quantity)} to {top}"
+    top = str(readable(highest, instrument.quantity))
+    return f"up to {top}" if isinf(lowest) else f"{readable(lowest, instrument.quantity)} to {top}"
 
 
-def _conditions(each: Instrument) -> Iterator[tuple[str, str]]:
-    found = each.conditions
-    if found is None:
+def _conditions(instrument: Instrument) -> Iterator[tuple[str, str]]:
+    conditions = instrument.conditions
+    if conditions is None:
         return
     for name, dimension in (("temperature", "temperature"), ("humidity", "ratio")):
-        span = getattr(found, name)
+        span = getattr(conditions, name)
         if span is not None:
             lowest, highest = (readable(value, dimension) for value in (span.min, span.max))
             yield f"Calibrated for {name}", f"{lowest} to {highest}"
 
 
-def _accuracy(each: Instrument) -> Iterator[tuple[str, str]]:
+def _accuracy(instrument: Instrument) -> Iterator[tuple[str, str]]:
     """Yield the usual limits in one line, and each other one with its source."""
-    known = each.accuracy
-    limits = known.limits if known else {}
+    accuracy = instrument.accuracy
+    limits = accuracy.limits if accuracy else {}
     first = {name: limit for name, limit in limits.items() if name in _IN_ONE_LINE}
     parts = [f"{_IN_ONE_LINE[name]}±{_words(name, limit)}" for name, limit in first.items()]
-    if "overall" in first and known is not each.accuracy_:
-        corrected = ", by which readings are corrected" if each.interpolation else ""
-        width = readable(float(f"{each.half_width('overall'):.6g}"), each.quantity)
+    if "overall" in first and accuracy is not instrument.accuracy_:
+        corrected = ", by which readings are corrected" if instrument.interpolation else ""
+        width = readable(float(f"{instrument.half_width('overall'):.6g}"), instrument.quantity)
         parts[0] = f"±{width}, from the calibration points{corrected}"
     yield "Accuracy", ", ".join(parts) or ("see below" if limits else "not stated")
-    for name, other in limits.items():
+    for name, limit in limits.items():
         if name not in first:
-            shown = f"±{other.described}, {other.distribution}{_source(other)}"
-            yield name.replace("_", " ").capitalize(), shown
+            text = f"±{limit.described}, {limit.distribution}{_source(limit)}"
+            yield name.replace("_", " ").capitalize(), text
 
 
 def _words(name: str, limit: ErrorLimit) -> str:

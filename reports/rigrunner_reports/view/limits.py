@@ -64,7 +64,7 @@ def limits_view(limits: MeasuredLimits, measured: Sequence[Measurement]) -> Limi
         return None
     values = limits.values
     if len(values) > MOST_ROWS:
-        values = tuple(sorted(values, key=lambda each: each.passes))
+        values = tuple(sorted(values, key=lambda value: value.passes))
     return LimitsView(
         verdict=shown_verdict(limits.verdict),
         reason=limits.reason,
@@ -77,16 +77,16 @@ def limits_view(limits: MeasuredLimits, measured: Sequence[Measurement]) -> Limi
     )
 
 
-def _limit_row(found: JudgedValue) -> LimitRow:
-    row, decided = found.row, found.decision
+def _limit_row(judged: JudgedValue) -> LimitRow:
+    row, decision = judged.row, judged.decision
     return LimitRow(
-        where=f"{row.name} {found.number}",
+        where=f"{row.name} {judged.number}",
         setpoints=", ".join(_where(row)),
-        of=decided.of,
-        value=found.shown,
-        limit=decided.limits.in_words,
-        verdict=shown_verdict(decided.verdict),
-        marginal=decided.marginal,
+        of=decision.of,
+        value=judged.shown,
+        limit=decision.limits.in_words,
+        verdict=shown_verdict(decision.verdict),
+        marginal=decision.marginal,
     )
 
 
@@ -100,11 +100,11 @@ def _where(row: Measurement) -> Iterator[str]:
 def measured_table(name: str, rows: Sequence[Measurement]) -> MeasuredTable:
     """Return a table of measured values, ready to print."""
     heads, cells = table_cells(rows)
-    found = []
+    printed = []
     for row, texts in zip(rows[:MOST_ROWS], cells, strict=False):
-        verdict = worst(each.verdict for each in row.decisions)
-        found.append((tuple(texts), None if verdict is None else shown_verdict(verdict)))
-    return MeasuredTable(name, tuple(heads), tuple(found), max(0, len(rows) - MOST_ROWS))
+        verdict = worst(decision.verdict for decision in row.decisions)
+        printed.append((tuple(texts), None if verdict is None else shown_verdict(verdict)))
+    return MeasuredTable(name, tuple(heads), tuple(printed), max(0, len(rows) - MOST_ROWS))
 
 
 SECTIONS = (

@@ -41,7 +41,7 @@ def recorded_view(report: ReportInput) -> RecordedView | None:
 
 def unlimited_tables(result: Result) -> dict[str, list[Measurement]]:
     """Return the rows of tables without limits; none if an analysis shows the recordings."""
-    if any(each.shows_recordings for each in result.details):
+    if any(details.shows_recordings for details in result.details):
         return {}
     tables: dict[str, list[Measurement]] = {}
     for row in result.run.measurements:
@@ -55,7 +55,7 @@ def unlimited_tables(result: Result) -> dict[str, list[Measurement]]:
 
 def drawn_recordings(result: Result) -> tuple[Recording, ...]:
     """Return the recordings to draw; none if an analysis shows them."""
-    if any(each.shows_recordings for each in result.details):
+    if any(details.shows_recordings for details in result.details):
         return ()
     return result.run.recordings[:MOST_RECORDINGS]
 

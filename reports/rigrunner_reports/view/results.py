@@ -101,32 +101,32 @@ class ResultView:
 def result_views(result: Result) -> tuple[ResultView, ...]:
     """Return the results by name, in the order of the procedure."""
     every = (*result.other_results, *result.missing)
-    return tuple(_view(result, each.of) for each in {each.name: each for each in every}.values())
+    return tuple(_view(result, item.of) for item in {item.name: item for item in every}.values())
 
 
 def _view(result: Result, definition: ResultDefinition) -> ResultView:
-    found = [each for each in result.other_results if each.name == definition.name]
-    missing = [each for each in result.missing if each.name == definition.name]
+    results = [named for named in result.other_results if named.name == definition.name]
+    missing = [item for item in result.missing if item.name == definition.name]
     parts = [
         part
         for part in (result.decision.parts if result.decision else ())
         if part.named == definition.name
     ]
-    own = {id(part.result): part for part in parts if part.result is not None}
+    part_of = {id(part.result): part for part in parts if part.result is not None}
     rows = [
-        _row(each, own.get(id(each.estimate)), stated(each.estimate), each.readings)
-        for each in found
+        _row(named, part_of.get(id(named.estimate)), stated(named.estimate), named.readings)
+        for named in results
     ]
     rows += [
-        _row(each, next((part for part in parts if _has_row(part, [each])), None))
-        for each in missing
+        _row(item, next((part for part in parts if _has_row(part, [item])), None))
+        for item in missing
     ]
     if len(rows) > MOST_ROWS:
-        rows.sort(key=lambda row: row.limit is None or row.limit.found.passes)
-    judged = {id(each.estimate) for each in found}
+        rows.sort(key=lambda row: row.limit is None or row.limit.decision.passes)
+    judged = {id(named.estimate) for named in results}
     worst = min(parts, key=lambda part: part.badness, default=None)
-    first = found[0] if found else None
-    budgeted = next((e for e in found if worst and e.estimate is worst.result), first)
+    first = results[0] if results else None
+    budgeted = next((named for named in results if worst and named.estimate is worst.result), first)
     return ResultView(
         name=definition.name,
         text=definition.words,
@@ -142,8 +142,8 @@ def _view(result: Result, definition: ResultDefinition) -> ResultView:
             or part.of.startswith("worst ")
         ),
         budget=None if budgeted is None else _budget(budgeted),
-        formulas=tuple(equation(each) for each in result.formulas if each.of == definition.name),
-        tables=tuple(table_view(each) for each in result.tables if each.of == definition.name),
+        formulas=tuple(map(equation, (f for f in result.formulas if f.of == definition.name))),
+        tables=tuple(table_view(table) for table in result.tables if table.of == definition.name),
     )
 
 
@@ -167,72 +167,72 @@ def _cell(value: float | str) -> str:
 
 
 def _row(
-    at: MeasurementResult | MissingResult,
+    item: MeasurementResult | MissingResult,
     part: LimitDecision | None,
     shown: Stated | None = None,
     readings: int | None = None,
 ) -> ResultRow:
-    coordinates = tuple(map(str, at.coordinates.values()))
+    coordinates = tuple(map(str, item.coordinates.values()))
     return ResultRow(coordinates, shown, readings, None if part is None else LimitView(part))
 
 
 def _has_row(part: LimitDecision, missing: Sequence[MissingResult]) -> bool:
     """Return whether a limit is for one of the places without a value."""
-    at = part.coordinates
-    return part.result is None and bool(at) and any(at == each.coordinates for each in missing)
+    places = [item.coordinates for item in missing]
+    return part.result is None and bool(part.coordinates) and part.coordinates in places
 
 
-def _budget(found: MeasurementResult) -> BudgetView | None:
-    if not found.components:
+def _budget(named: MeasurementResult) -> BudgetView | None:
+    if not named.components:
         return None
-    shares = share_percent(found.components)
+    shares = share_percent(named.components)
     lines = tuple(
-        _line(each, share, found.of.unit)
-        for each, share in zip(found.components, shares, strict=True)
+        _line(component, share, named.of.unit)
+        for component, share in zip(named.components, shares, strict=True)
     )
-    dof = found.estimate.dof
+    dof = named.estimate.dof
     return BudgetView(
-        of=found.place,
+        of=named.place,
         lines=lines,
-        u=significant(found.estimate.u, 3),
+        u=significant(named.estimate.u, 3),
         dof="∞" if isinf(dof) else "unknown" if isnan(dof) else significant(dof, 3),
     )
 
 
-def _line(found: Component, share: float, result_unit: str) -> BudgetLine:
-    shown, ratio = _unit_of_line(found, result_unit)
+def _line(component: Component, share: float, result_unit: str) -> BudgetLine:
+    unit, ratio = _unit_of_line(component, result_unit)
     return BudgetLine(
-        name=found.name,
-        distribution=found.distribution,
-        dof="∞" if isinf(found.dof) else significant(found.dof, 3),
-        u=significant(found.input_u * ratio, 3),
-        unit=shown,
-        sensitivity=significant(found.sensitivity / ratio, 3),
-        contribution=significant(found.u, 3),
+        name=component.name,
+        distribution=component.distribution,
+        dof="∞" if isinf(component.dof) else significant(component.dof, 3),
+        u=significant(component.input_u * ratio, 3),
+        unit=unit,
+        sensitivity=significant(component.sensitivity / ratio, 3),
+        contribution=significant(component.u, 3),
         share="" if isnan(share) else f"{fixed(share, 1)} %",
     )
 
 
-def _unit_of_line(found: Component, result_unit: str) -> tuple[str, float]:
+def _unit_of_line(component: Component, result_unit: str) -> tuple[str, float]:
     """Return the unit in which the input of a line is shown, and by what its numbers multiply.
 
     The result's unit for an input of its kind; else one in which u and sensitivity need few powers
     of ten.
     """
-    given, of_result = find_unit(found.unit), find_unit(result_unit)
-    if given is None or of_result is None:  # of a plugin that states no unit
-        return found.unit, 1.0
+    input_unit, output_unit = find_unit(component.unit), find_unit(result_unit)
+    if input_unit is None or output_unit is None:  # of a plugin that states no unit
+        return component.unit, 1.0
 
-    def powers(shown: Unit) -> int:
-        ratio = given.factor / shown.factor
-        numbers = (found.input_u * ratio, found.sensitivity / ratio)
-        return sum(TIMES in significant(each, 3) for each in numbers)
+    def powers(unit: Unit) -> int:
+        ratio = input_unit.factor / unit.factor
+        numbers = (component.input_u * ratio, component.sensitivity / ratio)
+        return sum(TIMES in significant(number, 3) for number in numbers)
 
-    units = [given, *usual_and_prefixed(given.symbol)]
-    if given.dimension == of_result.dimension:
-        units = [of_result]
-    best = min((each for each in units if not each.offset), key=powers, default=given)
-    return best.symbol, given.factor / best.factor
+    units = [input_unit, *usual_and_prefixed(input_unit.symbol)]
+    if input_unit.dimension == output_unit.dimension:
+        units = [output_unit]
+    best = min((unit for unit in units if not unit.offset), key=powers, default=input_unit)
+    return best.symbol, input_unit.factor / best.factor
 
 
 SECTIONS = (

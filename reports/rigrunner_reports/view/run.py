@@ -23,7 +23,7 @@ STEP = " \N{SINGLE RIGHT-POINTING ANGLE QUOTATION MARK} "
 """Separates the parts of a setting's path."""
 
 FIRST, LAST = 200, 100
-"""Events that are shown of very many; the run's log has all."""
+"""The first and the last events that are shown of very many; the run's log has all."""
 
 Facts = tuple[tuple[str, str], ...]
 
@@ -46,7 +46,8 @@ def facts(result: Result) -> Facts:
         *((name.capitalize(), value) for name, value in {**run.inputs, **run.people}.items()),
         ("Outcome", run.outcome),
     ]
-    pairs += [(_capital(partner_words(name)), each.run_id) for name, each in run.partners.items()]
+    partners = run.partners.items()
+    pairs += [(_capital(partner_words(name)), partner.run_id) for name, partner in partners]
     return tuple(pairs)
 
 
@@ -69,13 +70,13 @@ def shown_events(events: Sequence[Mapping[str, str]]) -> tuple[Mapping[str, str]
         return tuple(events)
     kinds = ", ".join(
         f"{count} of kind '{kind}'"
-        for kind, count in Counter(each["kind"] for each in between).items()
+        for kind, count in Counter(event["kind"] for event in between).items()
     )
     gap = {"utc": "", "kind": "more", "text": f"{len(between)} more: {kinds}; run.log has all"}
     return (*events[:FIRST], gap, *events[-LAST:])
 
 
-def replayed(provenance: Mapping[str, str]) -> tuple[str, ...]:
+def replay_warning(provenance: Mapping[str, str]) -> tuple[str, ...]:
     """Return the warning that the run is no measurement, if it is a replay."""
     if not provenance.get(REPLAYED):
         return ()
@@ -85,16 +86,16 @@ def replayed(provenance: Mapping[str, str]) -> tuple[str, ...]:
 
 def restrictions(result: Result) -> tuple[str, ...]:
     """Return the restrictions on the use of the run, if its procedure was not approved."""
-    found = []
+    texts = []
     for name, run in _runs(result):
         if run.approval.get("state") != APPROVED:
             note = run.approval.get("note", "")
-            why = f" ({note})" if note else ""
-            found.append(f"Not for certification: the procedure of {name} was a draft{why}.")
-    return tuple(found)
+            reason = f" ({note})" if note else ""
+            texts.append(f"Not for certification: the procedure of {name} was a draft{reason}.")
+    return tuple(texts)
 
 
-def imported(result: Result) -> tuple[str, ...]:
+def import_notes(result: Result) -> tuple[str, ...]:
     """Return who made imported recordings, and who is responsible for the rest."""
     runs: dict[tuple[str, str], list[str]] = {}
     for name, run in _runs(result):
@@ -111,7 +112,7 @@ def imported(result: Result) -> tuple[str, ...]:
 
 def _runs(result: Result) -> tuple[tuple[str, RunData], ...]:
     """Return the run and its partner runs, as text."""
-    partners = ((f"the {partner_words(n)}", each) for n, each in result.run.partners.items())
+    partners = ((f"the {partner_words(name)}", run) for name, run in result.run.partners.items())
     return (("this run", result.run), *partners)
 
 
@@ -131,10 +132,10 @@ def moment(utc: str) -> str:
 
 def settings(result: Result) -> Facts:
     """Return the settings of the analysis, one per line; without a method, those that are given."""
-    told = result.settings
-    if not told.get("primary"):
-        told = {key: value for key, value in told.items() if value}
-    return tuple(_flat(told, ()))
+    chosen = result.settings
+    if not chosen.get("primary"):
+        chosen = {key: value for key, value in chosen.items() if value}
+    return tuple(_flat(chosen, ()))
 
 
 def _flat(value: object, path: tuple[str, ...]) -> Iterator[tuple[str, str]]:
@@ -143,18 +144,18 @@ def _flat(value: object, path: tuple[str, ...]) -> Iterator[tuple[str, str]]:
         inner = tuple(_flat(value["settings"], (*path, str(value["name"]))))
         yield from inner or ((STEP.join(path), str(value["name"])),)
     elif isinstance(value, Mapping):
-        for key, each in value.items():
-            yield from _flat(each, (*path, str(key)))
-    elif isinstance(value, list | tuple) and any(isinstance(each, Mapping) for each in value):
-        for each in value:
-            yield from _flat(each, path)
+        for key, item in value.items():
+            yield from _flat(item, (*path, str(key)))
+    elif isinstance(value, list | tuple) and any(isinstance(item, Mapping) for item in value):
+        for item in value:
+            yield from _flat(item, path)
     else:
         yield STEP.join(path), _text(value)
 
 
 def _text(value: object) -> str:
     if isinstance(value, list | tuple):
-        return ", ".join(_text(each) for each in value) or "none"
+        return ", ".join(_text(item) for item in value) or "none"
     if isinstance(value, bool):
         return "yes" if value else "no"
     return "none" if value is None else f"{value:.12g}" if isinstance(value, float) else str(value)

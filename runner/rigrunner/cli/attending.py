@@ -71,5 +71,5 @@ def attended_run(
             pauses=None if unattended else TerminalPauses(stop, progress, who),
             progress=progress.analysing,
             person=person,
-            told=told,
+            before=told,
         )

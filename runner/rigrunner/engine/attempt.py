@@ -58,7 +58,7 @@ class Attempt:
         )
 
     def end(self, emit: Emit, found: Found = NOTHING, *, ok: bool) -> None:
-        """Record its end and what it found."""
+        """Record its end and what was found."""
         emit(
             StepEnded,
             step=self.step.path,
@@ -79,12 +79,12 @@ class Attempt:
             scatter=found.scatter,
         )
 
-    def is_tried_again(self, error: BaseException) -> bool:
-        """Return whether another attempt follows an error."""
+    def may_retry(self, error: BaseException) -> bool:
+        """Return whether another attempt follows this error."""
         return _is_failure(error) and self.number < self.step.terms.attempts
 
-    def is_passed_over(self, error: BaseException) -> bool:
-        """Return whether the run continues despite an error."""
+    def may_continue(self, error: BaseException) -> bool:
+        """Return whether the run continues despite this error."""
         return _is_failure(error) and self.step.terms.continues
 
 

@@ -20,32 +20,32 @@ if TYPE_CHECKING:
 
 
 def take_break(
-    steps: Sequence[PlannedStep], index: int, wanted: PauseWantedError, session: Session
+    steps: Sequence[PlannedStep], index: int, request: PauseWantedError, session: Session
 ) -> Decision:
     """Pause before a step and return how the run continues; raise AbortedError if it does not.
 
     Interlocks are monitored meanwhile. Without a person to decide, the run is aborted.
     """
     # Also if no one can resume: the record says why the run was aborted.
-    session.intervene("pause", wanted.by, wanted.message)
+    session.intervene("pause", request.by, request.message)
     if session.pauses is None:
-        raise AbortedError(f"{wanted.message}; there is nobody to resume it", by=wanted.by)
+        raise AbortedError(f"{request.message}; there is nobody to resume it", by=request.by)
     moving = tuple(session.rig.pause())
     for text in moving:
         session.emit(Alarm, source="pause", text=text)
-    here = _Break(steps, index, session)
-    decision = here.decision(session.pauses, wanted.message, moving)
+    pause = _Pause(steps, index, session)
+    decision = pause.decision(session.pauses, request.message, moving)
     if decision.choice is Choice.ABORT:
         reason = f": {decision.reason}" if decision.reason else ""
-        raise AbortedError(f"{here.path}: aborted while paused{reason}", by=decision.by)
+        raise AbortedError(f"{pause.path}: aborted while paused{reason}", by=decision.by)
     # Recorded before anything moves again.
-    session.intervene(str(decision.choice), decision.by, here.reason(decision))
+    session.intervene(str(decision.choice), decision.by, pause.reason(decision))
     session.rig.resume()
     return decision
 
 
 @dataclass(frozen=True, eq=False)
-class _Break:
+class _Pause:
     """A pause, before or inside a step."""
 
     steps: Sequence[PlannedStep]
@@ -67,7 +67,7 @@ class _Break:
             # New each time: an interlock can trip or clear while the person decides.
             choices = tuple(self._choices())
             paused = Paused(self.path, self.point, why, moving, choices)
-            # The guardian must not take a person who thinks for a hang.
+            # The guardian must not mistake waiting for a person for a hang.
             with self.session.rig.person():
                 decision = pauses.decide(paused, self.session.watch)
             match decision.choice:
@@ -94,7 +94,7 @@ class _Break:
     def _may_be_skipped(self) -> bool:
         try:
             return may_be_skipped(self.steps, self.index, self.session.rig.standing)
-        except DeviceError:  # where a drive stands is not known
+        except DeviceError:  # the position of a drive is not known
             return False
 
     def _choices(self) -> Iterator[Choice]:

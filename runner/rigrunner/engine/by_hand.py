@@ -1,4 +1,4 @@
-"""Manual mode: a run without a plan, whose steps a person gives one by one."""
+"""Manual mode: a run without a plan; a person gives its steps one by one."""
 
 from __future__ import annotations
 
@@ -77,5 +77,5 @@ class _ByHand(Run):
                 self.notes.stopped_at = done.missed
                 if self.notes.stopped_at:
                     break
-        except PauseWantedError as wanted:
-            raise AbortedError(wanted.message, by=wanted.by) from wanted
+        except PauseWantedError as request:
+            raise AbortedError(request.message, by=request.by) from request

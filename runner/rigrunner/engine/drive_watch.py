@@ -29,12 +29,12 @@ class DriveWatch:
         self._rig = rig
         self._emit = emit
         self._now_s = rig.clock.monotonic_s
-        self._looked_s = self._now_s()
+        self._checked_s = self._now_s()
         self._streaming: list[str] = []
 
     def look(self) -> None:
         """Check if the interval has passed."""
-        if self._now_s() - self._looked_s >= EVERY_S:
+        if self._now_s() - self._checked_s >= EVERY_S:
             self.check()
 
     def check(self) -> None:
@@ -42,21 +42,21 @@ class DriveWatch:
 
         Skips the drives of a device that streams, unless it can be read meanwhile.
         """
-        # The drive may have left its set-point right after the last look: see `latency_s`.
-        before_s = self._looked_s
-        # The first deviation ends the run: any others are not looked for.
-        for member, found in self._rig.drives_astray(self._streaming):
-            name, latency_s = f"drive {member}", self._now_s() - before_s
+        # The drive may have left its set-point right after the last check: see `latency_s`.
+        checked_s = self._checked_s
+        # The first deviation ends the run: further drives are not checked.
+        for member, deviation in self._rig.deviating_drives(self._streaming):
+            name, latency_s = f"drive {member}", self._now_s() - checked_s
             self._emit(
                 InterlockTripped,
                 source=name,
                 interlock=name,
-                text=found,
+                text=deviation,
                 does="make_safe",
                 latency_s=latency_s,
             )
-            raise InterlockError(found, by=name, makes_safe=True)
-        self._looked_s = self._now_s()
+            raise InterlockError(deviation, by=name, makes_safe=True)
+        self._checked_s = self._now_s()
 
     @contextmanager
     def streaming(self, role: str) -> Iterator[None]:

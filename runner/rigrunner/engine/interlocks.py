@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 _ROUNDING_S = 1e-9
 _CLOCKS_DISAGREE = 1e-3
 """How far the clock of a stream may be off, relative to its time."""
-_GRAVEST = ("make_safe", "abort", "pause")
+_BY_SEVERITY = ("make_safe", "abort", "pause")
 
 
 class InterlockError(AbortedError):
@@ -42,7 +42,7 @@ class Guard:
         self._rig = rig
         self._emit = emit
         now_s = rig.clock.monotonic_s()
-        self._watches = [Watch(each, now_s) for each in interlocks]
+        self._watches = [Watch(interlock, now_s) for interlock in interlocks]
         self._began_s: dict[str, float] = {}
         """By role, when its latest stream began, by the clock of the rig."""
         self.watching = bool(self._watches)
@@ -51,91 +51,91 @@ class Guard:
     @property
     def tripped(self) -> list[Watch]:
         """The interlocks that are tripped and not overridden."""
-        return [each for each in self._watches if each.tripped and not each.overridden]
+        return [watch for watch in self._watches if watch.tripped and not watch.overridden]
 
     def pausing(self) -> str:
         """Return what prevents a paused run from continuing, as text."""
         acting = [
-            each
-            for each in self.tripped
+            watch
+            for watch in self.tripped
             # One that forbids a drive matters only if resuming would move that drive.
-            if each.interlock.does == "pause"
-            or any(self._rig.resume_leads_away(d.role, d.name) for d in each.interlock.forbids)
+            if watch.interlock.does == "pause"
+            or any(self._rig.resume_leads_away(d.role, d.name) for d in watch.interlock.forbids)
         ]
-        return "; ".join(each.text for each in acting)
+        return "; ".join(watch.text for watch in acting)
 
     def may_be_overridden(self) -> bool:
         """Return whether interlocks are tripped and a person may override all of them."""
-        return bool(self.tripped) and all(each.interlock.overridable for each in self.tripped)
+        return bool(self.tripped) and all(watch.interlock.overridable for watch in self.tripped)
 
     def override(self) -> None:
         """Override the tripped interlocks until each has cleared."""
-        for each in self.tripped:
-            each.overridden = True
+        for watch in self.tripped:
+            watch.overridden = True
 
     def feed(self, role: str, block: Block) -> None:
         """Check the samples of a stream, whose channels are named without the role."""
         watched = [
-            each
-            for each in self._watches
-            if (member := each.interlock.member).role == role and member.name in block.channels
+            watch
+            for watch in self._watches
+            if (member := watch.interlock.member).role == role and member.name in block.channels
         ]
         if not watched or not block.samples:
             return
         now_s, end = self._rig.clock.monotonic_s(), block.first_sample + block.samples
         began_s = now_s - end / block.rate_hz
         if block.first_sample and role in self._began_s:
-            # Blocks come late, or two at once; the least late one tells when the stream began.
+            # Blocks come late, or two at once; the least late one shows when the stream began.
             before_s = self._began_s[role]
             latest_s = before_s + _CLOCKS_DISAGREE * block.samples / block.rate_hz
-            for each in watched if began_s < before_s else ():
-                each.shift(before_s, before_s - began_s)
+            for watch in watched if began_s < before_s else ():
+                watch.shift(before_s, before_s - began_s)
             began_s = min(began_s, latest_s)
         self._began_s[role] = began_s
         times_s = began_s + np.arange(block.first_sample + 1, end + 1) / block.rate_hz
-        for each in watched:
-            each.take(times_s, np.asarray(block.channels[each.interlock.member.name]), now_s)
+        for watch in watched:
+            watch.take(times_s, np.asarray(block.channels[watch.interlock.member.name]), now_s)
 
     def look(self, *, read_all: bool = False) -> None:
         """Read the channels that are due, or all; record what tripped or cleared."""
-        for each in self._watches:
+        for watch in self._watches:
             now_s = self._rig.clock.monotonic_s()
-            if read_all or now_s - each.looked_s >= each.interlock.every_s - _ROUNDING_S:
-                self._read(each)
-        for each in self._watches:
-            self._tell(each)
+            if read_all or now_s - watch.looked_s >= watch.interlock.every_s - _ROUNDING_S:
+                self._read(watch)
+        for watch in self._watches:
+            self._emit_changes(watch)
 
     def check(self, *, read_all: bool = False) -> None:
         """Look, then raise InterlockError or PauseWantedError for what is tripped."""
         self.look(read_all=read_all)
-        acting = [each for each in self.tripped if each.interlock.does != "forbid"]
-        # Only the first is raised: none that pauses may hide one that makes safe.
-        for each in sorted(acting, key=lambda one: _GRAVEST.index(one.interlock.does)):
-            if each.interlock.does == "pause":
-                raise PauseWantedError(each.text, by=f"interlock {each.interlock.name}")
-            raise _error(each.interlock, each.text)
+        acting = [watch for watch in self.tripped if watch.interlock.does != "forbid"]
+        # Only the first is raised: one that pauses must not hide one that makes safe.
+        for watch in sorted(acting, key=lambda watch: _BY_SEVERITY.index(watch.interlock.does)):
+            if watch.interlock.does == "pause":
+                raise PauseWantedError(watch.text, by=f"interlock {watch.interlock.name}")
+            raise _error(watch.interlock, watch.text)
 
     def allow(self, role: str, drive: str, value: float) -> None:
         """Raise InterlockError if a set-point leaves the safe value while that is forbidden."""
         member = Member(role, drive)
-        against = [each for each in self.tripped if member in each.interlock.forbids]
-        for each in against:
-            # Towards the safe value is always allowed: what is too hot may be unloaded.
+        blocking = [watch for watch in self.tripped if member in watch.interlock.forbids]
+        for watch in blocking:
+            # Towards the safe value is always allowed: a device that is too hot may be unloaded.
             if self._rig.leads_away(role, drive, value):
-                text = f"{member} may not be set to {value:g}: {each.text}"
-                raise _error(each.interlock, text)
+                text = f"{member} may not be set to {value:g}: {watch.text}"
+                raise _error(watch.interlock, text)
 
     def _read(self, watch: Watch) -> None:
         member = watch.interlock.member
         try:
             value = self._rig.read(member.role, (member.name,))[member]
-        except Exception as error:  # noqa: BLE001  (what cannot be read is not known to be good)
+        except Exception as error:  # noqa: BLE001  (unread, it may be out of range)
             watch.miss(self._rig.clock.monotonic_s(), error_text(error))
             return
         now_s = self._rig.clock.monotonic_s()
         watch.take(np.array([now_s]), np.array([value]), now_s)
 
-    def _tell(self, watch: Watch) -> None:
+    def _emit_changes(self, watch: Watch) -> None:
         changes, watch.changes = watch.changes, []
         for change in changes:
             name, source = watch.interlock.name, f"interlock {watch.interlock.name}"

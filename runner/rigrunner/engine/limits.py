@@ -27,14 +27,14 @@ def remarks_on(
     """
     for limit in limits:
         value = values[limit.of]
-        # Most values are far within: without the words of a decision, which take longer.
+        # Most values are far within the limits: the text of a decision would take longer.
         if limit.limits.margin(value) >= limit.marginal:
             continue
-        found = limit.decision(value)
-        if found.passes and not found.marginal:  # as of an infinite value without a limit there
+        decision = limit.decision(value)
+        if decision.passes and not decision.marginal:  # an infinite value without a limit there
             continue
         place = "" if where is None else f"at {where()}: "
-        yield (Note if found.passes else LimitMissed), f"{place}{found.reason}"
+        yield (Note if decision.passes else LimitMissed), f"{place}{decision.reason}"
 
 
 def missed_of(
@@ -42,6 +42,6 @@ def missed_of(
 ) -> Iterator[Remark]:
     """Yield the events for readings that are not as expected."""
     for limit in expected:
-        found = limit.decision(readings[limit.of])
-        if not found.passes:
-            yield LimitMissed, found.reason
+        decision = limit.decision(readings[limit.of])
+        if not decision.passes:
+            yield LimitMissed, decision.reason

@@ -34,7 +34,7 @@ class Notes:
         self._bus = bus
         self._emit = emit
         self._stop = stop
-        self._noted: list[BaseException] = []
+        self._errors: list[BaseException] = []
         self.first: BaseException | None = None
         """The first error."""
         self._passed_over = list(passed_over)
@@ -50,14 +50,14 @@ class Notes:
     @property
     def last(self) -> BaseException | None:
         """The latest error."""
-        return self._noted[-1] if self._noted else None
+        return self._errors[-1] if self._errors else None
 
     @property
     def passed_over(self) -> tuple[str, ...]:
         """Failures and skips after which the run continued."""
         return tuple(self._passed_over)
 
-    def tell(self, kind: type[Event], /, **fields: Any) -> None:
+    def try_emit(self, kind: type[Event], /, **fields: Any) -> None:
         """Emit an event without raising; a sink that fails is a further error."""
         try:
             self._emit(kind, **fields)
@@ -67,14 +67,16 @@ class Notes:
     def note(self, source: str, error: BaseException) -> None:
         """Record an error, once."""
         # Each level that it passes on its way out of the run may note it.
-        if any(error is noted for noted in self._noted):
+        if any(error is earlier for earlier in self._errors):
             return
         self.keep(error)
         # No alarm: a person or an interlock wanted the end.
         if isinstance(error, (AbortedError, KeyboardInterrupt)):
-            self.tell(Intervention, action="abort", by=self._who(error), reason=words(error))
+            self.try_emit(
+                Intervention, action="abort", by=self._aborted_by(error), reason=error_line(error)
+            )
         else:
-            self.tell(Alarm, source=source, text=words(error))
+            self.try_emit(Alarm, source=source, text=error_line(error))
             self.trace(error)
 
     def trace(self, error: BaseException) -> None:
@@ -83,15 +85,15 @@ class Notes:
 
     def keep(self, error: BaseException) -> None:
         """Let an error that is already recorded count for the outcome."""
-        self._noted.append(error)
-        self.first = self._noted[0]
+        self._errors.append(error)
+        self.first = self._errors[0]
 
     def left_unsafe(self, error: DeviceError) -> None:
         """End the run with an error, even if it has ended: a person must go to the rig."""
         self.keep(error)
         self._unsafe = error
 
-    def is_unkept(self, error: BaseException | None) -> bool:
+    def prevents_recording(self, error: BaseException | None) -> bool:
         """Return whether an error means that the run cannot be recorded; no step is to blame."""
         return error is not None and error is self._bus.failure
 
@@ -102,7 +104,7 @@ class Notes:
         ended it.
         """
         lost = isinstance(self.first, (DeviceLostError, DeviceTimeoutError))
-        return lost or self.is_unkept(self.first)
+        return lost or self.prevents_recording(self.first)
 
     def pass_over(self, text: str) -> None:
         """Let the run continue, and mention it at the end."""
@@ -112,26 +114,25 @@ class Notes:
         """Return the outcome of the run and the reason."""
         error = self.first
         if error is None:
-            passed_over = (
-                f"passed over: {'; '.join(self._passed_over)}" if self._passed_over else ""
-            )
+            skipped = "; ".join(self._passed_over)
+            passed_over = f"passed over: {skipped}" if self._passed_over else ""
             if self.stopped_at:
                 reason = "; ".join(text for text in (self.stopped_at, passed_over) if text)
                 return Outcome.STOPPED_AT_LIMIT, reason
             return Outcome.COMPLETED, passed_over
-        reason = words(error)
+        reason = error_line(error)
         if self._unsafe is not None:
-            beside = "" if error is self._unsafe else f"; {words(self._unsafe)}"
-            return Outcome.ERROR, reason + beside
+            also = "" if error is self._unsafe else f"; {error_line(self._unsafe)}"
+            return Outcome.ERROR, reason + also
         aborted = isinstance(error, (AbortedError, KeyboardInterrupt))
         return Outcome.ABORTED if aborted else Outcome.ERROR, reason
 
-    def _who(self, error: AbortedError | KeyboardInterrupt) -> str:
+    def _aborted_by(self, error: AbortedError | KeyboardInterrupt) -> str:
         by = _interrupt(error).by if isinstance(error, KeyboardInterrupt) else error.by
         return by or ("stop request" if self._stop.is_set() else "operator")
 
 
-def words(error: BaseException) -> str:
+def error_line(error: BaseException) -> str:
     """Return an error as one line, with later failures of the cleanup."""
     if isinstance(error, KeyboardInterrupt):
         return "; ".join((_interrupt(error).reason, *getattr(error, "__notes__", ())))

@@ -86,10 +86,10 @@ class Interference:
 
 
 @runtime_checkable
-class Telling(Protocol):
+class Reporting(Protocol):
     """Pauses that also report other actions, such as a change of control."""
 
-    def told(self) -> Iterable[Interference]:
+    def new_actions(self) -> Iterable[Interference]:
         """Return actions that were not reported yet."""
         ...
 
@@ -117,7 +117,7 @@ class Reasoned(Protocol):
 
 @runtime_checkable
 class Interrupting(Protocol):
-    """A stop token that interrupts the run, and can be told not to."""
+    """A stop token that interrupts the run, until `stop_interrupting` is called."""
 
     def stop_interrupting(self) -> None:
         """Stop interrupting: the rig is being made safe, and that is recorded."""

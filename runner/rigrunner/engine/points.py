@@ -9,7 +9,7 @@ from rigrunner.api.member import Member
 from rigrunner.plan.actions import Phase
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Sequence
 
     from rigrunner.plan.actions import PlannedStep
 
@@ -42,21 +42,21 @@ def settles_before(steps: Sequence[PlannedStep], index: int) -> list[int]:
 
     After a pause the rig must settle again before the step, unless the step sets a drive.
     """
-    found: list[int] = []
+    settles: list[int] = []
     if steps[index].action.led:
-        return found
-    for at in range(index - 1, -1, -1):
-        action = steps[at].action
+        return settles
+    for earlier in range(index - 1, -1, -1):
+        action = steps[earlier].action
         if action.led:
             break
         if action.settles:
-            found.insert(0, at)
-    return found
+            settles.insert(0, earlier)
+    return settles
 
 
-def unrepeatable(steps: Sequence[PlannedStep], indices: range) -> bool:
+def unrepeatable(steps: Sequence[PlannedStep], indices: Iterable[int]) -> bool:
     """Return whether one of the steps must not be executed twice."""
-    return any(not steps[at].terms.repeatable for at in indices)
+    return any(not steps[index].terms.repeatable for index in indices)
 
 
 def may_be_skipped(
@@ -102,11 +102,11 @@ def _led_before_read(
 
 
 def teardowns_within(
-    steps: Sequence[PlannedStep], begun: int, indices: range
+    steps: Sequence[PlannedStep], started: int, indices: range
 ) -> Iterator[tuple[int, PlannedStep]]:
     """Yield the remaining teardown steps, among these, of the calls that contain a started step."""
-    within = steps[begun].calls if begun >= 0 else ()
-    for index in range(max(begun + 1, indices.start), indices.stop):
+    calls = steps[started].calls if started >= 0 else ()
+    for index in range(max(started + 1, indices.start), indices.stop):
         step = steps[index]
-        if step.phase is Phase.TEARDOWN and step.calls == within[: len(step.calls)]:
+        if step.phase is Phase.TEARDOWN and step.calls == calls[: len(step.calls)]:
             yield index, step

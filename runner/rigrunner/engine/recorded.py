@@ -19,17 +19,17 @@ class RecordedStatistics:
     def __init__(self, names: Sequence[str]) -> None:
         """Take statistics as 'role.name.statistic'; without any there is no work."""
         self._names = [(name, *name.rpartition(".")[::2]) for name in names]
-        self._of = {channel: SampleStatistics() for _, channel, _ in self._names}
+        self._by_channel = {channel: SampleStatistics() for _, channel, _ in self._names}
 
     def take(self, channels: Mapping[str, Array]) -> None:
         """Add a block of samples by channel, 'role.name'."""
-        for channel, statistics in self._of.items():
+        for channel, statistics in self._by_channel.items():
             statistics.take(channels[channel])
 
     def found(self) -> dict[str, float]:
         """Return the statistics by name; raise DataError without samples."""
         try:
-            known = {channel: each.found() for channel, each in self._of.items()}
+            values = {name: channel.found() for name, channel in self._by_channel.items()}
         except ValueError as error:
-            raise DataError(f"{', '.join(self._of)}: {error}") from error
-        return {name: known[channel][statistic] for name, channel, statistic in self._names}
+            raise DataError(f"{', '.join(self._by_channel)}: {error}") from error
+        return {name: values[channel][statistic] for name, channel, statistic in self._names}

@@ -10,7 +10,7 @@ from rigrunner.api.errors import DataError
 from rigrunner.api.events import Alarm, Intervention, StepEnded, StepStarted
 from rigrunner.engine.notes import CONTINUES
 from rigrunner.engine.pausing import Choice
-from rigrunner.engine.points import point_at
+from rigrunner.engine.points import point_at, unrepeatable
 from rigrunner.plan.actions import Phase
 
 if TYPE_CHECKING:
@@ -52,27 +52,28 @@ def find_resume_point(
     The interrupted set-point starts again. A completed step that must not be executed twice is
     kept; an interrupted one cannot be resumed.
     """
-    done = {one.index for one in events if isinstance(one, StepEnded) and one.ok}
+    ended = [event for event in events if isinstance(event, StepEnded) and event.ok]
+    done = {event.index for event in ended}
     reached = _reached(steps, events)
     start = _start(steps, reached, done)
-    attempts = Counter(one.index for one in events if isinstance(one, StepStarted))
+    attempts = Counter(event.index for event in events if isinstance(event, StepStarted))
     # Nothing but the teardown of the procedure itself is left.
     over = start == len(steps) or (steps[start].phase is Phase.TEARDOWN and not steps[start].calls)
-    # A later look at a condition replaces the earlier one: a set-point can be repeated.
-    looks = {one.index: one.leaves for one in events if isinstance(one, StepEnded) and one.ok}
+    # The latest result of a condition counts: a set-point can be repeated.
+    leaves = {event.index: event.leaves for event in ended}
     left_out = frozenset(
-        index for at, leaves in looks.items() for index in range(at + 1, at + 1 + leaves)
+        index for at, count in leaves.items() for index in range(at + 1, at + 1 + count)
     )
-    before = () if over else tuple(_again(steps, start, done, left_out))
+    before = () if over else tuple(_to_repeat(steps, start, done, left_out))
     # What was interrupted may have had its effect or not: the events do not show it.
     for index in (*before, *range(start, reached + 1)):
-        begun = index < len(steps) and attempts[index]
-        if begun and not _may_come_again(steps[index], done=index in done):
-            raise _refused(f"{steps[index].path} was interrupted, and must not be done twice")
+        was_started = index < len(steps) and attempts[index]
+        if was_started and not _may_be_repeated(steps[index], done=index in done):
+            raise _not_resumable(f"{steps[index].path} was interrupted, and must not be done twice")
     # A kept step is not executed again, so nothing brings its drive back.
     for index in () if over else _led_before(steps, start, before, left_out):
         if index not in before:
-            raise _refused(
+            raise _not_resumable(
                 f"{steps[index].path} must not be done twice, and what follows needs"
                 " the drive where it left it"
             )
@@ -81,7 +82,7 @@ def find_resume_point(
         before=before,
         attempts=dict(attempts),
         passed_over=tuple(passed_over(events)),
-        next_seq=max((one.seq for one in events), default=-1) + 1,
+        next_seq=max((event.seq for event in events), default=-1) + 1,
         by=by,
         left_out=left_out,
         cycles=_cycles(events),
@@ -89,19 +90,19 @@ def find_resume_point(
     )
 
 
-def _refused(message: str) -> DataError:
+def _not_resumable(message: str) -> DataError:
     return DataError(message, hint="'rigrunner recover' closes the run as it is")
 
 
-def _may_come_again(step: PlannedStep, *, done: bool) -> bool:
-    """Return whether a started step may be executed again before the rest: see `brought_back`."""
+def _may_be_repeated(step: PlannedStep, *, done: bool) -> bool:
+    """Return whether a started step may be executed again: see `brought_back`."""
     return step.terms.repeatable or (done and step.action.brings_back is not None)
 
 
 def brought_back(step: PlannedStep) -> PlannedStep:
     """Return steps that restore the rig after a completed step: of a scan its last set-point.
 
-    What such a step found is kept; setup is executed again as it is, with what it measures.
+    What such a step measured is kept; setup is executed again as it is, with what it measures.
     """
     action = step.action
     is_setup = step.phase is Phase.SETUP and step.terms.repeatable
@@ -109,7 +110,7 @@ def brought_back(step: PlannedStep) -> PlannedStep:
         return step
     value, unit = action.passes[-1], action.known[1][action.led]
     text = f"Set {action.led} to {value:g} {unit}, where the {action.kind} left it"
-    # Where the drive stands now, and so how long it moves, is not known.
+    # The present position of the drive, and so the duration of its motion, is not known.
     return replace(step, action=action.brings_back, text=text, estimated_s=0.0)
 
 
@@ -117,18 +118,18 @@ def streams_before(
     steps: Sequence[PlannedStep], resume_at: ResumePoint
 ) -> dict[str, list[dict[str, float]]]:
     """Return by role the set-points, by drive, of each stream that is not repeated, in order."""
-    standing: dict[str, dict[str, float]] = {}
-    found: dict[str, list[dict[str, float]]] = {}
+    set_points: dict[str, dict[str, float]] = {}
+    by_role: dict[str, list[dict[str, float]]] = {}
     for index, step in enumerate(steps[: resume_at.start]):
         action = step.action
         if index in resume_at.left_out:
             continue
         if action.led:
-            standing.setdefault(action.led.role, {})[action.led.name] = action.passes[-1]
-        # Simulators number their streams by set-point: the rest has the noise it would have had.
+            set_points.setdefault(action.led.role, {})[action.led.name] = action.passes[-1]
+        # Simulators number their streams by set-point: later ones then have the same noise.
         if index not in resume_at.before and (role := action.streamed):
-            found.setdefault(role, []).append(dict(standing.get(role, {})))
-    return found
+            by_role.setdefault(role, []).append(dict(set_points.get(role, {})))
+    return by_role
 
 
 def _reached(steps: Sequence[PlannedStep], events: Iterable[Event]) -> int:
@@ -149,12 +150,12 @@ def _reached(steps: Sequence[PlannedStep], events: Iterable[Event]) -> int:
 
 
 def _cycles(events: Iterable[Event]) -> Mapping[str, float]:
-    counted: Mapping[str, float] = {}
+    cycles: Mapping[str, float] = {}
     for event in events:
-        # Cycles count from the start of main: the events of setup have other ones.
+        # Cycles count from the start of main: the events of setup have other counts.
         if isinstance(event, StepStarted | StepEnded) and event.step.startswith(Phase.MAIN):
-            counted = event.cycles or counted
-    return counted
+            cycles = event.cycles or cycles
+    return cycles
 
 
 def _is_forward(steps: Sequence[PlannedStep], index: int, reached: int) -> bool:
@@ -174,54 +175,56 @@ def _start(steps: Sequence[PlannedStep], reached: int, done: set[int]) -> int:
         return len(steps)
     first = point_at(steps, reached).start
     # Going back to the start of the set-point would execute these twice.
-    fixed = [at for at in range(first, reached) if at in done and not steps[at].terms.repeatable]
-    return reached if fixed else first
+    return reached if unrepeatable(steps, done.intersection(range(first, reached))) else first
 
 
-def _again(
+def _to_repeat(
     steps: Sequence[PlannedStep], start: int, done: set[int], left_out: frozenset[int]
 ) -> list[int]:
     """Return setup, the last zero of each channel, and the last settings of the drives."""
-    own = [at for at in range(start) if steps[at].phase is Phase.SETUP]
-    # Setup is the beginning of a plan, so the rest starts behind it.
-    then = [at for at in range(len(own), start) if at not in left_out]
-    zeros = {zeroed: at for at in then if (zeroed := steps[at].action.zeroed)}
+    setup = [index for index in range(start) if steps[index].phase is Phase.SETUP]
+    # Setup is the beginning of a plan: all other steps follow it.
+    forward = [index for index in range(len(setup), start) if index not in left_out]
+    zeros = {zeroed: index for index in forward if (zeroed := steps[index].action.zeroed)}
     # A drive that the set-point sets itself would otherwise be moved twice.
     led = _led_at(steps, start)
-    ends = zeros.values()
     # A zero depends on where the drives stood: each is taken again at the same place.
-    sets = {at for end in ends for at in _last_sets(steps, len(own), end, left_out).values()}
-    last = _last_sets(steps, len(own), start, left_out)
-    sets |= {at for drive, at in last.items() if drive not in led}
-    wanted = sorted({*own, *zeros.values(), *sets} - left_out)
+    sets = {
+        index
+        for zero in zeros.values()
+        for index in _last_sets(steps, len(setup), zero, left_out).values()
+    }
+    last = _last_sets(steps, len(setup), start, left_out)
+    sets |= {index for drive, index in last.items() if drive not in led}
+    to_repeat = sorted({*setup, *zeros.values(), *sets} - left_out)
     # A completed step is kept that is an answer, or must not be repeated.
     kept = {
-        at
-        for at in done.intersection(wanted)
-        if steps[at].action.outcome_stands or not _may_come_again(steps[at], done=True)
+        index
+        for index in done.intersection(to_repeat)
+        if steps[index].action.outcome_stands or not _may_be_repeated(steps[index], done=True)
     }
-    return [at for at in wanted if at not in kept]
+    return [index for index in to_repeat if index not in kept]
 
 
 def _led_before(
     steps: Sequence[PlannedStep], start: int, before: Sequence[int], left_out: frozenset[int]
 ) -> set[int]:
-    """Return the steps that set the drives for the rest, and each zero before it."""
+    """Return the steps that set the drives as needed at the start, and at each zero before it."""
     led = _led_at(steps, start)
     last = _last_sets(steps, 0, start, left_out)
-    found = {at for drive, at in last.items() if drive not in led}
+    indices = {index for drive, index in last.items() if drive not in led}
     for zero in before:
         if steps[zero].action.zeroed:
-            found |= set(_last_sets(steps, 0, zero, left_out).values())
-    return found
+            indices |= set(_last_sets(steps, 0, zero, left_out).values())
+    return indices
 
 
 def _last_sets(
     steps: Sequence[PlannedStep], first: int, end: int, left_out: frozenset[int]
 ) -> dict[Member, int]:
     """Return by drive the step that last set it, before `end`."""
-    done = (at for at in range(first, end) if at not in left_out)
-    return {drive: at for at in done if (drive := steps[at].action.led)}
+    forward = (index for index in range(first, end) if index not in left_out)
+    return {drive: index for index in forward if (drive := steps[index].action.led)}
 
 
 def _led_at(steps: Sequence[PlannedStep], start: int) -> set[Member]:

@@ -100,9 +100,8 @@ def run_plan(  # noqa: PLR0917  (the things that a run is made of)
     emit = Emitter(bus, clock, 0 if resume_at is None else resume_at.next_seq)
     guard = Guard(plan.interlocks, rig, emit)
     drives = DriveWatch(rig, emit) if watches_drives else None
-    known = dict(inputs)
     session = Session(
-        rig, emit, answers, stop, guard, pauses, drives=drives, inputs=known, results=results
+        rig, emit, answers, stop, guard, pauses, drives=drives, inputs=dict(inputs), results=results
     )
     notes = Notes(bus, emit, stop, resume_at.passed_over if resume_at else ())
     run = Run(plan, session, notes, overrides, resume_at, before=before)
@@ -138,7 +137,7 @@ class Run:
         self.notes = notes
         self._attempts = Counter[int](resume_at.attempts if resume_at else {})
         # The latest step in the order of the plan; its calls are those whose teardown is due.
-        self._begun = -1
+        self._latest = -1
 
     def forward(self, run_id: str) -> None:
         """Execute all steps up to the teardown, those of called procedures included."""
@@ -149,7 +148,7 @@ class Run:
             else self._resume(run_id, self._resume_at)
         )
         # A run that continues after an interruption or a pause settles again before it measures.
-        before = settles_before(steps, index) if index < len(steps) else []
+        settles = settles_before(steps, index) if index < len(steps) else []
         while index < len(steps) and self.notes.continues:
             step = steps[index]
             if step.phase is _TEARDOWN:
@@ -165,24 +164,24 @@ class Run:
                 )
             try:
                 # With the progress of `index`: a failure while it settles tears down its calls.
-                for one in before:
-                    self._execute(one, at=index)
-                before = []
+                for settle in settles:
+                    self._execute(settle, at=index)
+                settles = []
                 done = self._execute(index, at=index)
                 self.notes.stopped_at = done.missed
                 index += 1 + done.leaves  # a condition leaves out the steps of its other branch
-            except PauseWantedError as wanted:
+            except PauseWantedError as request:
                 # The step has not been done: unless a person decides otherwise, it is next again.
-                decision = take_break(steps, index, wanted, self._session)
+                decision = take_break(steps, index, request, self._session)
                 index = self._next(index, decision)
-                before = settles_before(steps, index) if index < len(steps) else []
+                settles = settles_before(steps, index) if index < len(steps) else []
         if self.notes.first is None:
             self._session.watch(read_all=True)  # what came up in the last step must not pass unseen
 
     def teardown(self) -> None:
         """Execute the remaining teardowns: of the calls that the run is in, and its own."""
-        everything = range(len(self._plan.steps))
-        for index, step in teardowns_within(self._plan.steps, self._begun, everything):
+        steps = self._plan.steps
+        for index, step in teardowns_within(steps, self._latest, range(len(steps))):
             # The last error, not the first: a person may also request it during the teardown.
             if isinstance(self.notes.last, StopNow):
                 return
@@ -199,7 +198,7 @@ class Run:
             self.notes.note("run", error)
             if error.makes_safe:
                 # Now, and again at the end: the teardown that follows sets drives.
-                self._tell_safe(self._session.rig.make_safe())
+                self._record_safe(self._session.rig.make_safe())
         except BaseException as error:  # noqa: BLE001  (kept; what follows must make the rig safe)
             self.notes.note("run", error)
         return ""
@@ -220,8 +219,8 @@ class Run:
     def end(self, reports: tuple[SafetyReport, ...]) -> RunSummary:
         """Record how the rig was left and how the run ended."""
         # The end must be recorded whole even if a sink fails on one of its events.
-        replace(self._session, emit=self.notes.tell).put_messages()
-        self._tell_safe(reports)
+        replace(self._session, emit=self.notes.try_emit).put_messages()
+        self._record_safe(reports)
         unsafe = unsafe_text(reports)
         if unsafe:
             self.notes.left_unsafe(DeviceError(f"the rig is not safe: {unsafe}"))
@@ -230,14 +229,14 @@ class Run:
             self.notes.keep(DeviceError(out_of_step))
         read_back: dict[str, float] = {}
         units: dict[str, str] = {}
-        for each in reports:
-            read_back |= each.by_member(each.read_back)
-            units |= each.by_member(each.units)
+        for report in reports:
+            read_back |= report.by_member(report.read_back)
+            units |= report.by_member(report.units)
         outcome, reason = self.notes.outcome()
         # A manual session has no plan to resume.
         resumable = bool(self._plan.steps) and self.notes.may_be_resumed()
         # The sink that records this event may fail too, so the outcome is determined again below.
-        self.notes.tell(
+        self.notes.try_emit(
             RunEnded,
             outcome=outcome,
             reason=reason,
@@ -251,9 +250,9 @@ class Run:
 
     def _begin(self, run_id: str) -> int:
         """Record the start and return the first step."""
-        self._tell_start(run_id, self._plan.steps)
-        for each in self._overrides:
-            self._session.intervene("override", each.by, each.reason, each.subject)
+        self._record_start(run_id, self._plan.steps)
+        for override in self._overrides:
+            self._session.intervene("override", override.by, override.reason, override.subject)
         return 0
 
     def _resume(self, run_id: str, resume_at: ResumePoint) -> int:
@@ -262,36 +261,36 @@ class Run:
         Nothing is skipped here: without its zero and its drives the rest would not be comparable.
         """
         before = [brought_back(self._plan.steps[index]) for index in resume_at.before]
-        self._tell_start(run_id, (*before, *self._plan.steps[resume_at.start :]))
+        self._record_start(run_id, (*before, *self._plan.steps[resume_at.start :]))
         self._session.intervene(RESUME_RUN, resume_at.by, subject=resume_at.subject)
         # A pause would leave the rig between two states: it has to wait, and aborts a question.
         unpaused = replace(self._session, pauses=None)
         for index, step in zip(resume_at.before, before, strict=True):
             try:
                 unpaused.check(read_all=True)
-                self._begun = index
+                self._latest = index
                 done = do_step(index, step, unpaused, self.notes, self._attempts)
                 if done.missed:
                     self.notes.stopped_at = done.missed
                     break
-            except PauseWantedError as wanted:
-                text = f"{wanted.message}, while the run was being resumed"
-                raise AbortedError(text, by=wanted.by) from wanted
+            except PauseWantedError as request:
+                text = f"{request.message}, while the run was being resumed"
+                raise AbortedError(text, by=request.by) from request
         return resume_at.start
 
-    def _tell_start(self, run_id: str, to_do: Iterable[PlannedStep]) -> None:
+    def _record_start(self, run_id: str, to_do: Iterable[PlannedStep]) -> None:
         """Announce that these steps begin, and their duration."""
         count, seconds = len(self._plan.steps), sum(step.estimated_s for step in to_do)
         self._session.emit(RunStarted, run_id=run_id, steps=count, estimated_s=seconds)
         self._session.show()
-        for each in self._before:
-            self._session.intervene(each.action, each.by, each.reason, each.subject)
+        for past in self._before:
+            self._session.intervene(past.action, past.by, past.reason, past.subject)
 
     def _execute(self, index: int, at: int) -> Done:
         """Execute a forward step; `at` is the progress of the run. Return as `do_step`."""
         self._session.check(read_all=True)
         # After the check: a step that an interlock keeps from beginning has not begun.
-        self._begun = at
+        self._latest = at
         return do_step(index, self._plan.steps[index], self._session, self.notes, self._attempts)
 
     def _next(self, index: int, decision: Decision) -> int:
@@ -300,13 +299,13 @@ class Run:
         point = point_at(steps, index)
         if decision.choice not in (Choice.REPEAT, Choice.SKIP):
             return index
-        for one, step in teardowns_within(steps, self._begun, range(index, point.stop)):
-            if missed := self._tear_down(one, step):
+        for at, step in teardowns_within(steps, self._latest, range(index, point.stop)):
+            if missed := self._tear_down(at, step):
                 self.notes.stopped_at = missed
         if decision.choice is Choice.REPEAT:
             return point.start
-        about = point_name(steps, index)
-        self.notes.pass_over(f"{about}: skipped by {decision.by}: {decision.reason}")
+        name = point_name(steps, index)
+        self.notes.pass_over(f"{name}: skipped by {decision.by}: {decision.reason}")
         return point.stop
 
     def _tear_down(self, index: int, step: PlannedStep) -> str:
@@ -314,19 +313,19 @@ class Run:
 
         Return as `attempt`: the teardown of a called procedure can stop the continuing run.
         """
-        self._begun = index
-        undisturbed = replace(self._session.ending(), emit=self.notes.tell)
-        return self.attempt(partial(do_step, index, step, undisturbed, self.notes, self._attempts))
+        self._latest = index
+        session = replace(self._session.ending(), emit=self.notes.try_emit)
+        return self.attempt(partial(do_step, index, step, session, self.notes, self._attempts))
 
-    def _tell_safe(self, reports: tuple[SafetyReport, ...]) -> None:
+    def _record_safe(self, reports: tuple[SafetyReport, ...]) -> None:
         """Record how each drive and device was made safe, in order."""
-        for each in reports:
-            for text in each.problems:
-                self.notes.tell(Alarm, source="make safe", text=f"{each.role}: {text}")
-            self.notes.tell(
+        for report in reports:
+            for text in report.problems:
+                self.notes.try_emit(Alarm, source="make safe", text=f"{report.role}: {text}")
+            self.notes.try_emit(
                 MadeSafe,
-                what=each.what,
-                read_back=each.by_member(each.read_back),
-                units=each.by_member(each.units),
-                problems=each.problems,
+                what=report.what,
+                read_back=report.by_member(report.read_back),
+                units=report.by_member(report.units),
+                problems=report.problems,
             )

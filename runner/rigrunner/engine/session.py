@@ -13,7 +13,7 @@ from rigrunner.api.errors import AbortedError, DataError, DeviceTimeoutError
 from rigrunner.api.events import Alarm, Intervention, LimitMissed, Note
 from rigrunner.api.steps import NONE
 from rigrunner.engine.limits import missed_of, remarks_on
-from rigrunner.engine.pausing import PauseWantedError, Reasoned, Showing, Telling
+from rigrunner.engine.pausing import PauseWantedError, Reasoned, Reporting, Showing
 from rigrunner.engine.streams import checked_stream
 
 if TYPE_CHECKING:
@@ -79,12 +79,12 @@ class Session:
 
     def put_messages(self) -> None:
         """Record the log messages of the drivers."""
-        for each in self.rig.messages.taken():
-            source = f"device {each.role}"
-            if each.level == "info":
-                self.emit(Note, step=source, text=each.text)
+        for message in self.rig.messages.taken():
+            source = f"device {message.role}"
+            if message.level == "info":
+                self.emit(Note, step=source, text=message.text)
             else:
-                self.emit(Alarm, source=source, text=f"{each.level}: {each.text}")
+                self.emit(Alarm, source=source, text=f"{message.level}: {message.text}")
 
     def check(self, *, read_all: bool = False) -> None:
         """Raise what prevents the step from continuing; with `read_all` all interlocks are read.
@@ -92,8 +92,8 @@ class Session:
         AbortedError if the run has to stop or an interlock aborts it, PauseWantedError if it has to
         pause, DeviceTimeoutError if its time is over.
         """
-        if self._telling is not None:
-            self._tell(self._telling)
+        if self._reporting is not None:
+            self._record_actions(self._reporting)
         if self.rig.messages:
             self.put_messages()
         if self.stop.is_set():
@@ -117,8 +117,8 @@ class Session:
 
     def watch(self, *, read_all: bool = False) -> None:
         """Raise AbortedError if the run must not continue; pauses are ignored."""
-        if self._telling is not None:
-            self._tell(self._telling)
+        if self._reporting is not None:
+            self._record_actions(self._reporting)
         if self.stop.is_set():
             raise stopped(self.stop)
         # It is paused already, or has no step left to pause.
@@ -136,14 +136,14 @@ class Session:
         return self.pauses if isinstance(self.pauses, Showing) else None
 
     @cached_property
-    def _telling(self) -> Telling | None:
+    def _reporting(self) -> Reporting | None:
         """The pauses that report other actions of people; determined once, since it is slow."""
-        return self.pauses if isinstance(self.pauses, Telling) else None
+        return self.pauses if isinstance(self.pauses, Reporting) else None
 
-    def _tell(self, telling: Telling) -> None:
+    def _record_actions(self, pauses: Reporting) -> None:
         """Record other actions of people."""
-        for each in telling.told():
-            self.intervene(each.action, each.by, each.reason, each.subject)
+        for action in pauses.new_actions():
+            self.intervene(action.action, action.by, action.reason, action.subject)
 
     @property
     def clock(self) -> Clock:
@@ -164,7 +164,7 @@ class Session:
             computed = pool.submit(self.results, name)
             # In wall time: a simulated clock would not wait at all.
             while not wait([computed], _NAP_S).done:
-                self.clock.sleep(0.0)  # progress, for who watches over the run
+                self.clock.sleep(0.0)  # progress, for the guardian
                 self.check()
             return computed.result()
         finally:
@@ -218,25 +218,25 @@ class Session:
 
     def observe(self, readings: Sequence[Member]) -> dict[str, Reading]:
         """Return readings that are not numbers."""
-        found: dict[str, Reading] = {}
-        for role in dict.fromkeys([each.role for each in readings]):
-            found |= self.rig.observe(role, [each.name for each in readings if each.role == role])
-        return {member: found[member] for member in readings}
+        values: dict[str, Reading] = {}
+        for role in dict.fromkeys([member.role for member in readings]):
+            values |= self.rig.observe(role, [m.name for m in readings if m.role == role])
+        return {member: values[member] for member in readings}
 
     def reader(self, channels: Sequence[Member]) -> Callable[[], dict[str, float]]:
         """Return a function that reads channels repeatedly, as `read` does."""
-        roles = dict.fromkeys([each.role for each in channels])
+        roles = dict.fromkeys([channel.role for channel in channels])
         # One call for each device, however its channels are mixed with those of others.
         readers = [
-            self.rig.reader(role, [each.name for each in channels if each.role == role])
+            self.rig.reader(role, [channel.name for channel in channels if channel.role == role])
             for role in roles
         ]
         if len(readers) == 1:
             return readers[0]
 
         def read() -> dict[str, float]:
-            found = {name: value for each in readers for name, value in each().items()}
-            return {member: found[member] for member in channels}
+            values = {name: value for reader in readers for name, value in reader().items()}
+            return {member: values[member] for member in channels}
 
         return read
 
@@ -288,11 +288,11 @@ class Session:
         began_s = clock.monotonic_s()
         steps = min(max(ceil(duration_s / _NAP_S), 1), _MOST_RAMP_STEPS)
         for step in range(1, steps + 1):
-            share = step / steps
-            actual = self.set(role, drive, start + share * (end - start))
+            fraction = step / steps
+            actual = self.set(role, drive, start + fraction * (end - start))
             self.check()
             # From the start of the ramp, so that slow set-points do not add up.
-            self.wait(began_s + share * duration_s - clock.monotonic_s())
+            self.wait(began_s + fraction * duration_s - clock.monotonic_s())
         return actual
 
     def set(self, role: str, drive: str, value: float) -> float:

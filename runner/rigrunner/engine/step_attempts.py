@@ -8,7 +8,7 @@ from rigrunner.api.errors import AbortedError
 from rigrunner.api.events import Alarm
 from rigrunner.api.steps import NOTHING
 from rigrunner.engine.attempt import Attempt
-from rigrunner.engine.notes import CONTINUES, words
+from rigrunner.engine.notes import CONTINUES, error_line
 from rigrunner.engine.pausing import PauseWantedError
 
 if TYPE_CHECKING:
@@ -53,32 +53,32 @@ def _try(attempt: Attempt, session: Session, notes: Notes) -> Done | None:
     """
     step, found = attempt.step, NOTHING
     terms = step.terms
-    trial = session if terms.timeout_s is None else session.within(terms.timeout_s)
+    step_session = session if terms.timeout_s is None else session.within(terms.timeout_s)
     attempt.begin(session.emit)
     if attempt.action.drives_stay:
-        trial = trial.reading
+        step_session = step_session.reading
     try:
-        # Before and after: a drive may fall away between steps, or during one that is too short
-        # for the interval.
-        trial.check_drives()
-        found = attempt.action.do(step.path, trial)
-        trial.check_drives()
-        if trial.timeout_s is not None:
-            trial.check_time()
-    except PauseWantedError as wanted:
-        # With `tell`: the error of a sink must not take the place of the pause.
-        attempt.end(notes.tell, found, ok=False)
+        # Before and after: a drive may leave its set-point between steps, or during one that is
+        # shorter than the interval.
+        step_session.check_drives()
+        found = attempt.action.do(step.path, step_session)
+        step_session.check_drives()
+        if step_session.timeout_s is not None:
+            step_session.check_time()
+    except PauseWantedError as request:
+        # With `try_emit`: the error of a sink must not take the place of the pause.
+        attempt.end(notes.try_emit, found, ok=False)
         if terms.repeatable:
-            raise PauseWantedError(wanted.message, wanted.by) from wanted
-        text = f"{step.path}: {wanted.message}, inside a step that cannot be repeated"
-        raise AbortedError(text, by=wanted.by) from wanted
+            raise PauseWantedError(request.message, request.by) from request
+        text = f"{step.path}: {request.message}, inside a step that cannot be repeated"
+        raise AbortedError(text, by=request.by) from request
     except BaseException as error:
         # What the driver logged often explains the error, and is recorded before it.
         session.put_messages()
-        again, passed_over = _failed(attempt, error, notes)
-        attempt.end(notes.tell, found, ok=False)
-        if again or passed_over:
-            return None if again else Done()
+        retry, passed_over = _failed(attempt, error, notes)
+        attempt.end(notes.try_emit, found, ok=False)
+        if retry or passed_over:
+            return None if retry else Done()
         raise
     attempt.end(session.emit, found, ok=True)
     # A step that judges its values itself, or is a condition, has no limits in its terms.
@@ -97,20 +97,20 @@ def _try(attempt: Attempt, session: Session, notes: Notes) -> Done | None:
 def _failed(attempt: Attempt, error: BaseException, notes: Notes) -> tuple[bool, bool]:
     """Record a failure; return whether to repeat the step, and whether to continue without it."""
     path = attempt.step.path
-    # To try again is of no use: the next attempt could not be recorded either.
-    if notes.is_unkept(error):
+    # Another attempt is useless: it could not be recorded either.
+    if notes.prevents_recording(error):
         notes.note(path, error)
         return False, False
-    again, passed_over = attempt.is_tried_again(error), attempt.is_passed_over(error)
-    if again:
+    retry, passed_over = attempt.may_retry(error), attempt.may_continue(error)
+    if retry:
         attempts = attempt.step.terms.attempts
-        text = f"{words(error)}; try {attempt.number} of {attempts}"
-        notes.tell(Alarm, source=path, text=text)
+        text = f"{error_line(error)}; try {attempt.number} of {attempts}"
+        notes.try_emit(Alarm, source=path, text=text)
         notes.trace(error)
     elif passed_over:
-        notes.pass_over(f"{path}: {words(error)}")
-        notes.tell(Alarm, source=path, text=words(error) + CONTINUES)
+        notes.pass_over(f"{path}: {error_line(error)}")
+        notes.try_emit(Alarm, source=path, text=error_line(error) + CONTINUES)
         notes.trace(error)
     else:
         notes.note(path, error)
-    return again, passed_over
+    return retry, passed_over

@@ -37,7 +37,7 @@ CLOCKS_DISAGREE = 1e-3
 """Allowed disagreement of two clocks, relative to the time since the first block."""
 
 
-class Watched(Protocol):
+class StreamSession(Protocol):
     """What a stream needs of a session of the engine."""
 
     @property
@@ -66,7 +66,7 @@ class Watched(Protocol):
 
 
 def checked_stream(
-    session: Watched, role: str, channels: Sequence[str], duration_s: float
+    session: StreamSession, role: str, channels: Sequence[str], duration_s: float
 ) -> Generator[Block]:
     """Yield the blocks of a device with channels named 'role.channel'.
 
@@ -82,8 +82,8 @@ def checked_stream(
     stream = rig.stream(role, channels, duration_s, session.stop)
     unwatched = nullcontext() if session.drives is None else session.drives.streaming(role)
     with unwatched, closed_after(stream, "ending the stream") as blocks:
-        for given in blocks:
-            block = _checked(role, given, channels, rate_hz, received)
+        for raw_block in blocks:
+            block = _checked(role, raw_block, channels, rate_hz, received)
             times.take(block)
             empty = 0 if block.samples else empty + 1
             # `received` is without this block: the last one may reach beyond the end.

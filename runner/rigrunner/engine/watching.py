@@ -42,14 +42,14 @@ class Watch:
         bad = self._bad(times_s, values)
         worst = float(values[int(np.argmax(bad))])
         if self._lasts(times_s, bad):
-            self._trip(f"{self._shown(worst)}, {self.interlock.condition}", now_s)
-        # After tripping, whose latency counts from the last good value before.
+            self._trip(f"{self._value_text(worst)}, {self.interlock.condition}", now_s)
+        # After tripping: the latency counts from the last good value before.
         if not bad.all():
             self.good_s = float(times_s[np.flatnonzero(~bad)[-1]])
         may_clear = self.tripped and not self.interlock.latched
         if may_clear and not bad.any() and self._is_clear(values):
             self.tripped = self.overridden = False
-            self.text = f"{self._shown(float(values[-1]))} again"
+            self.text = f"{self._value_text(float(values[-1]))} again"
             self.changes.append("cleared")
 
     def miss(self, now_s: float, why: str) -> None:
@@ -59,24 +59,24 @@ class Watch:
             # It may have been bad ever since it was last seen in range.
             self._bad_since_s = self.good_s
         stale_s = self.interlock.stale_s
-        patience_s = self.interlock.debounce_s if stale_s is None else stale_s
-        if now_s - self._bad_since_s >= patience_s:
+        allowed_s = self.interlock.debounce_s if stale_s is None else stale_s
+        if now_s - self._bad_since_s >= allowed_s:
             self._trip(f"{self.interlock.member} cannot be read: {why}", now_s)
 
     def _bad(self, times_s: Array, values: Array) -> Mask:
-        lock = self.interlock
+        interlock = self.interlock
         # Not written as "below or above": NaN is in no range, and so is bad.
-        bad = ~((values >= lock.minimum) & (values <= lock.maximum))
-        if lock.rate_per_s is not None:
-            bad |= self._changes(times_s, values, lock.rate_per_s)
+        bad = ~((values >= interlock.minimum) & (values <= interlock.maximum))
+        if interlock.rate_per_s is not None:
+            bad |= self._changes_too_fast(times_s, values, interlock.rate_per_s)
         return bad
 
-    def _changes(self, times_s: Array, values: Array, rate_per_s: float) -> Mask:
+    def _changes_too_fast(self, times_s: Array, values: Array, rate_per_s: float) -> Mask:
         """Return which values changed faster, by the means of parts that last for `every`.
 
-        Over a shorter time noise would look like a change, and over a longer one a jump would not.
+        Over a shorter time noise would look like a change; over a longer one a jump would be lost.
         """
-        found = np.zeros(len(values), bool)
+        too_fast = np.zeros(len(values), bool)
         shortest_s = self.interlock.every_s - _ROUNDING_S
         step_s = float(times_s[-1] - times_s[0]) / max(len(values) - 1, 1)
         count = max(int(len(values) * step_s / shortest_s), 1)
@@ -87,9 +87,9 @@ class Watch:
                 passed_s = middle_s - before_s
                 if passed_s < shortest_s:
                     continue
-                found[part] = abs(mean - before) > rate_per_s * passed_s
+                too_fast[part] = abs(mean - before) > rate_per_s * passed_s
             self._last = (middle_s, mean)
-        return found
+        return too_fast
 
     def shift(self, began_s: float, by_s: float) -> None:
         """Move times of a stream that turns out to have begun earlier than `began_s`."""
@@ -110,8 +110,8 @@ class Watch:
         return bool(np.any(times_s[ends] - began_s >= self.interlock.debounce_s - _ROUNDING_S))
 
     def _is_clear(self, values: Array) -> bool:
-        lock = self.interlock
-        low, high = lock.minimum + lock.hysteresis, lock.maximum - lock.hysteresis
+        interlock, margin = self.interlock, self.interlock.hysteresis
+        low, high = interlock.minimum + margin, interlock.maximum - margin
         return bool(np.all((values >= low) & (values <= high)))
 
     def _trip(self, text: str, now_s: float) -> None:
@@ -121,8 +121,6 @@ class Watch:
         self.latency_s = max(now_s - self.good_s, 0.0)
         self.changes.append("tripped")
 
-    def _shown(self, value: float) -> str:
-        shown = self.interlock.shown
-        return (
-            f"{self.interlock.member} is {(value - shown.offset) / shown.factor:.4g} {shown.symbol}"
-        )
+    def _value_text(self, value: float) -> str:
+        unit = self.interlock.shown
+        return f"{self.interlock.member} is {(value - unit.offset) / unit.factor:.4g} {unit.symbol}"

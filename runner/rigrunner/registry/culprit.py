@@ -21,10 +21,10 @@ def culprit(error: BaseException) -> str:
 
     It is the innermost frame of a plugin; code that it calls may be at fault too.
     """
-    found = _innermost(walk_tb(error.__traceback__))
-    if not found and error.__cause__ is not None:
+    plugin = _innermost(walk_tb(error.__traceback__))
+    if not plugin and error.__cause__ is not None:
         return culprit(error.__cause__)
-    return found
+    return plugin
 
 
 def whereabouts(frame: FrameType) -> str:
@@ -34,17 +34,17 @@ def whereabouts(frame: FrameType) -> str:
 
 def _innermost(frames: Iterable[tuple[FrameType, int]]) -> str:
     """Return the last of these frames that is of a plugin; they begin with the outermost."""
-    known = {
-        each.place.partition(":")[0].partition(".")[0]: each
-        for each in installed()
-        if each.distribution != PROJECT
+    providers = {
+        provider.place.partition(":")[0].partition(".")[0]: provider
+        for provider in installed()
+        if provider.distribution != PROJECT
     }
-    found = ""
+    innermost = ""
     for frame, line in frames:
         package = str(frame.f_globals.get("__name__", "")).partition(".")[0]
         place = f"{frame.f_code.co_filename}:{line}"
         if package.startswith(DROP_IN):
-            found = place
-        elif package in known:
-            found = f"{known[package].name} {known[package].version}, {place}"
-    return found
+            innermost = place
+        elif package in providers:
+            innermost = f"{providers[package].name} {providers[package].version}, {place}"
+    return innermost

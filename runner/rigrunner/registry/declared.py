@@ -31,13 +31,13 @@ def declaration_problems(device: object) -> Iterator[str]:
         ("channel", device.channels, ChannelInfo),
         ("drive", device.drives, DriveInfo),
     ):
-        needed = f"expected a sequence of {kind.__name__}"
+        expected = f"expected a sequence of {kind.__name__}"
         if not isinstance(infos, (tuple, list)):
-            yield f"got {infos!r}, {needed}"
+            yield f"got {infos!r}, {expected}"
             return
-        strange = [each for each in infos if not isinstance(each, kind)]
-        if strange:
-            yield f"got {strange[0]!r}, {needed}"
+        wrong = [info for info in infos if not isinstance(info, kind)]
+        if wrong:
+            yield f"got {wrong[0]!r}, {expected}"
             return
         yield from _of_names(what, infos)
     yield from _of_readings(device)
@@ -49,11 +49,11 @@ def declaration_problems(device: object) -> Iterator[str]:
 def _of_readings(device: Device) -> Iterator[str]:
     if not isinstance(device, Observing):
         return
-    taken = {info.name for info in device.channels}
+    channel_names = {info.name for info in device.channels}
     for info in device.readings:
         if not re.fullmatch(NAME, info.name):
             yield f"reading {info.name!r}: a name has letters, digits and '_', a letter first"
-        if info.name in taken:
+        if info.name in channel_names:
             yield f"reading '{info.name}': a channel has this name"
         if info.kind not in get_args(ReadingKind):
             yield f"reading '{info.name}': its kind is {info.kind!r}, none of the three"
@@ -73,11 +73,11 @@ def _of_names(what: str, infos: Sequence[ChannelInfo | DriveInfo]) -> Iterator[s
 
 def _of_unit(symbol: str) -> Iterator[str]:
     try:
-        known = unit(symbol)
+        parsed = unit(symbol)
     except (QuantityError, AttributeError):  # unknown, or no text at all
         return
-    if not is_coherent(known):
-        yield f"is in '{symbol}', expected the coherent SI unit, {si_symbol(known.dimension)}"
+    if not is_coherent(parsed):
+        yield f"is in '{symbol}', expected the coherent SI unit, {si_symbol(parsed.dimension)}"
 
 
 def _of_drive(info: DriveInfo) -> Iterator[str]:
@@ -100,4 +100,4 @@ def _of_drive(info: DriveInfo) -> Iterator[str]:
 
 
 def _finite(values: Iterable[object]) -> bool:
-    return all(isinstance(each, (float, int)) and math.isfinite(each) for each in values)
+    return all(isinstance(value, (float, int)) and math.isfinite(value) for value in values)

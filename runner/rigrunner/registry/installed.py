@@ -23,8 +23,8 @@ class Installed:
     @classmethod
     def of(cls, entry: EntryPoint) -> Installed:
         """Return the provider of an entry point."""
-        known = (entry.dist.version, entry.dist.name) if entry.dist else ()
-        return cls(entry.name, entry.value, *known)
+        distribution = (entry.dist.version, entry.dist.name) if entry.dist else ()
+        return cls(entry.name, entry.value, *distribution)
 
     @property
     def entry(self) -> EntryPoint:

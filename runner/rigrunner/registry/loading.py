@@ -53,17 +53,17 @@ def load_registry(entries: Iterable[EntryPoint] | None = None) -> Registry:
 
     `entries` are the entry points to load; by default those of all distributions.
     """
-    found = installed() if entries is None else [Installed.of(entry) for entry in entries]
+    providers = installed() if entries is None else [Installed.of(entry) for entry in entries]
     sources = [
         _Source(
-            Provider(each.name, each.version),
-            each.entry.load,
-            partial(_text_of, each.entry),
-            each.place,
+            Provider(provider.name, provider.version),
+            provider.entry.load,
+            partial(_text_of, provider.entry),
+            provider.place,
         )
-        for each in (_OWN, *sorted(found, key=lambda each: each.name))
+        for provider in (_OWN, *sorted(providers, key=lambda provider: provider.name))
     ]
-    return _loaded(sources, Registry(()))
+    return _load(sources, Registry(()))
 
 
 def with_drop_ins(registry: Registry, folder: Path) -> Registry:
@@ -90,8 +90,8 @@ def with_drop_ins(registry: Registry, folder: Path) -> Registry:
         with suppress(OSError):  # the reason is reported where it is loaded
             version = f"sha256:{hashlib.sha256(path.read_bytes()).hexdigest()[:12]}"
         text = partial(path.read_text, "utf-8")
-        sources.append(_Source(Provider(str(path), version), partial(_imported, path), text))
-    added = _loaded(sources, registry)
+        sources.append(_Source(Provider(str(path), version), partial(_import_file, path), text))
+    added = _load(sources, registry)
     return Registry((*registry.plugins, *added.plugins), (*registry.disabled, *added.disabled))
 
 
@@ -106,7 +106,7 @@ class _Source:
     """The value of its entry point; '' for a file in the folder of a lab."""
 
 
-def _loaded(sources: Iterable[_Source], known: Registry) -> Registry:
+def _load(sources: Iterable[_Source], registry: Registry) -> Registry:
     """Return the plugins of the sources, after their kinds of plugins."""
     plugins: list[Plugin] = []
     disabled: list[DisabledPlugin] = []
@@ -117,35 +117,35 @@ def _loaded(sources: Iterable[_Source], known: Registry) -> Registry:
             yield
         except KeyboardInterrupt:
             raise
-        except BaseException as error:  # noqa: BLE001  (a stranger's may raise anything)
+        except BaseException as error:  # noqa: BLE001  (a plugin may raise anything)
             disabled.append(_disabled(source, error))
 
     modules = []
     for source in sources:
         with disabled_if_broken(source):
             modules.append((source, _module(source)))
-    # All kinds before the first plugin: one may be of a kind that a later provider brings.
-    kinds = list(known.kinds)
+    # All kinds before the first plugin: one may be of a kind of a later provider.
+    kinds = list(registry.kinds)
     for _, module in modules:
-        kinds += _brought_kinds(module, kinds)
+        kinds += _new_kinds(module, kinds)
     for source, module in modules:
         with disabled_if_broken(source):
             plugins += _plugins(source.provider, module, kinds)
     return Registry(plugins, disabled)
 
 
-def _brought_kinds(module: object, known: Collection[KindRecord]) -> list[KindRecord]:
+def _new_kinds(module: object, known_kinds: Collection[KindRecord]) -> list[KindRecord]:
     """Return the new kinds of a module; none of a broken module.
 
     Problems with a kind are reported when its plugins are used.
     """
-    taken = {name for each in known for name in (each.name, each.hook)}
-    (kind,) = (each for each in known if each.record is KindRecord)
+    taken = {name for kind in known_kinds for name in (kind.name, kind.hook)}
+    (kind,) = (kind for kind in known_kinds if kind.record is KindRecord)
     with suppress(Exception, SystemExit):
         return [
             record
-            for each in _implementations(module, [kind])[kind.name]
-            for record in checked_records(kind, each.function(), known)
+            for hook in _implementations(module, [kind])[kind.name]
+            for record in checked_records(kind, hook.function(), known_kinds)
             if isinstance(record, KindRecord) and taken.isdisjoint({record.name, record.hook})
         ]
     return []
@@ -174,8 +174,8 @@ def _disabled(source: _Source, error: BaseException) -> DisabledPlugin:
         text = source.text()
     if isinstance(error, RigrunnerError):
         return DisabledPlugin(source.provider, str(error), error.hint, text)
-    place, said = _place(error), " ".join(str(getattr(error, "message", error)).split())
-    reason = f"{type(error).__name__}: {said}{f' ({place})' if place else ''}"
+    place, message = _place(error), " ".join(str(getattr(error, "message", error)).split())
+    reason = f"{type(error).__name__}: {message}{f' ({place})' if place else ''}"
     return DisabledPlugin(source.provider, reason, _fix(source, error, place), text)
 
 
@@ -186,10 +186,10 @@ def _place(error: BaseException) -> str:
     # Without the import machinery, which calls the plugin.
     ours = (Path(__file__).parent, Path(pluggy.__file__).parent)
     frames = [
-        each
-        for each in extract_tb(error.__traceback__)
-        if not each.filename.startswith("<frozen ")
-        and not any(map(Path(each.filename).is_relative_to, ours))
+        frame
+        for frame in extract_tb(error.__traceback__)
+        if not frame.filename.startswith("<frozen ")
+        and not any(map(Path(frame.filename).is_relative_to, ours))
     ]
     return culprit(error) or (f"{frames[-1].filename}:{frames[-1].lineno}" if frames else "")
 
@@ -215,9 +215,9 @@ def _implementations(
 ) -> dict[str, list[pluggy.HookImpl]]:
     """Return the hooks of a module by the kind of their plugins."""
     manager = pluggy.PluginManager(PROJECT)
-    manager.add_hookspecs(type("Hooks", (), {each.hook: _hook for each in kinds}))
+    manager.add_hookspecs(type("Hooks", (), {kind.hook: _hook for kind in kinds}))
     manager.register(module)
-    return {each.name: getattr(manager.hook, each.hook).get_hookimpls() for each in kinds}
+    return {kind.name: getattr(manager.hook, kind.hook).get_hookimpls() for kind in kinds}
 
 
 @hookspec
@@ -226,10 +226,10 @@ def _hook() -> None:
 
 
 def _plugins(provider: Provider, module: object, kinds: Collection[KindRecord]) -> list[Plugin]:
-    found = _implementations(module, kinds)
-    check_hook_names(module, {each.hook for each in kinds})
-    check_marked(module, {each.function for every in found.values() for each in every})
-    if not any(found.values()):
+    implementations = _implementations(module, kinds)
+    check_hook_names(module, {kind.hook for kind in kinds})
+    check_marked(module, {hook.function for hooks in implementations.values() for hook in hooks})
+    if not any(implementations.values()):
         raise PluginError(
             "it brings nothing: no function of it is a hook",
             hint="are its hooks in another module? the entry point names the one that has them",
@@ -237,14 +237,15 @@ def _plugins(provider: Provider, module: object, kinds: Collection[KindRecord]) 
     plugins = [
         Plugin(kind.name, record, provider)
         for kind in kinds
-        for each in found[kind.name]
-        for record in checked_records(kind, each.function(), kinds)
+        for hook in implementations[kind.name]
+        for record in checked_records(kind, hook.function(), kinds)
     ]
-    records = [each.record for each in plugins]
-    for each in records:
-        if isinstance(each, KindRecord) and each not in kinds:
-            raise PluginError(f"another plugin brings the kind '{each.name}' or {each.hook}")
-    define((each.definition for each in records if isinstance(each, UnitRecord)), provider.name)
+    records = [plugin.record for plugin in plugins]
+    for record in records:
+        if isinstance(record, KindRecord) and record not in kinds:
+            raise PluginError(f"another plugin brings the kind '{record.name}' or {record.hook}")
+    units = (record.definition for record in records if isinstance(record, UnitRecord))
+    define(units, provider.name)
     return plugins
 
 
@@ -253,7 +254,7 @@ def _text_of(entry: EntryPoint) -> str:
     return Path(spec.origin).read_text(encoding="utf-8") if spec and spec.origin else ""
 
 
-def _imported(path: Path) -> ModuleType:
+def _import_file(path: Path) -> ModuleType:
     """Import a file by its path only."""
     # Two labs may have a file of one name.
     unique = hashlib.sha256(str(path.resolve()).encode()).hexdigest()[:12]
@@ -278,20 +279,20 @@ def _check_api_version(declared: object) -> None:
             "it does not say for which plugin API it is made",
             hint=f"its module needs a line 'api_version = {API_VERSION}'",
         )
-    made = f"it is made for plugin API {declared}, and Rigrunner {__version__} has {_offered()}"
+    text = f"it is made for plugin API {declared}, and Rigrunner {__version__} has {_supported()}"
     if declared > API_VERSION:
         raise PluginError(
-            made,
+            text,
             hint=f"update Rigrunner, or install a version of it for API {API_VERSION}",
         )
     if declared < OLDEST_API_VERSION:
         raise PluginError(
-            made,
-            hint=f"install a newer version of it, for API {_offered()}, or an older Rigrunner",
+            text,
+            hint=f"install a newer version of it, for API {_supported()}, or an older Rigrunner",
         )
 
 
-def _offered() -> str:
+def _supported() -> str:
     if OLDEST_API_VERSION == API_VERSION:
         return str(API_VERSION)
     return f"{OLDEST_API_VERSION} to {API_VERSION}"

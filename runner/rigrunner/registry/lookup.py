@@ -103,39 +103,39 @@ class Registry:
     def __init__(self, plugins: Iterable[Plugin], disabled: Iterable[DisabledPlugin] = ()) -> None:
         self.plugins = tuple(sorted(plugins, key=lambda plugin: (plugin.kind, plugin.record.name)))
         self.disabled = tuple(disabled)
-        self._found: dict[tuple[str, str], list[Plugin]] = defaultdict(list)
+        self._by_name: dict[tuple[str, str], list[Plugin]] = defaultdict(list)
         for plugin in self.plugins:
-            self._found[plugin.kind, plugin.record.name].append(plugin)
+            self._by_name[plugin.kind, plugin.record.name].append(plugin)
 
     @property
     def kinds(self) -> tuple[KindRecord, ...]:
         """All kinds of plugins: those of Rigrunner, then those of plugins."""
         records = (plugin.record for plugin in self.plugins)
-        return (*OWN_KINDS, *(each for each in records if isinstance(each, KindRecord)))
+        return (*OWN_KINDS, *(record for record in records if isinstance(record, KindRecord)))
 
     def names(self, kind: str) -> list[str]:
         """Return the sorted names of all plugins of a kind."""
-        return [name for found_kind, name in self._found if found_kind == kind]
+        return [name for plugin_kind, name in self._by_name if plugin_kind == kind]
 
     def disabled_with(self, name: str) -> DisabledPlugin | None:
         """Return the provider that could not be loaded and seems to have a plugin of that name.
 
         It has this name, as the file of a lab's plugin does, or the name occurs in its text.
         """
-        for each in self.disabled:
-            is_called_so = PurePath(each.provider.name).stem.replace("-", "_") == name
-            if is_called_so or f'"{name}"' in each.text or f"'{name}'" in each.text:
-                return each
+        for plugin in self.disabled:
+            has_name = PurePath(plugin.provider.name).stem.replace("-", "_") == name
+            if has_name or f'"{name}"' in plugin.text or f"'{name}'" in plugin.text:
+                return plugin
         return None
 
     def find(self, kind: str, name: str) -> Plugin:
         """Return the plugin of a kind and name; raise PluginError with a suggestion."""
-        found = self._found.get((kind, name), [])
-        if len(found) == 1:
-            return found[0]
+        plugins = self._by_name.get((kind, name), [])
+        if len(plugins) == 1:
+            return plugins[0]
         what = kind.replace("_", " ")
-        if found:
-            providers = " and ".join(str(plugin.provider) for plugin in found)
+        if plugins:
+            providers = " and ".join(str(plugin.provider) for plugin in plugins)
             raise PluginError(
                 f"the {what} '{name}' is provided twice, by {providers}",
                 hint="uninstall or remove one of them; Rigrunner does not choose for you",
@@ -177,15 +177,15 @@ class Registry:
         owners: dict[str, tuple[Plugin, object]] = {}
         for model, plugin in declared.items():
             for key, field in model.model_fields.items():
-                type_of_it = (field.annotation, field.metadata)
-                other, meant = owners.setdefault(key, (plugin, type_of_it))
-                if meant != type_of_it:
-                    both = f"{_of(other)} and {_of(plugin)}"
-                    raise PluginError(f"the key '{key}' of a rig is declared twice, by {both}")
+                declaration = (field.annotation, field.metadata)
+                other, other_declaration = owners.setdefault(key, (plugin, declaration))
+                if other_declaration != declaration:
+                    pair = f"{_description(other)} and {_description(plugin)}"
+                    raise PluginError(f"the key '{key}' of a rig is declared twice, by {pair}")
         if len(declared) == 1:
             return next(iter(declared))
-        about = " ".join(each.__doc__ or "" for each in declared)
-        return create_model("Rig", __base__=(*declared,) or Settings, __doc__=about)
+        doc = " ".join(model.__doc__ or "" for model in declared)
+        return create_model("Rig", __base__=(*declared,) or Settings, __doc__=doc)
 
     def rig_of(self, kind: str, name: str) -> type[Settings] | None:
         """Return the keys of the rig of a plugin; raise PluginError if it does not exist."""
@@ -199,46 +199,46 @@ class Registry:
         self, name: str, settings: Mapping[str, Any], context: AnalysisContext | None = None
     ) -> tuple[ResultDefinition, ...]:
         """Return the results of an analysis from its settings; raise PluginError."""
-        record, told = self._analysis(name), self.validated("analysis", name, settings)
-        with _named(self.find("analysis", name)):
-            found = tuple(record.yields(told, *self._context(record, context)))
-        for each in found:
+        record, validated = self._analysis(name), self.validated("analysis", name, settings)
+        with _naming(self.find("analysis", name)):
+            definitions = tuple(record.yields(validated, *self._context(record, context)))
+        for definition in definitions:
             try:
-                unit(each.unit)
+                unit(definition.unit)
             except QuantityError as error:
-                what = f"the analysis '{name}' yields '{each.name}' in an {error.message}"
+                what = f"the analysis '{name}' yields '{definition.name}' in an {error.message}"
                 raise PluginError(what, hint=error.hint) from error
-        return found
+        return definitions
 
     def objections(
         self, name: str, settings: Mapping[str, Any], units: Mapping[str, str]
     ) -> tuple[Objection, ...]:
         """Return settings that do not fit the units of the requirements; raise PluginError."""
-        record, told = self._analysis(name), self.validated("analysis", name, settings)
-        known = dict(units)
-        for field, fit in chosen_fits(told).items():
-            with suppress(PluginError):  # told by the check of the plugins
-                found = self.requires("fit", fit.name, fit.settings).parameters
-                known |= {f"{field}.{parameter}": symbol for parameter, symbol in found.items()}
-        with _named(self.find("analysis", name)):
-            return tuple(record.objections(told, known))
+        record, validated = self._analysis(name), self.validated("analysis", name, settings)
+        symbols = dict(units)
+        for field, fit in chosen_fits(validated).items():
+            with suppress(PluginError):  # reported by the check of the plugins
+                parameters = self.requires("fit", fit.name, fit.settings).parameters
+                symbols |= {f"{field}.{name}": symbol for name, symbol in parameters.items()}
+        with _naming(self.find("analysis", name)):
+            return tuple(record.objections(validated, symbols))
 
     def partner_problems(
         self, name: str, settings: Mapping[str, Any], planned: PlannedRun, partner: RunData
     ) -> tuple[str, ...]:
         """Return what speaks against a partner run; raise PluginError."""
-        record, told = self._analysis(name), self.validated("analysis", name, settings)
-        with _named(self.find("analysis", name)):
+        record, validated = self._analysis(name), self.validated("analysis", name, settings)
+        with _naming(self.find("analysis", name)):
             context = self._context(record, None)
-            return tuple(record.partner_problems(told, planned, partner, *context))
+            return tuple(record.partner_problems(validated, planned, partner, *context))
 
     def plan_problems(
         self, name: str, settings: Mapping[str, Any], planned: PlannedRun
     ) -> tuple[PlanProblem, ...]:
         """Return why an analysis cannot use what a run will measure; raise PluginError."""
-        record, told = self._analysis(name), self.validated("analysis", name, settings)
-        with _named(self.find("analysis", name)):
-            return tuple(record.plan_problems(told, planned, *self._context(record, None)))
+        record, validated = self._analysis(name), self.validated("analysis", name, settings)
+        with _naming(self.find("analysis", name)):
+            return tuple(record.plan_problems(validated, planned, *self._context(record, None)))
 
     def entering(
         self, name: str, settings: Mapping[str, Any], planned: PlannedRun
@@ -247,41 +247,41 @@ class Registry:
 
         None for an analysis that does not say more than it requires.
         """
-        record, told = self._analysis(name), self.validated("analysis", name, settings)
-        with _named(self.find("analysis", name)):
+        record, validated = self._analysis(name), self.validated("analysis", name, settings)
+        with _naming(self.find("analysis", name)):
             if record.entering is None:
                 return None
-            return tuple(record.entering(told, planned, *self._context(record, None)))
+            return tuple(record.entering(validated, planned, *self._context(record, None)))
 
     def expects(
         self, name: str, settings: Mapping[str, Any], planned: PlannedRun
     ) -> tuple[ExpectedReading, ...]:
         """Return what channels will probably show; raise PluginError."""
-        record, told = self._analysis(name), self.validated("analysis", name, settings)
-        with _named(self.find("analysis", name)):
-            return tuple(record.expects(told, planned, *self._context(record, None)))
+        record, validated = self._analysis(name), self.validated("analysis", name, settings)
+        with _naming(self.find("analysis", name)):
+            return tuple(record.expects(validated, planned, *self._context(record, None)))
 
     def live(
         self, name: str, settings: Mapping[str, Any], context: AnalysisContext | None = None
     ) -> LiveAnalysis | None:
         """Return the live view of an analysis, if it has one; raise PluginError."""
-        record, told = self._analysis(name), self.validated("analysis", name, settings)
-        with _named(self.find("analysis", name)):
+        record, validated = self._analysis(name), self.validated("analysis", name, settings)
+        with _naming(self.find("analysis", name)):
             if record.live is None:
                 return None
-            return record.live(told, *self._context(record, context))
+            return record.live(validated, *self._context(record, context))
 
     def _context(
         self, record: PluginRecord, context: AnalysisContext | None
     ) -> tuple[AnalysisContext, ...]:
-        """Return what an analysis is given after its settings: its context, if it asks for it."""
+        """Return the arguments of an analysis after its settings: its context, if it needs one."""
         if isinstance(record, AnalysisRecord) and record.in_context:
             return (context or AnalysisContext(plugins=self),)
         return ()
 
     def _analysis(self, name: str) -> AnalysisRecord:
         record = self.find("analysis", name).record
-        assert isinstance(record, AnalysisRecord)  # noqa: S101  (the kind says so)
+        assert isinstance(record, AnalysisRecord)  # noqa: S101  (guaranteed by the kind)
         return record
 
     def revision(self, kind: str, name: str) -> int:
@@ -291,13 +291,13 @@ class Registry:
     def requires(self, kind: str, name: str, settings: Mapping[str, Any]) -> Requirements:
         """Return what a plugin requires of a run; raise PluginError."""
         record, validated = self.find(kind, name).record, self.validated(kind, name, settings)
-        with _named(self.find(kind, name)):
+        with _naming(self.find(kind, name)):
             requires = getattr(record, "requires", needs_nothing)
-            found = requires(validated, *self._context(record, None))
-            if not isinstance(found, Requirements):
-                what = f"the {kind.replace('_', ' ')} '{name}' requires {found!r:.60}"
+            requirements = requires(validated, *self._context(record, None))
+            if not isinstance(requirements, Requirements):
+                what = f"the {kind.replace('_', ' ')} '{name}' requires {requirements!r:.60}"
                 raise PluginError(what, hint="return Requirements(channels=(...))")
-            return found
+            return requirements
 
     def make(
         self, kind: str, name: str, settings: Mapping[str, Any], context: Any = None, **fits: Fit
@@ -305,30 +305,30 @@ class Registry:
         """Validate the settings and call the plugin's factory; raise PluginError.
 
         `context`: of a device, and of an analysis that asks for it. `fits`: those that the settings
-        name, made here where they are not given.
+        name; missing ones are made here.
         """
         plugin = self.find(kind, name)
         validated = self.validated(kind, name, settings)
-        given = self._context(plugin.record, context) if kind == "analysis" else (context,)
+        arguments = self._context(plugin.record, context) if kind == "analysis" else (context,)
         # A plugin without a context is called with its settings alone.
-        given = given if any(given) else ()
-        for at, fit in chosen_fits(validated).items():
-            fits.setdefault(at, self.make("fit", fit.name, fit.settings))
-        with _named(plugin):
-            made = plugin.record.factory(validated, *given, **fits)  # type: ignore[attr-defined]  # every kind has one
-        if made is None and kind != "device":  # of a device more is looked at than that
+        arguments = arguments if any(arguments) else ()
+        for field, fit in chosen_fits(validated).items():
+            fits.setdefault(field, self.make("fit", fit.name, fit.settings))
+        with _naming(plugin):
+            product = plugin.record.factory(validated, *arguments, **fits)  # type: ignore[attr-defined]  # every kind has one
+        if product is None and kind != "device":  # a device is checked further
             what = f"the factory of the {kind.replace('_', ' ')} '{name}' gave None"
             raise PluginError(what, hint="return what it makes: is there a `return`?")
-        return _writing(plugin, made) if kind in _WRITES else made
+        return _checked_writer(plugin, product) if kind in _WRITES else product
 
     def validated(self, kind: str, name: str, settings: Mapping[str, Any]) -> Settings:
         """Return the validated settings of a plugin; raise PluginError."""
         try:
-            told = dict(settings) if isinstance(settings, Mapping) else settings
-            return self.settings_of(kind, name).model_validate(told)
+            plain = dict(settings) if isinstance(settings, Mapping) else settings
+            return self.settings_of(kind, name).model_validate(plain)
         except ValidationError as error:
-            found = [(".".join(map(str, each["loc"])), each["msg"]) for each in error.errors()]
-            problems = "; ".join(f"{where}: {what}" if where else what for where, what in found)
+            errors = [(".".join(map(str, entry["loc"])), entry["msg"]) for entry in error.errors()]
+            problems = "; ".join(f"{where}: {what}" if where else what for where, what in errors)
             raise PluginError(f"{kind} '{name}': {problems}") from error
 
     def make_device(
@@ -347,25 +347,25 @@ class Registry:
         wired = isinstance(record, DeviceRecord) and record.wired
         inner_tap = tap if wired else None
 
-        def make(other: str, of_other: Mapping[str, Any], /, part: str = "") -> Device:
+        def make(part_plugin: str, part_settings: Mapping[str, Any], /, part: str = "") -> Device:
             inner = replace(context, role=f"{context.role}/{part}") if part else context
-            return self.make_device(other, of_other, inner, inner_tap)
+            return self.make_device(part_plugin, part_settings, inner, inner_tap)
 
-        given = replace(context, make=make)
+        device_context = replace(context, make=make)
         if tap is None:
-            return self._device(plugin, settings, given)
+            return self._device(plugin, settings, device_context)
         if wired:
-            return tap.called(self._device(plugin, settings, tap.wired(given)), context)
-        return tap.whole(self._device(plugin, settings, given), context)
+            return tap.called(self._device(plugin, settings, tap.wired(device_context)), context)
+        return tap.whole(self._device(plugin, settings, device_context), context)
 
     def _device(self, plugin: str, settings: Mapping[str, Any], context: DeviceContext) -> Device:
         device = self.make("device", plugin, settings, context)
-        with _named(self.find("device", plugin)):
+        with _naming(self.find("device", plugin)):
             problems = tuple(declaration_problems(device))
         if problems:
             hint = f"report it to its author; see 'rigrunner check-plugin {plugin}'"
             raise PluginError(f"device '{plugin}': {'; '.join(problems)}", hint=hint)
-        return device  # type: ignore[no-any-return]  # just looked at
+        return device  # type: ignore[no-any-return]  # just checked
 
     def source(
         self, plugin: str, settings: Mapping[str, Any], channel: str
@@ -376,10 +376,10 @@ class Registry:
         """
         model = self.find("device", plugin).record.settings_model
         if issubclass(model, MadeOfOthers):
-            found = model.model_validate(dict(settings)).source(channel)
-            if found is not None:
-                other, name = found
-                return self.source(other.plugin, other.settings, name)
+            source = model.model_validate(dict(settings)).source(channel)
+            if source is not None:
+                part, name = source
+                return self.source(part.plugin, part.settings, name)
         return plugin, settings
 
     def is_simulated(self, plugin: str, settings: Mapping[str, Any]) -> bool:
@@ -389,8 +389,8 @@ class Registry:
         """
         record = self.find("device", plugin).record
         if issubclass(record.settings_model, MadeOfOthers):
-            made_of = record.settings_model.model_validate(dict(settings)).others().values()
-            return all(self.is_simulated(each.plugin, each.settings) for each in made_of)
+            parts = record.settings_model.model_validate(dict(settings)).others().values()
+            return all(self.is_simulated(part.plugin, part.settings) for part in parts)
         if issubclass(record.settings_model, SimulableSettings):
             return record.settings_model.model_validate(dict(settings)).simulated
         return isinstance(record, DeviceRecord) and record.simulated
@@ -402,15 +402,15 @@ class Registry:
         """
         if self.is_simulated(plugin, settings):
             return []
-        found = self.settings_of("device", plugin).model_validate(dict(settings))
-        if isinstance(found, MadeOfOthers):
-            parts = found.others().values()
+        model = self.settings_of("device", plugin).model_validate(dict(settings))
+        if isinstance(model, MadeOfOthers):
+            parts = model.others().values()
             return [
                 address
-                for each in parts
-                for address in self.physical_addresses(each.plugin, each.settings)
+                for part in parts
+                for address in self.physical_addresses(part.plugin, part.settings)
             ]
-        return list(found.physical_addresses()) if isinstance(found, Reached) else []
+        return list(model.physical_addresses()) if isinstance(model, Reached) else []
 
     def is_reopenable(self, plugin: str, settings: Mapping[str, Any]) -> bool:
         """Return whether a second process can open a device after the first one died.
@@ -419,31 +419,31 @@ class Registry:
         """
         record = self.find("device", plugin).record
         if issubclass(record.settings_model, MadeOfOthers):
-            made_of = record.settings_model.model_validate(dict(settings)).others().values()
-            if not all(self.is_reopenable(each.plugin, each.settings) for each in made_of):
+            parts = record.settings_model.model_validate(dict(settings)).others().values()
+            if not all(self.is_reopenable(part.plugin, part.settings) for part in parts):
                 return False
         return isinstance(record, DeviceRecord) and record.reopenable
 
     def suggestion(self, name: str, names: Sequence[str]) -> str:
         """Return a similar name, and providers that could not be loaded and may have it."""
-        near = difflib.get_close_matches(name, names, n=1)
-        there = f"there are: {', '.join(names) or 'none'}"
-        if near:
-            meant = f"did you mean '{near[0]}'?"
-            there = f"{meant} {there}" if len(names) <= _FEW else meant
-        return "; ".join([*(f"disabled: {each}" for each in self.disabled), there])
+        matches = difflib.get_close_matches(name, names, n=1)
+        hint = f"there are: {', '.join(names) or 'none'}"
+        if matches:
+            question = f"did you mean '{matches[0]}'?"
+            hint = f"{question} {hint}" if len(names) <= _FEW else question
+        return "; ".join([*(f"disabled: {plugin}" for plugin in self.disabled), hint])
 
 
-def _of(plugin: Plugin) -> str:
+def _description(plugin: Plugin) -> str:
     return f"the {plugin.kind.replace('_', ' ')} '{plugin.record.name}' of {plugin.provider}"
 
 
-def _writing(plugin: Plugin, write: Callable[[Any], object]) -> Callable[[Any], bytes]:
+def _checked_writer(plugin: Plugin, write: Callable[[Any], object]) -> Callable[[Any], bytes]:
     """Return the function of a format; raise PluginError if it does not return bytes."""
 
-    def checked(given: Any) -> bytes:
-        with _named(plugin):
-            content = write(given)
+    def checked(document: Any) -> bytes:
+        with _naming(plugin):
+            content = write(document)
         if not isinstance(content, bytes):
             got, what = type(content).__name__, plugin.kind.replace("_", " ")
             hint = "a text becomes bytes by its encode('utf-8')"
@@ -456,9 +456,9 @@ def _writing(plugin: Plugin, write: Callable[[Any], object]) -> Callable[[Any], 
 
 
 @contextmanager
-def _named(plugin: Plugin) -> Iterator[None]:
+def _naming(plugin: Plugin) -> Iterator[None]:
     """Name the plugin in unexpected exceptions, and convert those that would end the program."""
-    what = _of(plugin)
+    what = _description(plugin)
     try:
         yield
     except (RigrunnerError, KeyboardInterrupt):

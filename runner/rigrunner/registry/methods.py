@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from rigrunner.api.devices import Device
 
-_OF_A_DEVICE = {
+_DEVICE_METHODS = {
     "connect": ("timeout_s",),
     "make_safe": (),
     "close": (),
@@ -27,7 +27,7 @@ _OF_A_DEVICE = {
     "resume": (),
 }
 """Arguments of each method, if a device has it."""
-_OF_A_DRIVER = {
+_DRIVER_METHODS = {
     "open": ("timeout_s",),
     "shut": (),
     "get": ("channel",),
@@ -40,7 +40,7 @@ _OF_A_DRIVER = {
 def place_of(function: object) -> str:
     """Return `file:line` of a Python function or class; '' for any other."""
     if isinstance(function, type):
-        function = function.__init__  # type: ignore[misc]  # the one that this class has
+        function = function.__init__  # type: ignore[misc]  # of this class
     code = getattr(inspect.unwrap(function), "__code__", None)  # type: ignore[arg-type]  # anything
     return f"{code.co_filename}:{code.co_firstlineno}" if code else ""
 
@@ -49,14 +49,14 @@ def call_problem(function: Callable[..., object], what: str, arguments: tuple[st
     """Return why a function cannot be called with these arguments; '' if it can."""
     try:
         signature = inspect.signature(function)
-    except (TypeError, ValueError):  # of a builtin Python knows no signature
+    except (TypeError, ValueError):  # a builtin without a signature
         return ""
     try:
         signature.bind(*arguments)
     except TypeError:
-        needed = ", ".join(arguments) or "nothing"
-        taken = signature.replace(return_annotation=inspect.Signature.empty)
-        return f"{what} takes {taken}, and is called with {needed}{_at(function)}"
+        expected = ", ".join(arguments) or "nothing"
+        parameters = signature.replace(return_annotation=inspect.Signature.empty)
+        return f"{what} takes {parameters}, and is called with {expected}{_at(function)}"
     return ""
 
 
@@ -75,9 +75,9 @@ def method_problems(device: Device) -> Iterator[str]:
         if not hasattr(device, "clock"):
             yield f"{kind.__name__}.__init__ does not call super().__init__(){_at(kind)}"
             return
-        yield from _missing(device)
-    called = _OF_A_DEVICE | (_OF_A_DRIVER if isinstance(device, Driver) else {})
-    for name, arguments in called.items():
+        yield from _missing_methods(device)
+    methods = _DEVICE_METHODS | (_DRIVER_METHODS if isinstance(device, Driver) else {})
+    for name, arguments in methods.items():
         function = getattr(kind, name, None)
         if function is None or not inspect.isroutine(function):
             continue
@@ -93,28 +93,28 @@ def method_problems(device: Device) -> Iterator[str]:
             yield problem
 
 
-def _missing(device: Driver) -> Iterator[str]:
+def _missing_methods(device: Driver) -> Iterator[str]:
     kind = type(device)
-    needed: dict[str, tuple[str, ...]] = {"open": ("connect",)}
+    required: dict[str, tuple[str, ...]] = {"open": ("connect",)}
     if device.channels:
-        needed["get"] = ("get_all", "read")
+        required["get"] = ("get_all", "read")
     if device.drives:
-        needed["put"] = ("begin", "set")
-    for name, others in needed.items():
-        if all(getattr(kind, each) is getattr(Driver, each) for each in (name, *others)):
+        required["put"] = ("begin", "set")
+    for name, others in required.items():
+        if all(getattr(kind, method) is getattr(Driver, method) for method in (name, *others)):
             yield f"{kind.__name__} has no `{name}`{_near(kind, name)}"
 
 
 def _near(kind: type[Driver], name: str) -> str:
     """Return a similar method of the class and its place; '' for none."""
-    own = {each: getattr(kind, each) for each in dir(kind) if not hasattr(Driver, each)}
-    methods = {each: value for each, value in own.items() if inspect.isfunction(value)}
-    lower = {each.lower(): each for each in methods}
-    near = difflib.get_close_matches(name, lower, n=1)
-    if not near:
+    added = {method: getattr(kind, method) for method in dir(kind) if not hasattr(Driver, method)}
+    methods = {method: value for method, value in added.items() if inspect.isfunction(value)}
+    lower = {method.lower(): method for method in methods}
+    matches = difflib.get_close_matches(name, lower, n=1)
+    if not matches:
         return ""
-    meant = lower[near[0]]
-    return f": is `{meant}` meant?{_at(methods[meant])}"
+    match = lower[matches[0]]
+    return f": is `{match}` meant?{_at(methods[match])}"
 
 
 def _at(function: object) -> str:

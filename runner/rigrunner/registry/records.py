@@ -22,9 +22,9 @@ PLUGIN_NAME = "[a-z][a-z0-9_]*"
 
 
 def _kind(name: str, record: type[PluginRecord], *takes: str, hook: str = "") -> KindRecord:
-    words = " ".join((record.__doc__ or "").split()).partition(".")[0].partition(":")[0]
+    summary = " ".join((record.__doc__ or "").split()).partition(".")[0].partition(":")[0]
     return KindRecord(
-        name=name, help=words, hook=hook or f"{_PREFIX}{name}s", record=record, takes=takes
+        name=name, help=summary, hook=hook or f"{_PREFIX}{name}s", record=record, takes=takes
     )
 
 
@@ -46,26 +46,26 @@ OWN_KINDS = (
 )
 """The kinds of plugins of Rigrunner, in the order in which a procedure uses them."""
 
-_GIVEN = {"device": ("context",), "step": ("planning",)}
+_ARGUMENTS = {"device": ("context",), "step": ("planning",)}
 """Arguments of the factory of a kind besides the settings."""
 
 
-def check_hook_names(module: object, known: Collection[str]) -> None:
+def check_hook_names(module: object, hook_names: Collection[str]) -> None:
     """Raise PluginError for a function that is marked as a hook that does not exist."""
     for key, value in vars(module).items():
-        if key in known or getattr(value, f"{hooks.PROJECT}_impl", None) is None:
+        if key in hook_names or getattr(value, f"{hooks.PROJECT}_impl", None) is None:
             continue
-        near = difflib.get_close_matches(key, known, n=1)
-        meant = f"call it {near[0]}" if near else f"there are: {', '.join(sorted(known))}"
-        raise PluginError(f"{key} ({place_of(value)}) is not the name of a hook", hint=meant)
+        matches = difflib.get_close_matches(key, hook_names, n=1)
+        hint = f"call it {matches[0]}" if matches else f"there are: {', '.join(sorted(hook_names))}"
+        raise PluginError(f"{key} ({place_of(value)}) is not the name of a hook", hint=hint)
 
 
 def check_marked(module: object, implementations: Collection[Callable[..., object]]) -> None:
     """Raise PluginError for a function with the name of a hook but without its mark."""
     name = getattr(module, "__name__", "")
     for key, value in vars(module).items():
-        is_its_own = callable(value) and getattr(value, "__module__", "") == name
-        if is_its_own and key.startswith(_PREFIX) and value not in implementations:
+        is_defined_here = callable(value) and getattr(value, "__module__", "") == name
+        if is_defined_here and key.startswith(_PREFIX) and value not in implementations:
             raise PluginError(
                 f"its function {key} is not marked as a hook",
                 hint=f"put @hookimpl, of rigrunner.api.hooks, above it ({place_of(value)})",
@@ -82,15 +82,14 @@ def checked_records(
         got = f"one {type(returned).__name__}" if is_record else repr(returned)
         hint = "is there a `return`?" if returned is None else "put it into a list: [...]"
         raise PluginError(f"{hook} returned {got}, expected a list of {needed.__name__}", hint=hint)
-    for record in returned:  # type: ignore[attr-defined]  # what else is no list says so itself
+    for record in returned:  # type: ignore[attr-defined]  # any other value raises
         if not isinstance(record, hooks.PluginRecord):
             raise PluginError(f"{hook} returned {record!r}, which is not a plugin record")
         if not isinstance(record, needed):
-            given = f"a {type(record).__name__}"
-            fitting = [each.name for each in kinds if type(record) is each.record]
+            matching = [other.name for other in kinds if type(record) is other.record]
             raise PluginError(
-                f"{hook} returned {given}, expected a {needed.__name__}",
-                hint=f"return it from the hook for a {fitting[0]}" if fitting else "",
+                f"{hook} returned a {type(record).__name__}, expected a {needed.__name__}",
+                hint=f"return it from the hook for a {matching[0]}" if matching else "",
             )
         _check(record, hook)
         _check_factory(kind.name, record, hook)
@@ -131,12 +130,12 @@ def _check_factory(kind: str, record: PluginRecord, hook: str) -> None:
     """Raise PluginError unless the factory accepts its arguments."""
     factory = record.factory  # type: ignore[attr-defined]  # every kind has one
     fits = parameters(factory)[1:] if kind == "analysis" else ()  # named by fields of the settings
-    given = ("settings", *_GIVEN.get(kind, ()), *fits)
+    args = ("settings", *_ARGUMENTS.get(kind, ()), *fits)
     name = getattr(factory, "__name__", type(factory).__name__)
-    problem = call_problem(factory, f"its factory {name}", given)
-    if not problem and given[1:] and parameters(factory)[:2] == given[::-1]:
+    problem = call_problem(factory, f"its factory {name}", args)
+    if not problem and args[1:] and parameters(factory)[:2] == args[::-1]:
         place = place_of(factory)
-        problem = f"its factory {name} takes {given[1]} and settings in the wrong order ({place})"
+        problem = f"its factory {name} takes {args[1]} and settings in the wrong order ({place})"
     if problem:
-        hint = f"write `def __init__(self, {', '.join(given)})`, or a function of these"
+        hint = f"write `def __init__(self, {', '.join(args)})`, or a function of these"
         raise PluginError(f"the record {record.name!r} of {hook}: {problem}", hint=hint)

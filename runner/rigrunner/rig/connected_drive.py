@@ -51,8 +51,8 @@ class ConnectedDrive:
         self.info = role.drive(name)
         self._allowed = rules.narrowed(self.member, self.info)
         self._least, self._greatest = self._allowed.minimum, self._allowed.maximum
-        own, rate_per_s = self.info.rate_per_s, self._allowed.rate_per_s
-        self.led_rate_per_s = None if rate_per_s == own else rate_per_s
+        drive_rate_per_s, rate_per_s = self.info.rate_per_s, self._allowed.rate_per_s
+        self.led_rate_per_s = None if rate_per_s == drive_rate_per_s else rate_per_s
         """Rate at which to move the drive, from the station; None: it moves by itself."""
         self._rules, self._set_points = rules, shared.set_points
         self._standing, self._clock = shared.standing, shared.clock
@@ -100,8 +100,8 @@ class ConnectedDrive:
         limit_s = self._limit_s if timeout_s is None else timeout_s
         # `set` of such a device may wait until the drive has arrived: nothing can be polled.
         if self._approaching is None:
-            set_it = partial(self._device.set, self.name, value)
-            self._role.call(self._set, self._role.moving(self._set, set_it, limit_s), limit_s)
+            set_drive = partial(self._device.set, self.name, value)
+            self._role.call(self._set, self._role.moving(self._set, set_drive, limit_s), limit_s)
             return
         with self._role.named():
             approach(

@@ -35,7 +35,7 @@ def as_number(value: object) -> float:
     # NumPy would drop an imaginary part with a mere warning.
     is_complex = getattr(getattr(value, "dtype", None), "kind", "") == "c"
     if isinstance(value, SupportsFloat) and not is_complex:
-        with suppress(TypeError, ValueError, OverflowError):  # as of an array of several
+        with suppress(TypeError, ValueError, OverflowError):  # such as an array of several
             return float(value)
     raise DeviceRejectedError(f"the driver gave {value!r}, which is not a number")
 
@@ -45,7 +45,7 @@ def agrees(info: DriveInfo, actual: float, value: float) -> bool:
     return abs(actual - value) <= info.allowed_deviation
 
 
-def staying_away(
+def away_from_safe(
     role: str, drives: Iterable[DriveInfo], set_points: Mapping[Member, float]
 ) -> list[str]:
     """Return, as text, which drives are not at their safe value; set-points by 'role.drive'."""

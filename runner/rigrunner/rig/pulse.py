@@ -47,7 +47,7 @@ class Pulse:
         """Return the time until progress is overdue; infinity while a person acts."""
         return math.inf if self._people else self._until_s - self._now_s
 
-    def note(self, event: object = None) -> None:  # noqa: ARG002  (an EventSink's)
+    def note(self, event: object = None) -> None:  # noqa: ARG002  (of an EventSink)
         """Note progress; an event sink."""
         self._until_s = max(self._now_s + self.usual_s, self._given_up_s, *self._running)
 
@@ -61,7 +61,7 @@ class Pulse:
             self._announce(limit_s + self.usual_s)
         try:
             yield
-        except BaseException:  # it may have been given up, and is waited for again at the end
+        except BaseException:  # if it was given up, it is waited for again at the end
             self._given_up_s = max(self._given_up_s, until_s)
             raise
         finally:
@@ -79,7 +79,7 @@ class Pulse:
             self.note()
 
 
-class NotedClock:
+class PulseClock:
     """A clock whose waits note progress at each interval."""
 
     def __init__(self, clock: Clock, pulse: Pulse) -> None:
@@ -98,7 +98,7 @@ class NotedClock:
         self._note()
 
 
-class NotedCaller:
+class PulseCaller:
     """Calls a device through another caller, and allows each call its time limit."""
 
     def __init__(self, caller: Caller, pulse: Pulse) -> None:

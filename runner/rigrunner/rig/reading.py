@@ -19,28 +19,28 @@ if TYPE_CHECKING:
     from rigrunner.api.readings import Reading
     from rigrunner.rig.role import Role
 
-Found = tuple[dict[str, float], dict[str, str]]
+Conditions = tuple[dict[str, float], dict[str, str]]
 """Values and units by 'role.channel'."""
-_NEEDED = {"text": "a str", "boolean": "a bool", "array": "a tuple of finite numbers"}
+_EXPECTED = {"text": "a str", "boolean": "a bool", "array": "a tuple of finite numbers"}
 
 
-def refuse_unnamed(role: str, found: object) -> None:
+def check_identity(role: str, value: object) -> None:
     """Raise DeviceRejectedError unless a driver returned an identity as text."""
-    if not isinstance(found, Identity) or not all(
-        isinstance(text, str) for text in (found.maker, found.model, found.serial, found.firmware)
+    if not isinstance(value, Identity) or not all(
+        isinstance(text, str) for text in (value.maker, value.model, value.serial, value.firmware)
     ):
-        raise DeviceRejectedError(f"{role}: connect gave {found!r}, which is not an Identity")
+        raise DeviceRejectedError(f"{role}: connect gave {value!r}, which is not an Identity")
 
 
-def plain_identity(found: Identity) -> Identity:
+def plain_identity(identity: Identity) -> Identity:
     """Return an identity without hidden characters, which an instrument may have answered."""
     return replace(
-        found,
-        maker=visible(found.maker),
-        model=visible(found.model),
-        serial=visible(found.serial),
-        firmware=visible(found.firmware),
-        parts={name: plain_identity(part) for name, part in found.parts.items()},
+        identity,
+        maker=visible(identity.maker),
+        model=visible(identity.model),
+        serial=visible(identity.serial),
+        firmware=visible(identity.firmware),
+        parts={name: plain_identity(part) for name, part in identity.parts.items()},
     )
 
 
@@ -54,7 +54,7 @@ def sample_rate_hz(role: Role) -> float:
     return rate_hz
 
 
-class HeldChannels:
+class ChannelReader:
     """Reads channels of a connected device repeatedly."""
 
     def __init__(self, role: Role, channels: Sequence[str], answer_s: float) -> None:
@@ -69,34 +69,34 @@ class HeldChannels:
     def read(self) -> dict[str, float]:
         """Return the present value of each channel by 'role.channel'; raise a DeviceError."""
         values = self._role.call("read", self._read, self._answer_s, self._channels)
-        found: dict[str, float] = {}
+        readings: dict[str, float] = {}
         try:
             for name, member in self._members:
                 value = as_number(values.get(name, math.nan))
                 if math.isfinite(value):
-                    found[member] = value
+                    readings[member] = value
         # AttributeError: the driver gave no mapping.
         except (DeviceRejectedError, AttributeError) as error:
             raise DeviceRejectedError(
                 f"{self._role.name}: the driver gave {values!r}",
                 hint="a number of each channel is needed",
             ) from error
-        if len(found) != self._count:
-            missing = [name for name, member in self._members if member not in found]
+        if len(readings) != self._count:
+            missing = [name for name, member in self._members if member not in readings]
             text = f"{self._role.name}: no value was read of {', '.join(missing)}"
             raise DeviceRejectedError(text)
-        return found
+        return readings
 
 
-def told(role: Role, names: Sequence[str], answer_s: float) -> dict[str, Reading]:
+def observe(role: Role, names: Sequence[str], answer_s: float) -> dict[str, Reading]:
     """Return the checked readings that are not numbers; raise a DeviceError."""
     device = role.need(Observing)  # type: ignore[type-abstract]  # a Protocol
     kinds = {info.name: info.kind for info in device.readings}
     values = role.call("read", device.observe, answer_s, names)
-    return {Member(role.name, name): _told(role, name, kinds[name], values) for name in names}
+    return {Member(role.name, name): _checked(role, name, kinds[name], values) for name in names}
 
 
-def _told(role: Role, name: str, kind: str, values: Mapping[str, object]) -> Reading:
+def _checked(role: Role, name: str, kind: str, values: Mapping[str, object]) -> Reading:
     value = values.get(name) if isinstance(values, Mapping) else None
     if kind == "text" and isinstance(value, str):
         return value
@@ -104,18 +104,18 @@ def _told(role: Role, name: str, kind: str, values: Mapping[str, object]) -> Rea
         return value
     if kind == "array" and isinstance(value, (tuple, list)):
         with role.named():
-            numbers = tuple(as_number(each) for each in value)
+            numbers = tuple(as_number(number) for number in value)
         if all(map(math.isfinite, numbers)):
             return numbers
     raise DeviceRejectedError(
         f"{role.name}: the driver gave {value!r:.80} for '{name}'",
-        hint=f"expected {_NEEDED[kind]}",
+        hint=f"expected {_EXPECTED[kind]}",
     )
 
 
-def read_beside(
+def read_conditions(
     roles: Iterable[Role], streamed: Mapping[str, Sequence[str]], answer_s: float
-) -> Found:
+) -> Conditions:
     """Read once everything that can be read while a role streams."""
     values: dict[str, float] = {}
     units: dict[str, str] = {}
@@ -123,19 +123,22 @@ def read_beside(
         if role.able(Readable) is not None:  # type: ignore[type-abstract]  # a Protocol
             busy = streamed.get(role.name, ())
             channels = role.device.channels
-            wanted = {info.name: info.unit for info in channels if info.name not in busy}
-            values |= HeldChannels(role, tuple(wanted), answer_s).read()
-            units |= {Member(role.name, channel): unit for channel, unit in wanted.items()}
+            unit_of = {info.name: info.unit for info in channels if info.name not in busy}
+            values |= ChannelReader(role, tuple(unit_of), answer_s).read()
+            units |= {Member(role.name, name): unit for name, unit in unit_of.items()}
     return values, units
 
 
-def found_of_stream(role: Role, answer_s: float) -> Found:
+def stream_conditions(role: Role, answer_s: float) -> Conditions:
     """Return the values that a device measured of its last stream; empty for none."""
     device = role.able(KnowsStream)  # type: ignore[type-abstract]  # a Protocol
     if device is None:
         return {}, {}
-    found = role.call("tell of the stream", device.stream_conditions, answer_s)
-    values: dict[str, float] = {
-        Member(role.name, name): as_number(value) for name, (value, _) in found.items()
-    }
-    return values, {Member(role.name, name): unit for name, (_, unit) in found.items()}
+    values_and_units = role.call("tell of the stream", device.stream_conditions, answer_s)
+    values: dict[str, float] = {}
+    units: dict[str, str] = {}
+    with role.named():
+        for name, (value, unit) in values_and_units.items():
+            values[Member(role.name, name)] = as_number(value)
+            units[Member(role.name, name)] = unit
+    return values, units

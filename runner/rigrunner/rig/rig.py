@@ -22,17 +22,17 @@ from rigrunner.api.errors import DeviceError, DeviceRejectedError
 from rigrunner.api.member import Member
 from rigrunner.rig.connected_drive import ConnectedDrive, Shared
 from rigrunner.rig.cycles import CycleCount
-from rigrunner.rig.drives import staying_away
+from rigrunner.rig.drives import away_from_safe
 from rigrunner.rig.messages import DeviceMessages
-from rigrunner.rig.pulse import NotedClock
+from rigrunner.rig.pulse import PulseClock
 from rigrunner.rig.reading import (
-    HeldChannels,
-    found_of_stream,
+    ChannelReader,
+    check_identity,
+    observe,
     plain_identity,
-    read_beside,
-    refuse_unnamed,
+    read_conditions,
     sample_rate_hz,
-    told,
+    stream_conditions,
 )
 from rigrunner.rig.role import Role
 from rigrunner.rig.safe_state import (
@@ -79,10 +79,10 @@ class Rig:
         pulse: Pulse | None = None,
     ) -> None:
         self.devices = dict(devices)
-        self.clock: Clock = clock if pulse is None else NotedClock(clock, pulse)
+        self.clock: Clock = clock if pulse is None else PulseClock(clock, pulse)
         self._pulse = pulse
         self.messages = DeviceMessages()
-        """Log messages of the drivers; the given collection, or a new one."""
+        """Log messages of the drivers."""
         self._safe_order = tuple(safe_order)
         self._rules = rules or DriveRules()
         self._connected: set[str] = set()
@@ -97,7 +97,7 @@ class Rig:
             self._rules, self._patience, clock, self._set_points, self._standing, self.cycles, marks
         )
         self._drives: dict[tuple[str, str], ConnectedDrive] = {}
-        self._channels: dict[tuple[str, tuple[str, ...]], HeldChannels] = {}
+        self._channels: dict[tuple[str, tuple[str, ...]], ChannelReader] = {}
 
     def __enter__(self) -> Self:
         self.connect()
@@ -111,7 +111,7 @@ class Rig:
     ) -> None:
         reports = self.make_safe()
         if error is not None:
-            note_unsafe(error, [each for each in reports if each.role in self._connected])
+            note_unsafe(error, [report for report in reports if report.role in self._connected])
         try:
             self.close()
         except Exception as second:
@@ -134,7 +134,7 @@ class Rig:
         def connect(role: str) -> None:
             try:
                 self._connect(role)
-            except BaseException as error:  # noqa: BLE001  (told; the others have their turn)
+            except BaseException as error:  # noqa: BLE001  (reported; the others still connect)
                 failed[role] = error_text(error)
 
         # Longer than `_connect` takes at most: only a device that is called inline needs it.
@@ -142,17 +142,17 @@ class Rig:
         connecting = {
             role: Thread(target=connect, args=(role,), daemon=True) for role in self.devices
         }
-        for each in connecting.values():
-            each.start()
-        for role, each in connecting.items():
-            each.join(limit_s)
-            if each.is_alive():  # a device that is called inline has no time limit
+        for thread in connecting.values():
+            thread.start()
+        for role, thread in connecting.items():
+            thread.join(limit_s)
+            if thread.is_alive():  # a device that is called inline has no time limit
                 failed[role] = f"'connect' did not return within {limit_s:.3g} s"
         # A copy: a thread that was given up may still add its error.
         return dict(failed)
 
     def person(self) -> AbstractContextManager[None]:
-        """Note that a person is asked, who may take any time."""
+        """Note that a person is asked and may take any time."""
         return nullcontext() if self._pulse is None else self._pulse.person()
 
     def set(
@@ -183,7 +183,7 @@ class Rig:
 
     def allowed(self, role: str, drive: str) -> DriveInfo:
         """Return a drive with the limits of the station."""
-        return self._rules.narrowed(Member(role, drive), self._drive(role, drive))
+        return self._rules.narrowed(Member(role, drive), self._roles[role].drive(drive))
 
     def standing(self, role: str, drive: str) -> float:
         """Return the position of a drive: its last set-point, or else the read-back."""
@@ -193,32 +193,32 @@ class Rig:
         """Return the read-back of a drive."""
         return self._connected_drive(role, drive).read_back()
 
-    def drives_astray(self, but: Container[str] = ()) -> Iterator[tuple[Member, str]]:
+    def deviating_drives(self, excluded: Container[str] = ()) -> Iterator[tuple[Member, str]]:
         """Read back each drive that was set; yield each that left its set-point, with a text.
 
-        A deviation is confirmed by a second read-back. Devices in `but` are skipped, and all while
+        A deviation is confirmed by a second read-back. Skips devices in `excluded`, and all while
         the rig is paused. Raises a DeviceError.
         """
         if self._paused:
             return
         for member, value in tuple(self._set_points.items()):
-            if member.role in but:
+            if member.role in excluded:
                 continue
-            held = self._connected_drive(member.role, member.name)
-            if held.stands_at(held.read_back(), value):
+            drive = self._connected_drive(member.role, member.name)
+            if drive.stands_at(drive.read_back(), value):
                 continue
-            actual = held.read_back()
-            if not held.stands_at(actual, value):
-                unit, deviation = held.info.unit, held.info.allowed_deviation
-                found = f"{member} was set to {value:g} {unit} and reads back {actual:g} {unit}"
-                yield member, f"{found} (tolerance ±{deviation:g} {unit})"
+            actual = drive.read_back()
+            if not drive.stands_at(actual, value):
+                unit, deviation = drive.info.unit, drive.info.allowed_deviation
+                text = f"{member} was set to {value:g} {unit} and reads back {actual:g} {unit}"
+                yield member, f"{text} (tolerance ±{deviation:g} {unit})"
 
     def leads_away(self, role: str, drive: str, value: float) -> bool:
         """Return whether a set-point is farther from the safe value than the present position.
 
         The safe value itself never is, also where the present position cannot be read.
         """
-        safe = self._drive(role, drive).safe_value
+        safe = self._roles[role].drive(drive).safe_value
         return value != safe and abs(value - safe) > abs(self.standing(role, drive) - safe)
 
     def resume_leads_away(self, role: str, drive: str) -> bool:
@@ -229,16 +229,17 @@ class Rig:
         value = self._set_points.get(Member(role, drive))
         if role not in self._paused or value is None:
             return False
-        held = self._connected_drive(role, drive)
-        safe = held.info.safe_value
+        connected = self._connected_drive(role, drive)
+        safe = connected.info.safe_value
         try:
-            actual = held.read_back()
+            actual = connected.read_back()
         except DeviceError:
             actual = math.nan
-        return not held.stands_at(actual, value) and not abs(value - safe) <= abs(actual - safe)
+        stands = connected.stands_at(actual, value)
+        return not stands and not abs(value - safe) <= abs(actual - safe)
 
     def continue_after(self, streams: Mapping[str, Sequence[Mapping[str, float]]]) -> None:
-        """Tell each device that asks for it which earlier streams of its role the run has."""
+        """Inform each device that needs it which earlier streams of its role the run has."""
         for role, before in streams.items():
             device = self.devices[role]
             if isinstance(device, CountsStreams):
@@ -247,9 +248,9 @@ class Rig:
     def pause(self) -> list[str]:
         """Pause every device that can, in the order of making safe.
 
-        Returns for each other one, as text, which of its drives are not at their safe value.
+        Returns for each other device, as text, which of its drives are not at their safe value.
         """
-        staying = []
+        unpausable = []
         for role, drive in safe_places(self._safe_order, self.devices):
             device = self.devices[role]
             # A device pauses as a whole.
@@ -259,9 +260,9 @@ class Rig:
                 self._move(role, "pause", device.pause)
                 self.cycles.pause(role)
                 self._paused.append(role)
-            elif away := staying_away(role, device.drives, self._set_points):
-                staying.append(f"{role} cannot pause: {', '.join(away)}")
-        return staying
+            elif away := away_from_safe(role, device.drives, self._set_points):
+                unpausable.append(f"{role} cannot pause: {', '.join(away)}")
+        return unpausable
 
     def resume(self) -> None:
         """Resume what was paused, in reverse order."""
@@ -299,16 +300,16 @@ class Rig:
 
     def observe(self, role: str, readings: Sequence[str]) -> dict[str, Reading]:
         """Return readings of a device that are not numbers, by 'role.name'; raise a DeviceError."""
-        return told(self._roles[role], readings, self._patience.answer_s)
+        return observe(self._roles[role], readings, self._patience.answer_s)
 
     def reader(self, role: str, channels: Sequence[str]) -> Callable[[], dict[str, float]]:
         """Return a function that reads channels repeatedly, as `read` does."""
-        wanted = role, tuple(channels)
-        held = self._channels.get(wanted)
-        if held is None:
-            held = HeldChannels(self._roles[role], wanted[1], self._patience.answer_s)
-            self._channels[wanted] = held
-        return held.read
+        key = role, tuple(channels)
+        reader = self._channels.get(key)
+        if reader is None:
+            reader = ChannelReader(self._roles[role], key[1], self._patience.answer_s)
+            self._channels[key] = reader
+        return reader.read
 
     def conditions(
         self, role: str, streamed: Sequence[str]
@@ -317,31 +318,31 @@ class Rig:
 
         Returns values and units by 'role.channel'.
         """
-        return read_beside(self._roles.values(), {role: streamed}, self._patience.answer_s)
+        return read_conditions(self._roles.values(), {role: streamed}, self._patience.answer_s)
 
     def stream_conditions(self, role: str) -> tuple[dict[str, float], dict[str, str]]:
         """Return values that the device measured of its last stream, as `conditions` does."""
-        return found_of_stream(self._roles[role], self._patience.answer_s)
+        return stream_conditions(self._roles[role], self._patience.answer_s)
 
     def make_safe(self) -> tuple[SafetyReport, ...]:
         """Make every device safe, independently of the others; never raises.
 
         Idempotent. First come, one after another, the drives and devices that the given order
         names; then all others at the same time, cyclically moving ones begun first, so that none
-        waits for one that is slow or hangs. What of the order is not safe is tried again beside
-        them. A drive is safe once it is read back at its safe value. A call that exceeded its time
-        limit is waited for: if it returns, its device is made safe again, otherwise it is not safe.
-        What is safe is removed from the marker of the energised rig.
+        waits for one that is slow or hangs. Those of the order that are not safe are tried again
+        with them. A drive is safe once it is read back at its safe value. A call that exceeded its
+        time limit is waited for: if it returns, its device is made safe again, otherwise it is not
+        safe. Safe devices are removed from the marker of the energised rig.
         """
         answer_s = self._patience.answer_s
         self._paused.clear()
         self._set_points.clear()
         self.cycles.stop()
         # Before it: a call that returns while the rig is made safe may undo that too.
-        given_up = {role.name: late for role in self._roles.values() if (late := role.late)}
+        late_calls = {role.name: late for role in self._roles.values() if (late := role.late)}
         reports: dict[tuple[str, str], SafetyReport] = {}
 
-        def made_safe(role: str, drive: str = "", *, by_drive: bool = True) -> SafetyReport:
+        def make_place_safe(role: str, drive: str = "", *, by_drive: bool = True) -> SafetyReport:
             device, caller = self.devices[role], self._roles[role].caller
             connected = by_drive and role in self._connected
             return make_safe(role, drive, device, caller, answer_s, connected=connected)
@@ -349,12 +350,12 @@ class Rig:
         def settle(role: str) -> None:
             report = reports.get((role, ""))
             if report is None or not report.safe:
-                report = made_safe(role)
-            if late := given_up.get(role):
-                report = after_late_call(report, late, partial(made_safe, role))
+                report = make_place_safe(role)
+            if late := late_calls.get(role):
+                report = after_late_call(report, late, partial(make_place_safe, role))
             reports[role, ""] = report
 
-        named = set(map(str, self._safe_order))
+        named_in_order = set(map(str, self._safe_order))
         places = [
             (role, drive)
             for role, drive in safe_places(self._safe_order, self.devices)
@@ -362,15 +363,16 @@ class Rig:
             if not drive or role in self._connected
         ]
         for role, drive in places:
-            if drive or role in named:
-                reports[role, drive] = made_safe(role, drive, by_drive=False)
-        whole = [role for role, drive in places if not drive]
-        inline = [role for role in whole if self._roles[role].is_inline]
-        settle_all([role for role in whole if role not in inline], inline, settle)
-        left = tuple(reports.get(place) or interrupted(*place) for place in places)
+            if drive or role in named_in_order:
+                reports[role, drive] = make_place_safe(role, drive, by_drive=False)
+        roles = [role for role, drive in places if not drive]
+        inline = [role for role in roles if self._roles[role].is_inline]
+        settle_all([role for role in roles if role not in inline], inline, settle)
+        ordered = tuple(reports.get(place) or interrupted(*place) for place in places)
         if self._marks is not None:
-            self._marks.confirm([each.role for each in left if not each.drive and each.safe])
-        return left
+            safe = [report.role for report in ordered if not report.drive and report.safe]
+            self._marks.confirm(safe)
+        return ordered
 
     def close(self) -> None:
         """Close every device; then raise the first error, with the others."""
@@ -390,9 +392,9 @@ class Rig:
         identity = self._call(role, "connect", lambda: connect(limit_s), longest_s)
         self._connected.add(role)
         # After it counts as connected: also a device that is refused is left safe.
-        refuse_unnamed(role, identity)
+        check_identity(role, identity)
         identity = plain_identity(identity)
-        self._roles[role].look_anew()
+        self._roles[role].refresh()
         self._drives.clear()
         self._channels.clear()
         return identity
@@ -400,22 +402,19 @@ class Rig:
     def _standing(self, member: Member) -> float:
         if member in self._set_points:
             return self._set_points[member]
-        found = self.read_back(member.role, member.name)
-        if not math.isfinite(found):  # compared with any limit it would seem to be within
+        position = self.read_back(member.role, member.name)
+        if not math.isfinite(position):  # compared with any limit it would seem to be within
             raise DeviceRejectedError(
-                f"{member.role}: {member.name} reads back {found:g}: its position is unknown"
+                f"{member.role}: {member.name} reads back {position:g}: its position is unknown"
             )
-        return found
-
-    def _drive(self, role: str, drive: str) -> DriveInfo:
-        return self._roles[role].drive(drive)
+        return position
 
     def _connected_drive(self, role: str, drive: str) -> ConnectedDrive:
-        held = self._drives.get((role, drive))
-        if held is None:
-            held = ConnectedDrive(self._roles[role], drive, self._shared)
-            self._drives[role, drive] = held
-        return held
+        connected = self._drives.get((role, drive))
+        if connected is None:
+            connected = ConnectedDrive(self._roles[role], drive, self._shared)
+            self._drives[role, drive] = connected
+        return connected
 
     def _move(self, role: str, what: str, function: Callable[[], _T]) -> _T:
         """Call the function that moves all drives of a device."""

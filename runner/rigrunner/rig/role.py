@@ -14,7 +14,7 @@ from rigrunner.api.errors import (
     DeviceTimeoutError,
 )
 from rigrunner.api.texts import visible
-from rigrunner.rig.pulse import NotedCaller
+from rigrunner.rig.pulse import PulseCaller
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -40,7 +40,7 @@ class Role:
         """Whether its calls are made in the thread that asks for them."""
         self.caller: Caller = InlineCaller() if self.is_inline else ThreadCaller(name)
         if pulse is not None and not self.is_inline:
-            self.caller = NotedCaller(self.caller, pulse)
+            self.caller = PulseCaller(self.caller, pulse)
         self._abilities: dict[type[Any], object] = {}
         self._drives: dict[str, DriveInfo] = {}
         self._moving = MovingCalls()
@@ -54,7 +54,7 @@ class Role:
         """Return the next call of the same function, whose return is tracked."""
         return function if self.is_inline else self._moving.next(what, function, timeout_s)
 
-    def look_anew(self) -> None:
+    def refresh(self) -> None:
         """Look up the abilities again."""
         self._abilities.clear()
         self._drives.clear()
@@ -63,14 +63,14 @@ class Role:
         """Return the device if it has the ability."""
         if ability not in self._abilities:
             self._abilities[ability] = self.device if isinstance(self.device, ability) else None
-        return self._abilities[ability]  # type: ignore[return-value]  # isinstance said so
+        return self._abilities[ability]  # type: ignore[return-value]  # checked by isinstance
 
     def need(self, ability: type[_T]) -> _T:
         """Return the device; raise DeviceRejectedError if it does not have the ability."""
         device = self._abilities.get(ability) or self.able(ability)
         if device is None:
             raise DeviceRejectedError(f"{self.name}: the device is not {ability.__name__.lower()}")
-        return device  # type: ignore[return-value]  # isinstance said so
+        return device  # type: ignore[return-value]  # checked by isinstance
 
     def drive(self, name: str) -> DriveInfo:
         """Return a drive; raise DeviceRejectedError."""
@@ -88,7 +88,7 @@ class Role:
     ) -> _T:
         """Return the result of the function; raise a DeviceError, also for a time-out."""
         try:
-            if self.is_inline:  # as its caller does, without what a call of that takes
+            if self.is_inline:  # as its caller does, but without the time of its call
                 return function(*arguments)
             return self.caller.call(what, partial(function, *arguments), timeout_s)
         except BaseException as error:
@@ -115,11 +115,11 @@ class Role:
             error.hint = visible(error.hint)
         elif isinstance(error, TimeoutError):
             raise DeviceTimeoutError(
-                visible(f"{self.name}: {_told(what, error, 'no answer in time')}")
+                visible(f"{self.name}: {_failure_text(what, error, 'no answer in time')}")
             ) from error
         elif isinstance(error, ConnectionError):
             raise DeviceLostError(
-                visible(f"{self.name}: {_told(what, error, 'the connection broke')}")
+                visible(f"{self.name}: {_failure_text(what, error, 'the connection broke')}")
             ) from error
         elif isinstance(error, Exception):
             error.add_note(f"in the device of the role '{self.name}': {what}")
@@ -128,6 +128,6 @@ class Role:
             raise RuntimeError(f"{self.name}: '{what}' raised {raised}") from error  # noqa: TRY004  (no type is checked)
 
 
-def _told(what: str, error: OSError, meaning: str) -> str:
+def _failure_text(what: str, error: OSError, meaning: str) -> str:
     """Return what failed, what that means, and the message of the driver, if any."""
     return f"{what}: {meaning}{f' ({error})' if str(error) else ''}"

@@ -69,13 +69,13 @@ class SafetyReport:
 
 def unsafe_text(reports: Iterable[SafetyReport]) -> str:
     """Return the problems of each unsafe device; '' for a rig that was left safe."""
-    return problems_text(each for each in reports if each.there)
+    return problems_text(report for report in reports if report.there)
 
 
 def problems_text(reports: Iterable[SafetyReport]) -> str:
     """Return the problems of each device, also of replays; '' for none."""
-    left = [each for each in reports if not each.drive]
-    return "; ".join(f"{each.role}: {text}" for each in left for text in each.problems)
+    devices = [report for report in reports if not report.drive]
+    return "; ".join(f"{report.role}: {text}" for report in devices for text in report.problems)
 
 
 def note_unsafe(error: BaseException, reports: Iterable[SafetyReport]) -> None:
@@ -93,7 +93,7 @@ def safe_places(
 
     First those in the given order, then the remaining devices, cyclically moving ones first.
     """
-    named = [(each.role, each.name) if isinstance(each, Member) else (each, "") for each in order]
+    named = [(m.role, m.name) if isinstance(m, Member) else (m, "") for m in order]
     last = sorted(devices, key=lambda role: not _moves_in_cycles(devices[role]))
     return list(dict.fromkeys([*named, *((role, "") for role in last)]))
 
@@ -116,31 +116,31 @@ def make_safe(
 
 
 def interrupted(role: str, drive: str) -> SafetyReport:
-    """Return the report of what a person did not wait for."""
+    """Return the report of a device or drive that a person did not wait for."""
     return SafetyReport(role, {}, ("make safe was interrupted from the keyboard",), drive)
 
 
-def settle_all(beside: Iterable[str], inline: Iterable[str], settle: Callable[[str], None]) -> None:
-    """Call `settle` for each role: at the same time, but for those inline one after another.
+def settle_all(roles: Iterable[str], inline: Iterable[str], settle: Callable[[str], None]) -> None:
+    """Call `settle` for each of the roles at the same time, and for `inline` one after another.
 
-    Returns once all have returned, which have time limits of their own; or, for patience without
-    end, at the third interrupt from the keyboard.
+    Returns once all have returned, which have time limits of their own; or, without a time limit,
+    at the third interrupt from the keyboard.
     """
-    settling = []
-    for role in beside:
-        work = Thread(target=settle, args=(role,), name=f"make safe {role}", daemon=True)
+    threads = []
+    for role in roles:
+        thread = Thread(target=settle, args=(role,), name=f"make safe {role}", daemon=True)
         try:
-            work.start()
+            thread.start()
         except RuntimeError:  # the system has no thread left
             settle(role)
         else:
-            settling.append(work)
+            threads.append(thread)
     for role in inline:
         settle(role)
     interrupts = 0
-    while interrupts < _ATTEMPTS and (waited_for := [each for each in settling if each.is_alive()]):
+    while interrupts < _ATTEMPTS and (running := [t for t in threads if t.is_alive()]):
         try:
-            waited_for[0].join(_SLICE_S)
+            running[0].join(_SLICE_S)
         except KeyboardInterrupt:
             interrupts += 1
 
@@ -148,28 +148,28 @@ def settle_all(beside: Iterable[str], inline: Iterable[str], settle: Callable[[s
 def _made_safe(
     role: str, drive: str, device: Device, caller: Caller, answer_s: float, *, connected: bool
 ) -> SafetyReport:
-    infos, problems = _listed(device, drive)
+    infos, problems = _drives_of(device, drive)
     units = {info.name: info.unit for info in infos}
     work = partial(_set_safe, device, drive) if drive else device.make_safe
     try:
         timeout_s = answer_s + sum(info.longest_s for info in infos)
-        given = caller.call_urgently("make safe", work, timeout_s)
-        read_back = {name: as_number(value) for name, value in given.items()}
+        returned = caller.call_urgently("make safe", work, timeout_s)
+        read_back = {name: as_number(value) for name, value in returned.items()}
         problems += _unsafe(infos, read_back)
         return SafetyReport(role, read_back, tuple(problems), drive, units=units)
     except KeyboardInterrupt:
         raise
-    except BaseException as error:  # noqa: BLE001  (reported; the next device has its turn)
+    except BaseException as error:  # noqa: BLE001  (reported; the next device follows)
         there = not isinstance(error, NoRigError)
         problems.append(f"make safe failed: {error_text(error)}")
         read_back = {}
         if there and connected and not drive and isinstance(device, Settable):
-            read_back, more = _drive_by_drive(infos, device, caller, answer_s)
-            problems += more
+            read_back, drive_problems = _drive_by_drive(infos, device, caller, answer_s)
+            problems += drive_problems
         return SafetyReport(role, read_back, tuple(problems), drive, there, units)
 
 
-def _listed(device: Device, drive: str) -> tuple[list[DriveInfo], list[str]]:
+def _drives_of(device: Device, drive: str) -> tuple[list[DriveInfo], list[str]]:
     """Return the drives to make safe, or the problem: a device is made safe without its list."""
     try:
         return [info for info in device.drives if drive in ("", info.name)], []
@@ -188,29 +188,29 @@ def _drive_by_drive(
     for info in infos:
         work, timeout_s = partial(_set_safe, device, info.name), answer_s + info.longest_s
         try:
-            given = caller.call_urgently("make safe", work, timeout_s)
-            read_back[info.name] = as_number(given[info.name])
+            returned = caller.call_urgently("make safe", work, timeout_s)
+            read_back[info.name] = as_number(returned[info.name])
             problems += _unsafe([info], read_back)
         except KeyboardInterrupt:
             raise
-        except BaseException as error:  # noqa: BLE001  (reported; the next drive has its turn)
+        except BaseException as error:  # noqa: BLE001  (reported; the next drive follows)
             problems.append(f"{info.name} cannot be made safe: {error_text(error)}")
     return read_back, problems
 
 
 def after_late_call(
-    report: SafetyReport, late: MovingCall, again: Callable[[], SafetyReport]
+    report: SafetyReport, late: MovingCall, make_safe_again: Callable[[], SafetyReport]
 ) -> SafetyReport:
     """Return the state of a device with a moving call that exceeded its time limit; never raises.
 
-    A late call can undo making safe: after it the device is made safe `again`. Until it returns,
+    A late call can undo making safe: after it the device is made safe again. Until it returns,
     the read-back may change.
     """
     # A Ctrl-C ends the wait, not the report.
     with suppress(KeyboardInterrupt):
         late.wait(ThreadCaller.grace_s)
     if late.has_returned:
-        return again()
+        return make_safe_again()
     text = f"'{late.what}' was given up and has not come back: it may still move the drive"
     return replace(report, problems=(*report.problems, text))
 
@@ -233,6 +233,6 @@ def _moves_in_cycles(device: Device) -> bool:
 def _unsafe(infos: Sequence[DriveInfo], read_back: Mapping[str, float]) -> Iterator[str]:
     for info in infos:
         if not agrees(info, read_back.get(info.name, math.nan), info.safe_value):
-            got = read_back.get(info.name)
-            shown = "nothing" if got is None else legible(got, info.unit)
-            yield f"{info.name} reads back {shown}, safe is {legible(info.safe_value, info.unit)}"
+            actual = read_back.get(info.name)
+            text = "nothing" if actual is None else legible(actual, info.unit)
+            yield f"{info.name} reads back {text}, safe is {legible(info.safe_value, info.unit)}"

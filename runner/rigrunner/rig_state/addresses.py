@@ -18,7 +18,7 @@ def canonical(address: str) -> frozenset[str]:
     """Return the canonical forms of an address, such as 'tcp:localhost:502'.
 
     It is 'serial:PORT', 'tcp:HOST:PORT' with anything after a '/', 'visa:RESOURCE', or any other
-    'kind:name'. A host with several numbers has one address for each.
+    'kind:name'. A host with several IP addresses has one for each.
     """
     kind, _, place = address.partition(":")
     match kind:
@@ -42,9 +42,9 @@ def _port(name: str) -> str:
 
 
 def _tcp(place: str) -> frozenset[str]:
-    place, slash, behind = place.partition("/")
+    place, slash, suffix = place.partition("/")
     host, _, port = place.rpartition(":")
-    return frozenset(f"tcp:{each}:{port}{slash}{behind}" for each in _numbers(host.strip("[] ")))
+    return frozenset(f"tcp:{ip}:{port}{slash}{suffix}" for ip in _host_ips(host.strip("[] ")))
 
 
 def _visa(resource: str) -> frozenset[str]:
@@ -63,10 +63,10 @@ def _visa(resource: str) -> frozenset[str]:
         case "TCPIP", [host, *rest]:
             # The device name is optional; VPP-4.3 takes inst0 then.
             name = rest[0].lower() if rest and rest[0].upper() != "INSTR" else "inst0"
-            return frozenset(f"visa:TCPIP::{each}::{name}" for each in _numbers(host))
+            return frozenset(f"visa:TCPIP::{ip}::{name}" for ip in _host_ips(host))
         case _, rest:
-            known = [_number(each) for each in rest if each.upper() != "INSTR"]
-            return frozenset({"::".join((f"visa:{bus}{board or 0}", *known)).upper()})
+            fields = [_number(field) for field in rest if field.upper() != "INSTR"]
+            return frozenset({"::".join((f"visa:{bus}{board or 0}", *fields)).upper()})
 
 
 def _number(text: str) -> str:
@@ -77,24 +77,24 @@ def _number(text: str) -> str:
         return text
 
 
-def _numbers(host: str) -> frozenset[str]:
-    """Return the numbers of a host, one for all of this machine; its name if they are unknown."""
-    found: list[str] = []
+def _host_ips(host: str) -> frozenset[str]:
+    """Return the IP addresses of a host, one for all of this machine; its name if unknown."""
+    ips: list[str] = []
 
-    def ask() -> None:
+    def look_up() -> None:
         try:
-            found.extend(str(each[4][0]) for each in socket.getaddrinfo(host, None))
+            ips.extend(str(entry[4][0]) for entry in socket.getaddrinfo(host, None))
         except (OSError, UnicodeError):
             return
 
     # In a thread, as a look-up has no time limit of its own.
-    asking = threading.Thread(target=ask, name=f"resolve {host}", daemon=True)
-    asking.start()
-    asking.join(_RESOLVE_S)
-    return frozenset(_number_of(each) for each in found) or frozenset({host.casefold()})
+    thread = threading.Thread(target=look_up, name=f"resolve {host}", daemon=True)
+    thread.start()
+    thread.join(_RESOLVE_S)
+    return frozenset(_canonical_ip(ip) for ip in ips) or frozenset({host.casefold()})
 
 
-def _number_of(text: str) -> str:
+def _canonical_ip(text: str) -> str:
     # Without the zone of a link-local IPv6 address: "fe80::1%eth0".
     number = ipaddress.ip_address(text.partition("%")[0])
     if isinstance(number, ipaddress.IPv6Address) and number.ipv4_mapped is not None:

@@ -28,10 +28,10 @@ _BINARY = getattr(os, "O_BINARY", 0)
 
 def shared_folder() -> Path:
     """Return the folder, created if missing; raise DeviceError if it cannot be used."""
-    folder = _place()
+    folder = _folder_path()
     try:
         folder.mkdir(exist_ok=True)
-        if sys.platform != "win32":  # there the folder above it says who may do what
+        if sys.platform != "win32":  # there the parent folder determines the permissions
             _open_to_all(folder)
     except OSError as error:
         raise DeviceError(
@@ -43,7 +43,7 @@ def shared_folder() -> Path:
 
 def existing_folder() -> Path | None:
     """Return the folder if it exists."""
-    folder = _place()
+    folder = _folder_path()
     return folder if folder.is_dir() and not folder.is_symlink() else None
 
 
@@ -55,19 +55,19 @@ def open_plain(path: Path, flags: int) -> int:
     """
     create, flags = flags & os.O_CREAT, flags & ~os.O_CREAT | _UNFOLLOWED | _BINARY
     try:
-        opened = os.open(path, flags)
+        descriptor = os.open(path, flags)
     except FileNotFoundError:
         if not create:
             raise
-        opened = os.open(path, flags | os.O_CREAT | os.O_EXCL, FOR_ALL)
-        # The umask took away what others need.
-        with suppress(AttributeError, OSError):  # Windows has it not
-            os.fchmod(opened, FOR_ALL)
-    known = os.fstat(opened)
-    if not stat.S_ISREG(known.st_mode) or known.st_nlink > 1:
-        os.close(opened)
+        descriptor = os.open(path, flags | os.O_CREAT | os.O_EXCL, FOR_ALL)
+        # The umask removed permissions that others need.
+        with suppress(AttributeError, OSError):  # not on Windows
+            os.fchmod(descriptor, FOR_ALL)
+    status = os.fstat(descriptor)
+    if not stat.S_ISREG(status.st_mode) or status.st_nlink > 1:
+        os.close(descriptor)
         raise OSError(f"{path} is a link, or no file")
-    return opened
+    return descriptor
 
 
 def read_plain(path: Path) -> bytes:
@@ -87,31 +87,31 @@ def sync_names(folder: Path) -> None:
     """Wait until the names of files in a folder are on the disk (Windows does so itself)."""
     if os.name == "nt":
         return
-    opened = os.open(folder, os.O_RDONLY)
+    descriptor = os.open(folder, os.O_RDONLY)
     try:
-        os.fsync(opened)
+        os.fsync(descriptor)
     finally:
-        os.close(opened)
+        os.close(descriptor)
 
 
-def _place() -> Path:
-    """Return the named folder, or one that all can write to and that survives a reboot.
+def _folder_path() -> Path:
+    """Return the folder in the variable, or one that all can write to and that survives a reboot.
 
     The folder for temporary files can belong to one user: on Windows and macOS, and by TMPDIR. Two
     users would then hold two locks.
     """
-    if named := os.environ.get(VARIABLE):
-        return Path(named)
+    if path := os.environ.get(VARIABLE):
+        return Path(path)
     if sys.platform == "win32":
         return Path(os.environ.get("PUBLIC", "C:/Users/Public")) / FOLDER
-    return Path("/var/tmp") / FOLDER  # noqa: S108  (everyone's is what is wanted)
+    return Path("/var/tmp") / FOLDER  # noqa: S108  (a folder of all users is intended)
 
 
 def _open_to_all(folder: Path) -> None:
     """Let everyone create files in a folder; a link in its place is not followed."""
-    opened = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
+    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
     try:
         with suppress(PermissionError):  # another person made it, and opened it to all
-            os.fchmod(opened, EVERYONE)
+            os.fchmod(descriptor, EVERYONE)
     finally:
-        os.close(opened)
+        os.close(descriptor)

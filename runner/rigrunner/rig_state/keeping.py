@@ -22,16 +22,16 @@ if TYPE_CHECKING:
     from rigrunner.rig_state.marks import RigMarks
 
 TICK_S = 1.0
-"""Interval at which it is looked whether the files are there: the gap for another process."""
+"""Interval at which the files are checked: the gap for another process."""
 TOUCH_S = 3600.0
 """Interval at which they are marked as used."""
 
 
 @contextmanager
-def keeping(marks: RigMarks, tell: Callable[[str], None]) -> Iterator[None]:
-    """Keep the files of a held rig: they do not grow old, and are made anew where removed.
+def keeping(marks: RigMarks, report: Callable[[str], None]) -> Iterator[None]:
+    """Keep the files of a held rig: they do not grow old, and are recreated if removed.
 
-    `tell` is called, from a thread, with what was removed and what followed. Does nothing on
+    `report` is called, from a thread, with what was removed and what followed. Does nothing on
     Windows, where an open file cannot be removed.
     """
     if os.name == "nt":
@@ -39,7 +39,7 @@ def keeping(marks: RigMarks, tell: Callable[[str], None]) -> Iterator[None]:
         return
     ended = threading.Event()
     thread = threading.Thread(
-        target=_keep, args=(marks, tell, ended), name="lock files", daemon=True
+        target=_keep, args=(marks, report, ended), name="lock files", daemon=True
     )
     thread.start()
     try:
@@ -49,15 +49,15 @@ def keeping(marks: RigMarks, tell: Callable[[str], None]) -> Iterator[None]:
         thread.join()
 
 
-def _keep(marks: RigMarks, tell: Callable[[str], None], ended: threading.Event) -> None:
-    owner, touched_s, known = marks.owner, -TOUCH_S, ""
+def _keep(marks: RigMarks, report: Callable[[str], None], ended: threading.Event) -> None:
+    owner, touched_s, last_text = marks.owner, -TOUCH_S, ""
     holder = Holder(owner.station, owner.procedure, owner.process, owner.since)
-    with ExitStack() as held:
+    with ExitStack() as stack:
         while not ended.wait(TICK_S):
-            found = _made_anew(marks, holder, held)
-            if found and found != known:
-                tell(found)
-            known = found
+            text = _recreate_removed(marks, holder, stack)
+            if text and text != last_text:
+                report(text)
+            last_text = text
             if time.monotonic() - touched_s >= TOUCH_S:
                 touched_s = time.monotonic()
                 for lock, descriptor in marks.locks.items():
@@ -65,8 +65,8 @@ def _keep(marks: RigMarks, tell: Callable[[str], None], ended: threading.Event) 
                 marks.touch()
 
 
-def _made_anew(marks: RigMarks, holder: Holder, held: ExitStack) -> str:
-    """Make anew what was removed, and return that as text; '' for nothing.
+def _recreate_removed(marks: RigMarks, holder: Holder, stack: ExitStack) -> str:
+    """Recreate removed files, and return that as text; '' for nothing.
 
     The marker comes first: without a lock file the guardian takes the rig for energised.
     """
@@ -76,11 +76,11 @@ def _made_anew(marks: RigMarks, holder: Holder, held: ExitStack) -> str:
         marks.renew()
         for lock in removed:
             shared_folder()
-            (marks.locks[lock],) = held.enter_context(hold([lock], holder))
+            (marks.locks[lock],) = stack.enter_context(hold([lock], holder))
     except Busy as busy:
         who = f" ({busy.holder.procedure}, process {busy.holder.process})" if busy.holder else ""
-        taken = f"another process{who} has taken the rig: two programs may drive the rig"
-        return f"{names} was removed during the run, and {taken}"
+        problem = f"another process{who} has taken the rig: two programs may drive the rig"
+        return f"{names} was removed during the run, and {problem}"
     except (DeviceError, OSError) as error:
         return f"{names} was removed during the run and cannot be made anew: {error}"
     return f"{names} was removed during the run and made anew" if removed else ""

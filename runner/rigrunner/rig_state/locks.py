@@ -30,7 +30,7 @@ class Holder:
     since: str
 
 
-class Busy(Exception):  # noqa: N818  (a state, made an error where it is known of what)
+class Busy(Exception):  # noqa: N818  (a state; callers turn it into an error)
     """Another process holds a lock."""
 
     def __init__(self, lock: Path, holder: Holder | None) -> None:
@@ -47,17 +47,17 @@ def hold(locks: Iterable[Path], holder: Holder) -> Iterator[tuple[int, ...]]:
     Yields the descriptor of each, -1 for none, for `take_over` by a process that inherits them.
     """
     descriptors = []
-    with ExitStack() as held:
+    with ExitStack() as stack:
         for path in locks:
             lock = FileLock(path, timeout=PATIENCE_S, mode=FOR_ALL)
             try:
                 lock.acquire()
             except Timeout as error:
                 raise Busy(path, holder_of(path)) from error
-            held.callback(lock.release)
-            descriptor = lock._context.lock_file_fd  # noqa: SLF001  (it tells it in no other way)
+            stack.callback(lock.release)
+            descriptor = lock._context.lock_file_fd  # noqa: SLF001  (there is no public access)
             descriptors.append(-1 if descriptor is None else descriptor)
-            held.enter_context(_named(path, holder))
+            stack.enter_context(_holder_stored(path, holder))
         yield tuple(descriptors)
 
 
@@ -70,16 +70,16 @@ def take_over(descriptors: Iterable[int], locks: Iterable[Path], holder: Holder)
     """
     import fcntl  # noqa: PLC0415  (there is none on Windows)
 
-    with ExitStack() as held:
+    with ExitStack() as stack:
         for descriptor, path in zip(descriptors, locks, strict=True):
             if is_removed(descriptor):  # a lock without a name excludes no one
-                held.enter_context(hold([path], holder))
+                stack.enter_context(hold([path], holder))
                 continue
             try:
                 fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except OSError as error:
                 raise Busy(path, holder_of(path)) from error
-            held.enter_context(_named(path, holder))
+            stack.enter_context(_holder_stored(path, holder))
         yield
 
 
@@ -97,15 +97,15 @@ def touch(lock: Path, descriptor: int) -> None:
 
 
 @contextmanager
-def _named(path: Path, holder: Holder) -> Iterator[None]:
+def _holder_stored(path: Path, holder: Holder) -> Iterator[None]:
     """Store who holds a lock while it is held."""
-    with suppress(OSError):  # it tells who holds the rig; what holds it is the lock
+    with suppress(OSError):  # it only names the holder; the lock holds the rig
         write_plain(_holder_file(path), json.dumps(asdict(holder)).encode())
     try:
         yield
     finally:
         with suppress(OSError):
-            os.unlink(_holder_file(path))  # noqa: PTH108  (as quick as can be: the rig waits)
+            os.unlink(_holder_file(path))  # noqa: PTH108  (as fast as possible: the rig waits)
 
 
 def is_held(lock: Path) -> bool:

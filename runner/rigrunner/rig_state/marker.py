@@ -89,12 +89,12 @@ class Marker:
     safe_by: str = ""
     """What made the rig safe after its run, and when; '' while it counts as energised."""
     is_in_use: bool = False
-    """Whether the process that energised the rig still holds it, as intended."""
+    """Whether the process that energised the rig still holds it."""
 
     @property
     def set_points(self) -> str:
         """The last set-points as text."""
-        return ", ".join(each.text() for each in self.drives) or "set-points not known"
+        return ", ".join(drive.text() for drive in self.drives) or "set-points not known"
 
     @property
     def who(self) -> str:
@@ -152,8 +152,8 @@ def read_markers() -> list[Marker]:
     folder = existing_folder()
     if folder is None:
         return []
-    found = (_read(path) for path in sorted(folder.glob(f"*{SUFFIX}")))
-    return [each for each in found if each is not None]
+    markers = (_read(path) for path in sorted(folder.glob(f"*{SUFFIX}")))
+    return [marker for marker in markers if marker is not None]
 
 
 def clear(station: str) -> None:
@@ -167,7 +167,7 @@ def clear(station: str) -> None:
     with _opened(path) as descriptor:
         os.ftruncate(descriptor, 0)
         os.fsync(descriptor)
-    with suppress(OSError):  # it may be another person's: an empty one says nothing
+    with suppress(OSError):  # it may be another user's: an empty file is no marker
         path.unlink()
 
 
@@ -180,7 +180,7 @@ def record_made_safe(station: str, by: str) -> None:
     marker = read_marker(station)
     if marker is None:
         return
-    if marker.owner is None:  # nothing of it is worth keeping
+    if marker.owner is None:  # it has nothing to keep
         clear(station)
         return
     text = f"{by} at {utc_text(datetime.now(UTC))}"
@@ -190,20 +190,19 @@ def record_made_safe(station: str, by: str) -> None:
 
 def encode(owner: Owner, drives: tuple[DriveMark, ...], safe_by: str = "") -> bytes:
     """Return the content of the file of a marker."""
-    known: dict[str, Any] = {
+    fields: dict[str, Any] = {
         "rigrunner": FORM,
         "owner": asdict(owner),
-        "drives": [[each.member, each.unit, each.safe_value] for each in drives],
+        "drives": [[drive.member, drive.unit, drive.safe_value] for drive in drives],
         "safe_by": safe_by,
     }
-    header = json.dumps(known, ensure_ascii=False).encode()
-    # With very many drives: their set-points all stand behind the header, their names as far as
-    # there is room.
+    header = json.dumps(fields, ensure_ascii=False).encode()
+    # With very many drives: the set-points of all follow the header, which names as many as fit.
     if len(header) >= HEADER:
-        known["owner"] = asdict(replace(owner, addresses={}, plugins={}))
-        known["drives"] = known["drives"][:100]
-        header = json.dumps(known, ensure_ascii=False).encode()
-    values = b"".join(VALUE.pack(each.set_point) for each in drives)
+        fields["owner"] = asdict(replace(owner, addresses={}, plugins={}))
+        fields["drives"] = fields["drives"][:100]
+        header = json.dumps(fields, ensure_ascii=False).encode()
+    values = b"".join(VALUE.pack(drive.set_point) for drive in drives)
     return header.ljust(HEADER) + values
 
 
@@ -219,21 +218,21 @@ def overwrite(descriptor: int, content: bytes) -> None:
 def decode(station: str, content: bytes) -> Marker:
     """Decode the file of a marker; without an owner if it cannot be read."""
     try:
-        known = json.loads(content[:HEADER])
-        owner = Owner(**known["owner"])
+        fields = json.loads(content[:HEADER])
+        owner = Owner(**fields["owner"])
         drives = tuple(
             DriveMark(Member.parse(member), unit, safe, _value(content, index))
-            for index, (member, unit, safe) in enumerate(known["drives"])
+            for index, (member, unit, safe) in enumerate(fields["drives"])
         )
-        return Marker(station, owner, drives, str(known["safe_by"]))
+        return Marker(station, owner, drives, str(fields["safe_by"]))
     except (ValueError, TypeError, KeyError):
         return Marker(station, None)
 
 
 def _value(content: bytes, index: int) -> float:
     start = HEADER + index * VALUE.size
-    found = content[start : start + VALUE.size]
-    return float(VALUE.unpack(found)[0]) if len(found) == VALUE.size else math.nan
+    packed = content[start : start + VALUE.size]
+    return float(VALUE.unpack(packed)[0]) if len(packed) == VALUE.size else math.nan
 
 
 def _read(path: Path) -> Marker | None:
@@ -242,16 +241,16 @@ def _read(path: Path) -> Marker | None:
         content = read_plain(path)
     except FileNotFoundError:
         return None
-    # Unreadable is not safe: somebody else owns it, or a link is in its place.
+    # Unreadable is not safe: another user owns it, or a link is in its place.
     except OSError:
         return Marker(station, None)
     if not content:
         return None
-    found = decode(station, content)
-    return replace(found, is_in_use=_is_of_who_holds_it(found, path.with_suffix(".lock")))
+    marker = decode(station, content)
+    return replace(marker, is_in_use=_is_held_by_owner(marker, path.with_suffix(".lock")))
 
 
-def _is_of_who_holds_it(marker: Marker, lock: Path) -> bool:
+def _is_held_by_owner(marker: Marker, lock: Path) -> bool:
     """Return whether the process that energised the rig holds it, and not a later one."""
     if not is_held(lock):
         return False

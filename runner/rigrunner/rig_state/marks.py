@@ -49,20 +49,20 @@ class RigMarks:
         self.locks = dict(locks or {})
         """The lock files of the rig, with descriptors that a process can inherit."""
         self.roles = frozenset(roles)
-        left = read_marker(owner.station)
+        marker = read_marker(owner.station)
         # This process has the lock now, so the process that left the marker has not.
-        self.left = None if left is None else replace(left, is_in_use=False)
+        self.left = None if marker is None else replace(marker, is_in_use=False)
         """The marker that an earlier process left; None if it left the rig safe."""
         self.unconfirmed = self._left_roles()
         """Roles of that marker that were not read back as safe since."""
         self._drives: list[DriveMark] = []
-        self._places: dict[str, int] = {}
+        self._indices: dict[str, int] = {}
         """Index of each 'role.drive'."""
         self._values: list[float] = []
         """Last set-point of each."""
-        self._opened = -1
-        self._writing = threading.Lock()
-        """Held while the file is written: what keeps it from being removed is another thread."""
+        self._descriptor = -1
+        self._write_lock = threading.Lock()
+        """Held while the file is written: `keeping` recreates it in another thread."""
 
     def describe(self, *, run: str = "", guardian: str = "", unguarded: str = "") -> None:
         """Add the folder of the run, or the guardian and the devices it cannot reach.
@@ -75,7 +75,7 @@ class RigMarks:
             guardian=guardian or self.owner.guardian,
             unguarded=unguarded or self.owner.unguarded,
         )
-        with self._writing:
+        with self._write_lock:
             if self._drives:
                 self._write()
 
@@ -88,31 +88,31 @@ class RigMarks:
         if role not in self.roles:
             return None
         member, safe_value = Member(role, info.name), info.safe_value
-        places, values, pack = self._places, self._values, VALUE.pack
+        indices, values, pack = self._indices, self._values, VALUE.pack
 
         def note(value: float) -> None:
-            place = places.get(member)
-            if place is None:
+            index = indices.get(member)
+            if index is None:
                 if value != safe_value:
                     self._add(DriveMark(member, info.unit, safe_value, value))
-            elif values[place] != value:
+            elif values[index] != value:
                 try:
                     # Eight bytes, not synced: the page cache survives the process (decision 22).
-                    with self._writing:
-                        os.lseek(self._opened, HEADER + place * VALUE.size, os.SEEK_SET)
-                        os.write(self._opened, pack(value))
+                    with self._write_lock:
+                        os.lseek(self._descriptor, HEADER + index * VALUE.size, os.SEEK_SET)
+                        os.write(self._descriptor, pack(value))
                 except OSError as error:
-                    # The way to the safe value has to stay open.
+                    # Setting the safe value must stay possible.
                     if value != safe_value:
-                        raise _unwritten(error) from error
-                values[place] = value
+                        raise _write_error(error) from error
+                values[index] = value
 
         return note
 
     def energise(self, role: str, drives: Sequence[DriveInfo]) -> None:
         """Mark drives whose set-points are not known in advance; raise DeviceError."""
         for info in drives:
-            if (member := Member(role, info.name)) not in self._places:
+            if (member := Member(role, info.name)) not in self._indices:
                 self._add(DriveMark(member, info.unit, info.safe_value, math.nan))
 
     def confirm(self, roles: Collection[str]) -> None:
@@ -124,13 +124,13 @@ class RigMarks:
             self.unconfirmed -= frozenset(roles)
             if not self.unconfirmed:
                 self.settle(f"'{self.owner.procedure}' made it safe")
-        left = [each for each in self._now() if each.member.role not in roles]
-        # Nothing of this process: a marker on the disk may be of another one.
-        if len(left) == len(self._drives):
+        remaining = [mark for mark in self._current_drives() if mark.member.role not in roles]
+        # Nothing of this process: a marker on the disk may be another's.
+        if len(remaining) == len(self._drives):
             return
-        with self._writing, suppress(DeviceError, OSError):
-            self._keep(left)
-            if left:
+        with self._write_lock, suppress(DeviceError, OSError):
+            self._replace_drives(remaining)
+            if remaining:
                 self._write()
             else:
                 self._close()
@@ -138,8 +138,8 @@ class RigMarks:
 
     def renew(self) -> None:
         """Write the marker again if its file was removed; raise DeviceError."""
-        with self._writing:
-            if self._drives and (self._opened < 0 or is_removed(self._opened)):
+        with self._write_lock:
+            if self._drives and (self._descriptor < 0 or is_removed(self._descriptor)):
                 self._close()
                 try:
                     self._write()
@@ -149,16 +149,16 @@ class RigMarks:
 
     def touch(self) -> None:
         """Mark its file as used now. POSIX only."""
-        with self._writing, suppress(OSError):
-            os.utime(self._opened)
+        with self._write_lock, suppress(OSError):
+            os.utime(self._descriptor)
 
     def settle(self, how: str) -> None:
         """Record in the marker of an earlier process how its rig was made safe."""
         self.unconfirmed = frozenset()
         with suppress(DeviceError, OSError):
             record_made_safe(self.owner.station, f"{how} (process {self.owner.process})")
-        left = read_marker(self.owner.station)
-        self.left = None if left is None else replace(left, is_in_use=False)
+        marker = read_marker(self.owner.station)
+        self.left = None if marker is None else replace(marker, is_in_use=False)
 
     def put_on_record(self) -> None:
         """Remove the marker of an earlier process, once it has been recorded elsewhere."""
@@ -170,22 +170,22 @@ class RigMarks:
     def _left_roles(self) -> frozenset[str]:
         if self.left is None or self.left.safe_by:
             return frozenset()
-        named = frozenset(each.member.role for each in self.left.drives)
-        return named or self.roles  # of a marker that cannot be read
+        roles = frozenset(mark.member.role for mark in self.left.drives)
+        return roles or self.roles  # of a marker that cannot be read
 
     def _add(self, drive: DriveMark) -> None:
-        with self._writing:
-            before = self._now()
-            self._keep([*before, drive])
+        with self._write_lock:
+            previous = self._current_drives()
+            self._replace_drives([*previous, drive])
             try:
                 self._write()
             except DeviceError:
-                self._keep(before)
+                self._replace_drives(previous)
                 self._restore()
                 raise
 
     def _restore(self) -> None:
-        """Remove what of a marker is on a full disk: the drive that it is for was not set.
+        """Undo a marker that a full disk cut short: its new drive was not set.
 
         If that fails too, or if an earlier process may have left the rig energised, the next start
         takes it for energised.
@@ -197,38 +197,38 @@ class RigMarks:
                 self._close()
                 clear(self.owner.station)
 
-    def _keep(self, drives: list[DriveMark]) -> None:
+    def _replace_drives(self, drives: list[DriveMark]) -> None:
         self._drives = drives
         # In place: the functions of `before_set` hold both collections.
-        self._values[:] = [each.set_point for each in drives]
-        self._places.clear()
-        self._places.update((each.member, place) for place, each in enumerate(drives))
+        self._values[:] = [drive.set_point for drive in drives]
+        self._indices.clear()
+        self._indices.update((drive.member, index) for index, drive in enumerate(drives))
 
-    def _now(self) -> list[DriveMark]:
+    def _current_drives(self) -> list[DriveMark]:
         return [
-            replace(each, set_point=value)
-            for each, value in zip(self._drives, self._values, strict=True)
+            replace(mark, set_point=value)
+            for mark, value in zip(self._drives, self._values, strict=True)
         ]
 
     def _write(self) -> None:
         """Write the whole marker; return once it is on the disk."""
         try:
-            if self._opened < 0:
+            if self._descriptor < 0:
                 path = shared_folder() / f"{self.owner.station}{SUFFIX}"
-                self._opened = open_plain(path, os.O_RDWR | os.O_CREAT)
+                self._descriptor = open_plain(path, os.O_RDWR | os.O_CREAT)
                 # A new file is found after a power failure only if its name is on the disk too.
                 sync_names(path.parent)
-            overwrite(self._opened, encode(self.owner, tuple(self._now())))
+            overwrite(self._descriptor, encode(self.owner, tuple(self._current_drives())))
         except OSError as error:
-            raise _unwritten(error) from error
+            raise _write_error(error) from error
 
     def _close(self) -> None:
-        if self._opened >= 0:
-            os.close(self._opened)
-            self._opened = -1
+        if self._descriptor >= 0:
+            os.close(self._descriptor)
+            self._descriptor = -1
 
 
-def _unwritten(error: OSError) -> DeviceError:
+def _write_error(error: OSError) -> DeviceError:
     return DeviceError(
         f"the marker of the energised rig cannot be written: {error.strerror or error}",
         hint="no drive is set without it, as the next start could not tell that the rig is"

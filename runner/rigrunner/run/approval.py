@@ -90,11 +90,11 @@ def approval_file(procedure: Path) -> Path:
 def approval_state(procedure: LoadedProcedure) -> ApprovalState:
     """Return the approval of a procedure; raise InvalidFileError if it cannot be read."""
     digest = procedure.digest_with_called
-    found = _read(approval_file(Path(procedure.document.name)))
-    if found is None:
+    file = _read(approval_file(Path(procedure.document.name)))
+    if file is None:
         return ApprovalState("draft", sha256=digest)
-    last = found.approved
-    if last.sha256 == digest and found.procedure == procedure.model.id:
+    last = file.approved
+    if last.sha256 == digest and file.procedure == procedure.model.id:
         return ApprovalState("approved", last.by, last.utc, digest)
     what = "the procedure, or one that it calls," if procedure.called else "the procedure"
     note = f"{what} was changed after its approval by {last.by} on {last.utc[:10]}"
@@ -125,7 +125,7 @@ def approve(procedure: LoadedProcedure, by: str, utc: str) -> Path:
             hint="'rigrunner init DIR' makes a lab folder with copies",
         )
     path = approval_file(source)
-    before = _read(path)
+    previous = _read(path)
     content = {
         "rigrunner": "approval/1",
         "procedure": procedure.model.id,
@@ -135,8 +135,8 @@ def approve(procedure: LoadedProcedure, by: str, utc: str) -> Path:
             "utc": utc,
             "sha256": procedure.digest_with_called,
         },
-        "earlier": [each.model_dump() for each in (*before.earlier, before.approved)]
-        if before
+        "earlier": [approval.model_dump() for approval in (*previous.earlier, previous.approved)]
+        if previous
         else [],
     }
     _write(path, json.dumps(content, ensure_ascii=False, indent=2) + "\n")
@@ -145,8 +145,8 @@ def approve(procedure: LoadedProcedure, by: str, utc: str) -> Path:
 
 def approved_in(path: Path) -> Approved | None:
     """Return the approval in force in the file beside a procedure; None for none."""
-    found = _read(path)
-    return None if found is None else found.approved
+    file = _read(path)
+    return None if file is None else file.approved
 
 
 def _read(path: Path) -> ApprovalFile | None:

@@ -16,19 +16,19 @@ if TYPE_CHECKING:
 
 def record_of(decision: DecisionFile) -> DecisionRecord:
     """Return a later decision in the form of a certificate."""
-    found = decision.summary
+    summary = decision.summary
     return DecisionRecord(
-        file=found.file,
+        file=summary.file,
         sha256=decision.sha256,
-        decided_utc=found.decided_utc,
-        by=found.by,
-        reason=found.why,
-        verdict=found.verdict,
-        rule=found.rule,
-        limit=found.limit_text,
-        verdict_before=found.verdict_before,
-        rule_before=found.rule_before,
-        limit_before=found.limit_before,
+        decided_utc=summary.decided_utc,
+        by=summary.by,
+        reason=summary.why,
+        verdict=summary.verdict,
+        rule=summary.rule,
+        limit=summary.limit_text,
+        verdict_before=summary.verdict_before,
+        rule_before=summary.rule_before,
+        limit_before=summary.limit_before,
         acceptance=decision.document["acceptance"],
     )
 
@@ -36,7 +36,7 @@ def record_of(decision: DecisionFile) -> DecisionRecord:
 def acceptance_of(record: DecisionRecord) -> Acceptance:
     """Return limits and rule of a decision on a certificate; raise DataError."""
     try:
-        held = upgraded_acceptance(record.acceptance)
-        return Acceptance.model_validate(held, context={STORED: True})
+        content = upgraded_acceptance(record.acceptance)
+        return Acceptance.model_validate(content, context={STORED: True})
     except ValueError as error:
         raise DataError(f"the limits and rule of {record.file} cannot be read") from error

@@ -65,17 +65,17 @@ class DecisionFile:
     @property
     def summary(self) -> LaterDecision:
         """The decision for a report."""
-        found, before = self.document["decision"], self.document["before"]
+        decision, before = self.document["decision"], self.document["before"]
         return LaterDecision(
             file=self.path.name,
             decided_utc=self.document["decided_utc"],
             by=self.document["by"],
             why=self.document["reason"],
-            verdict=found["verdict"],
-            reason=found["reason"],
-            rule=found["rule"],
-            limit_text=found["limit"],
-            limit_source=found["limit_source"],
+            verdict=decision["verdict"],
+            reason=decision["reason"],
+            rule=decision["rule"],
+            limit_text=decision["limit"],
+            limit_source=decision["limit_source"],
             verdict_before=before["verdict"],
             rule_before=before["rule"],
             limit_before=before["limit"],
@@ -95,17 +95,17 @@ def later_decisions(stored: Digested, folder: Path) -> tuple[DecisionFile, ...]:
 
     Raises DataError for an unreadable file, for one on other recordings, and for a missing one.
     """
-    found = tuple(_read(path, stored.digest) for _, path in _files(folder))
-    before = RUN_FILE
-    for number, each in enumerate(found, FIRST):
-        if each.path.name != _name(number) or each.document["before"]["file"] != before:
+    decisions = tuple(_read(path, stored.digest) for _, path in _files(folder))
+    previous = RUN_FILE
+    for number, decision in enumerate(decisions, FIRST):
+        if decision.path.name != _name(number) or decision.document["before"]["file"] != previous:
             raise DataError(
-                f"{each.path} does not follow {before}: it was decided after "
-                f"{each.document['before']['file']}",
+                f"{decision.path} does not follow {previous}: it was decided after "
+                f"{decision.document['before']['file']}",
                 hint=f"bring back {_name(number)}: a recorded decision must stay",
             )
-        before = each.path.name
-    return found
+        previous = decision.path.name
+    return decisions
 
 
 def acceptance_in_force(stored: StoredRun, folder: Path) -> Acceptance | None:
@@ -137,7 +137,7 @@ def decide_again(
         )
     before = acceptance_in_force(stored, folder)
     analyses = _procedure(stored).analysis
-    names = [each.name for each in analyses]
+    names = [analysis.name for analysis in analyses]
     after = change(before, names).as_read_by(kinds_of(registry), analyses)
     if before is not None and after.as_written() == before.as_written():
         raise UsageError(
@@ -154,7 +154,7 @@ def decide_again(
         "by": decider.by,
         "reason": decider.reason,
         "program": f"Rigrunner {__version__}",
-        "before": _before(folder, stored, before),
+        "before": _in_force(folder, stored, before),
         "acceptance": after.as_written(),
         "decision": decision_document(result.decision),
     }
@@ -168,9 +168,9 @@ def _procedure(stored: StoredRun) -> Procedure:
 
 def _refuse(result: Result, acceptance: Acceptance) -> None:
     """Raise DataError if there is no result, or a limit is for another measurand."""
-    known = (*result.results, *result.missing, *result.means)
-    run_id, given = result.run.run_id, {each.name for each in known}
-    if not given:
+    entries = (*result.results, *result.missing, *result.means)
+    run_id, names = result.run.run_id, {entry.name for entry in entries}
+    if not names:
         why = f": {result.notes[0]}" if result.notes else ""
         raise DataError(
             f"{run_id} has no result to decide on{why}",
@@ -178,42 +178,42 @@ def _refuse(result: Result, acceptance: Acceptance) -> None:
         )
     for details in result.details:
         for limit in acceptance.limits:
-            if limit.of not in details.shown_results & given:
+            if limit.of not in details.shown_results & names:
                 continue
             if objection := details.objection(limit.measurand):
                 hint = "a limit applies only to results of the same measurand"
-                words = f"{objection[:1].lower()}{objection[1:]}".rstrip(".")
-                raise DataError(f"{limit.source}: {words}", hint=hint)
+                text = f"{objection[:1].lower()}{objection[1:]}".rstrip(".")
+                raise DataError(f"{limit.source}: {text}", hint=hint)
 
 
 def _refuse_other_results(result: Result, acceptance: Acceptance, analyses: Sequence[str]) -> None:
     """Raise DataError for a limit of a result that the run does not have, or of another kind."""
-    known = (*result.results, *result.missing, *result.means)
-    definitions = {each.name: each.of for each in known}
+    entries = (*result.results, *result.missing, *result.means)
+    definitions = {entry.name: entry.of for entry in entries}
     for limit in acceptance.limits:
         if limit.of not in definitions:
             names = ", ".join(definitions) or "none"
             raise DataError(
                 f"{result.run.run_id} has no result '{limit.of}'", hint=f"results: {names}"
             )
-        found = definitions[limit.of]
-        for _, message, hint in limit.unlike(found):
+        definition = definitions[limit.of]
+        for _, message, hint in limit.unlike(definition):
             raise DataError(f"{limit.source}: {message}", hint=hint)
-        message, hint = limit.objection_to(found, analyses)
+        message, hint = limit.objection_to(definition, analyses)
         if message:
             raise DataError(f"{limit.source}: {message}", hint=hint)
 
 
-def _before(folder: Path, stored: StoredRun, held: Acceptance | None) -> dict[str, Any]:
+def _in_force(folder: Path, stored: StoredRun, acceptance: Acceptance | None) -> dict[str, Any]:
     """Return the present decision and its file."""
     later = later_decisions(stored, folder)
     document: Mapping[str, Any] = stored.result_document or {}
-    decided = later[-1].document["decision"] if later else document.get("decision")
-    words = decided or {"verdict": NONE, "rule": NONE, "limit": NONE}
+    decision = later[-1].document["decision"] if later else document.get("decision")
+    summary = decision or {"verdict": NONE, "rule": NONE, "limit": NONE}
     return {
         "file": later[-1].path.name if later else RUN_FILE,
-        "acceptance": None if held is None else held.as_written(),
-        **{key: words[key] for key in ("verdict", "rule", "limit")},
+        "acceptance": None if acceptance is None else acceptance.as_written(),
+        **{key: summary[key] for key in ("verdict", "rule", "limit")},
     }
 
 
@@ -236,8 +236,8 @@ def _name(number: int) -> str:
 
 
 def _files(folder: Path) -> list[tuple[int, Path]]:
-    found = [(NAME.fullmatch(path.name), path) for path in folder.iterdir()]
-    return sorted((int(match[1]), path) for match, path in found if match)
+    matches = [(NAME.fullmatch(path.name), path) for path in folder.iterdir()]
+    return sorted((int(match[1]), path) for match, path in matches if match)
 
 
 def _read(path: Path, digest: str) -> DecisionFile:
@@ -245,16 +245,16 @@ def _read(path: Path, digest: str) -> DecisionFile:
         content = path.read_bytes()
         document = json.loads(content)
         # The decision may have been written in an earlier language of procedures.
-        held = upgraded_acceptance(document["acceptance"])
-        acceptance = Acceptance.model_validate(held, context={STORED: True})
+        upgraded = upgraded_acceptance(document["acceptance"])
+        acceptance = Acceptance.model_validate(upgraded, context={STORED: True})
         file = DecisionFile(path, document, acceptance, hashlib.sha256(content).hexdigest())
         recordings, kind = document["run"]["digest_sha256"], document["format"]
-        words = vars(file.summary).values()
+        texts = vars(file.summary).values()
         # Raises ValueError for an unknown verdict.
         Verdict(file.summary.verdict)
     except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise _unreadable(path) from error
-    if kind != FORMAT or not all(isinstance(each, str) for each in words):
+    if kind != FORMAT or not all(isinstance(text, str) for text in texts):
         raise _unreadable(path)
     if recordings != digest:
         raise DataError(

@@ -87,31 +87,31 @@ def finish(
     """
     outcome, reason, passed_over = end
     folder = writer.folder
-    # Before the data are read: it waits until each finished recording has its file.
-    with kept(errors):
+    # Before the data are read: this waits until each finished recording has its file.
+    with collecting(errors):
         writer.close()
     result = report = None
     # A manual session, which has no planned step, may end without a point.
     is_empty = not planned.plan.steps and not writer.recordings
-    asked = bool(planned.procedure.model.analysis) and not is_empty
-    waited_for = {*later_partners(planned)} - partners.keys()
-    waits = outcome is Outcome.COMPLETED and asked and bool(waited_for)
-    with kept(errors):
+    analysed = bool(planned.procedure.model.analysis) and not is_empty
+    awaited = {*later_partners(planned)} - partners.keys()
+    waits = outcome is Outcome.COMPLETED and analysed and bool(awaited)
+    with collecting(errors):
         if not waits and outcome in CONCLUDED:
-            result = _result(planned, writer, partners, progress, asked=asked)
+            result = _result(planned, writer, partners, progress, analysed=analysed)
     content = None if result is None else document(result)
     if not (to_be_resumed or waits):
-        with kept(errors):
-            plots = (each.plot() for each in result.details) if result else ()
+        with collecting(errors):
+            plots = (details.plot() for details in result.details) if result else ()
             writer.seal(content, next(filter(None, plots), None), partners)
-    # Looked up: a Ctrl-C is raised only after the file has its name.
+    # Checked, since a Ctrl-C is raised only after the file has its name.
     sealed = RunFolder(folder).sealed_file.exists()
     if content is not None and sealed:
-        with kept(errors):
+        with collecting(errors):
             _write_result(folder, content)
             report = write_report(folder, planned.registry, result=result, content=content)
-    for later in errors[1:]:
-        add_beside(errors[0], error_text(later))
+    for error in errors[1:]:
+        add_beside(errors[0], error_text(error))
     return FinishedRun(
         folder=folder,
         outcome=outcome,
@@ -131,13 +131,13 @@ def _result(
     partners: Mapping[str, Path],
     progress: Progress,
     *,
-    asked: bool,
+    analysed: bool,
 ) -> Result | None:
-    """Return the result of a run whose analysis is `asked`, or with limited measured values."""
-    if not asked and not any(step.limits or step.terms.expected for step in planned.plan.steps):
+    """Return the result of a run that is `analysed`, or has limited measured values."""
+    if not analysed and not any(step.limits or step.terms.expected for step in planned.plan.steps):
         return None  # without reading what may be many thousands of rows
     stored = writer.read()
-    if not asked and not any(row.limits or row.expected for row in stored.measurements):
+    if not analysed and not any(row.limits or row.expected for row in stored.measurements):
         return None
     return analyse_stored(with_partners(stored, partners), planned.registry, progress=progress)
 
@@ -145,7 +145,7 @@ def _result(
 def stoppable(progress: Progress, stop: StopToken) -> Progress:
     """Return a progress that ends the analysis at a stop: the run is sealed without a result."""
 
-    def told(what: str, done: int, of: int) -> None:
+    def report_progress(what: str, done: int, of: int) -> None:
         progress(what, done, of)
         if stop.is_set():
             kind = type(stop.reason()) if isinstance(stop, Reasoned) else AbortedError
@@ -154,7 +154,7 @@ def stoppable(progress: Progress, stop: StopToken) -> Progress:
                 hint="the run is complete: 'rigrunner analyse' makes its result",
             )
 
-    return told
+    return report_progress
 
 
 def _write_result(folder: Path, content: Mapping[str, object]) -> None:
@@ -163,8 +163,8 @@ def _write_result(folder: Path, content: Mapping[str, object]) -> None:
 
 
 @contextmanager
-def kept(errors: list[BaseException]) -> Iterator[None]:
-    """Keep an error for the FinishedRun, since the data must be sealed in any case."""
+def collecting(errors: list[BaseException]) -> Iterator[None]:
+    """Collect an error for the FinishedRun, since the data must be sealed in any case."""
     try:
         yield
     except BaseException as error:  # noqa: BLE001  (of a plugin, or Ctrl-C)

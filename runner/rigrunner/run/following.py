@@ -39,7 +39,7 @@ MOST_BUSY = 0.25
 class Shows(Protocol):
     """A screen."""
 
-    def __call__(self, found: Findings, *, is_whole: bool) -> None:
+    def __call__(self, findings: Findings, /, *, is_whole: bool) -> None:
         """Take the findings so far; `is_whole`: a recording has ended."""
         ...
 
@@ -62,9 +62,9 @@ def folds_of(registry: Registry, procedure: Procedure) -> list[tuple[str, LiveAn
         interim=True,
     )
     return [
-        (each.name, live)
-        for each in procedure.analysis
-        if (live := registry.live(each.name, each.settings, context)) is not None
+        (analysis.name, live)
+        for analysis in procedure.analysis
+        if (live := registry.live(analysis.name, analysis.settings, context)) is not None
     ]
 
 
@@ -124,7 +124,7 @@ class Following:
         self._recording: str | None = None
         self._notes: list[str] = []
         self._due_s = self._took_s = 0.0
-        self._making: Thread | None = None
+        self._thread: Thread | None = None
 
     def __call__(self, event: Event) -> None:
         """Take an event of the run."""
@@ -138,12 +138,12 @@ class Following:
             case Samples() if self._started is not None:
                 self._take(event, self._started)
                 if monotonic() >= self._due_s:
-                    self._tell(is_whole=False)
+                    self._show_findings(is_whole=False)
             case StepEnded() if event.recording and event.recording == self._recording:
-                # Who draws curves has finished recordings analysed beside: findings that take long
+                # A screen with curves has finished recordings analysed separately: slow findings
                 # are left to that analysis.
                 if self._draw is None or self._took_s <= EVERY_S or monotonic() >= self._due_s:
-                    self._tell(is_whole=True)
+                    self._show_findings(is_whole=True)
 
     @cached_property
     def _run(self) -> RunData:
@@ -173,37 +173,37 @@ class Following:
                     # A copy: a later zero belongs to later recordings.
                     fold.begin(recording, replace(self._run, zeros=dict(self._zeros)))
                 curves = fold.take(block)
-            except Exception as error:  # noqa: BLE001  (a stranger's may raise anything)
-                self._leave_out(name, fold, error)
+            except Exception as error:  # noqa: BLE001  (a plugin may raise anything)
+                self._drop(name, fold, error)
                 continue
             if self._draw is not None:
                 end_s = (block.first_sample + block.samples) / block.rate_hz
-                for each in curves:  # the event is as late as the last sample of its block
-                    self._draw(event.recording, each, event.monotonic_s - (end_s - each.end_s))
+                for curve in curves:  # the event is as late as the last sample of its block
+                    self._draw(event.recording, curve, event.monotonic_s - (end_s - curve.end_s))
 
-    def _tell(self, *, is_whole: bool) -> None:
+    def _show_findings(self, *, is_whole: bool) -> None:
         """Show the findings so far; curves are drawn while those of a snapshot are made."""
-        if self._making is not None and self._making.is_alive():
+        if self._thread is not None and self._thread.is_alive():
             return
         began_s = monotonic()
         # Of each live view its findings, or the function that makes them.
-        begun = [
-            (name, fold, self._tried(name, fold, self._findings_or_snapshot(fold)))
+        outputs = [
+            (name, fold, self._try(name, fold, self._findings_or_snapshot(fold)))
             for name, fold in self._folds
         ]
 
         def end() -> None:
-            found = [
-                self._tried(name, fold, each) if callable(each) else each
-                for name, fold, each in begun
+            findings = [
+                self._try(name, fold, output) if callable(output) else output
+                for name, fold, output in outputs
             ]
-            self._show(self._together([each for each in found if each]), is_whole=is_whole)
+            self._show(self._merged(list(filter(None, findings))), is_whole=is_whole)
             self._took_s = monotonic() - began_s
             self._due_s = began_s + max(EVERY_S, self._took_s / MOST_BUSY)
 
-        if any(callable(each) for _, _, each in begun):
-            self._making = Thread(target=end, name="live findings", daemon=True)
-            self._making.start()
+        if any(callable(output) for _, _, output in outputs):
+            self._thread = Thread(target=end, name="live findings", daemon=True)
+            self._thread.start()
         else:
             end()
 
@@ -214,22 +214,22 @@ class Following:
             return fold.snapshot
         return fold.findings
 
-    def _tried(self, name: str, fold: LiveAnalysis, make: Callable[[], _T]) -> _T | None:
+    def _try(self, name: str, fold: LiveAnalysis, make: Callable[[], _T]) -> _T | None:
         try:
             return make()
-        except Exception as error:  # noqa: BLE001  (a stranger's may raise anything)
-            self._leave_out(name, fold, error)
+        except Exception as error:  # noqa: BLE001  (a plugin may raise anything)
+            self._drop(name, fold, error)
             return None
 
-    def _together(self, found: Sequence[Findings]) -> Findings:
+    def _merged(self, findings: Sequence[Findings]) -> Findings:
         return Findings(
             results=tuple(
-                one for each in found for one in each.results if isfinite(one.estimate.value)
+                result for f in findings for result in f.results if isfinite(result.estimate.value)
             ),
-            figures=tuple(one for each in found for one in each.figures),
-            notes=(*(one for each in found for one in each.notes), *self._notes),
+            figures=tuple(figure for f in findings for figure in f.figures),
+            notes=(*(note for f in findings for note in f.notes), *self._notes),
         )
 
-    def _leave_out(self, name: str, fold: LiveAnalysis, error: Exception) -> None:
-        self._folds = [each for each in self._folds if each[1] is not fold]
+    def _drop(self, name: str, fold: LiveAnalysis, error: Exception) -> None:
+        self._folds = [(other, f) for other, f in self._folds if f is not fold]
         self._notes.append(f"{name} is shown no more: {type(error).__name__}: {error}")

@@ -22,37 +22,37 @@ OPERATOR = "operator"
 
 
 def answer_inputs(
-    procedure: LoadedProcedure, given: Mapping[str, str], answers: AnswerSource
+    procedure: LoadedProcedure, inputs: Mapping[str, str], answers: AnswerSource
 ) -> dict[str, str]:
     """Return a value for every input of a procedure and of what it calls.
 
     Raises UsageError for a given value that is no input or not an accepted answer.
     """
-    asked = procedure.inputs
+    definitions = procedure.inputs
     # First: questions are asked only after all given values were accepted.
-    taken = {name: _accepted(procedure, name, given[name]) for name in given}
+    accepted = {name: _accepted(procedure, name, inputs[name]) for name in inputs}
     return {
-        name: taken.get(name)
-        or each.expected.accept(answers.ask(f"inputs.{name}", question_of(name, each)))
-        for name, each in asked.items()
+        name: accepted.get(name)
+        or definition.expected.accept(answers.ask(f"inputs.{name}", question_of(name, definition)))
+        for name, definition in definitions.items()
     }
 
 
 def with_operator(
-    given: Mapping[str, str], operator: str | None, procedure: LoadedProcedure
+    inputs: Mapping[str, str], operator: str | None, procedure: LoadedProcedure
 ) -> dict[str, str]:
     """Return the given inputs, with the operator where the procedure asks for one.
 
     Raises UsageError for an empty name and for two different operators.
     """
     if operator is None:
-        return dict(given)
+        return dict(inputs)
     if not operator.strip():
         raise UsageError("the operator has no name", hint="such as --operator 'A. Jones'")
-    if given.get(OPERATOR, operator) != operator:
-        both = f"'{given[OPERATOR]}' and '{operator}'"
-        raise UsageError(f"two operators are given: {both}", hint="give one, by --operator")
-    return {**given, OPERATOR: operator} if OPERATOR in procedure.inputs else dict(given)
+    if inputs.get(OPERATOR, operator) != operator:
+        names = f"'{inputs[OPERATOR]}' and '{operator}'"
+        raise UsageError(f"two operators are given: {names}", hint="give one, by --operator")
+    return {**inputs, OPERATOR: operator} if OPERATOR in procedure.inputs else dict(inputs)
 
 
 def read_answers(path: Path, procedure: LoadedProcedure) -> dict[str, str]:
@@ -68,42 +68,42 @@ def read_answers(path: Path, procedure: LoadedProcedure) -> dict[str, str]:
 
 
 def _accepted(procedure: LoadedProcedure, name: str, answer: str) -> str:
-    asked = procedure.inputs
-    if name not in asked:
+    definitions = procedure.inputs
+    if name not in definitions:
         message = f"{procedure.model.id} has no input '{name}'"
-        raise UsageError(message, hint=_near(name, asked))
+        raise UsageError(message, hint=_suggestion(name, definitions))
     try:
-        return asked[name].expected.accept(answer)
+        return definitions[name].expected.accept(answer)
     except AnswerError as error:
         raise UsageError(f"the input '{name}': {error.message}", hint=error.hint) from error
 
 
-def _problems(document: Document, asked: Mapping[str, Input]) -> Iterator[Problem]:
+def _problems(document: Document, definitions: Mapping[str, Input]) -> Iterator[Problem]:
     if not isinstance(document.data, dict):
         message, hint = "expected a mapping of inputs to answers", "such as 'specimen: SN-17'"
         yield Problem(message, document.where(()), hint=hint)
         return
     for name, answer in document.data.items():
-        if name not in asked:
+        if name not in definitions:
             where = document.where((name,), key=True)
-            yield Problem("there is no such input", where, name, _near(name, asked))
+            yield Problem("there is no such input", where, name, _suggestion(name, definitions))
             continue
-        for message, hint in _objections(asked[name], answer):
+        for message, hint in _objections(definitions[name], answer):
             yield Problem(message, document.where((name,)), name, hint)
 
 
-def _objections(wanted: Input, answer: object) -> Iterator[tuple[str, str]]:
+def _objections(definition: Input, answer: object) -> Iterator[tuple[str, str]]:
     if not isinstance(answer, str) or not answer.strip():
-        shown = str(answer) if str(answer or "").strip() else "nothing"
-        in_unit = f"write it as '{shown} {wanted.unit}'" if wanted.unit else ""
-        yield f"got {shown[:60]}, expected a text", in_unit or f"put it in quotes: '{shown[:60]}'"
+        text = str(answer) if str(answer or "").strip() else "nothing"
+        hint = f"write it as '{text} {definition.unit}'" if definition.unit else ""
+        yield f"got {text[:60]}, expected a text", hint or f"put it in quotes: '{text[:60]}'"
         return
     try:
-        wanted.expected.accept(answer)
+        definition.expected.accept(answer)
     except AnswerError as error:
         yield error.message, error.hint
 
 
-def _near(name: str, asked: Iterable[str]) -> str:
-    names = list(asked)
+def _suggestion(name: str, inputs: Iterable[str]) -> str:
+    names = list(inputs)
     return did_you_mean(name, names, f"it asks for: {', '.join(names) or 'nothing'}")

@@ -41,8 +41,8 @@ def plugin_folders(station: str | None) -> list[Path]:
     if station is None:
         return []
     path = find_station(station)
-    named = load_station(path).model.plugins
-    return [] if named is None else [path.parent / named]
+    folder = load_station(path).model.plugins
+    return [] if folder is None else [path.parent / folder]
 
 
 def with_lab_plugins(registry: Registry, station: LoadedStation, folder: Path) -> Registry:
@@ -51,23 +51,23 @@ def with_lab_plugins(registry: Registry, station: LoadedStation, folder: Path) -
     Raises InvalidFileError if the folder does not exist or is outside the folder of the station:
     a station from someone else must not choose the code that runs.
     """
-    named = station.model.plugins
-    if named is None:
+    plugins_folder = station.model.plugins
+    if plugins_folder is None:
         return registry
     try:
-        return with_drop_ins(registry, _within(folder, named))
+        return with_drop_ins(registry, _within(folder, plugins_folder))
     except PluginError as error:
         where = station.document.where(("plugins",))
         raise InvalidFileError([Problem(error.message, where, "plugins", error.hint)]) from error
 
 
-def _within(folder: Path, named: str) -> Path:
-    path = folder / named
+def _within(folder: Path, name: str) -> Path:
+    path = folder / name
     try:
         inside = path.resolve().is_relative_to(folder.resolve())
     except (OSError, RuntimeError, ValueError) as error:  # links in a circle, a name with a null
-        raise PluginError(f"'{named}' cannot be looked up") from error
+        raise PluginError(f"'{name}' cannot be looked up") from error
     if not inside:
         hint = "plugins must be in the station's folder, or below"
-        raise PluginError(f"'{named}' is outside this file's folder", hint=hint)
+        raise PluginError(f"'{name}' is outside this file's folder", hint=hint)
     return path

@@ -52,7 +52,7 @@ class Nobody:
     def warn(self, text: str) -> None:
         """Report nothing: the state is recorded."""
 
-    def agrees(self, question: str) -> bool:  # noqa: ARG002  (the Protocol's)
+    def agrees(self, question: str) -> bool:  # noqa: ARG002  (of the Protocol)
         """Allow making the rig safe."""
         return True
 
@@ -66,7 +66,7 @@ class Standing:
 
     member: str
     unit: str
-    found: float
+    read_back: float
     safe_value: float
     is_safe: bool
     problem: str = ""
@@ -76,9 +76,9 @@ class Standing:
     def text(self) -> str:
         """Return 'psu.voltage reads back 40 V, safe is 0 V'."""
         safe = f"safe is {self.safe_value:g} {self.unit}".rstrip()
-        if math.isnan(self.found):
+        if math.isnan(self.read_back):
             return f"{self.member} cannot be read back, {safe} ({self.problem})"
-        return f"{self.member} reads back {self.found:g} {self.unit}, {safe}"
+        return f"{self.member} reads back {self.read_back:g} {self.unit}, {safe}"
 
 
 def check_left(
@@ -93,12 +93,12 @@ def check_left(
     if marks is None:
         return ()
     roles = marks.roles if reads else ()
-    unsafe = [each for each in standing_of(rig, roles) if not each.is_safe]
-    left = marks.left
-    # Nothing to make safe: at most it has to be recorded who made it safe before.
+    unsafe = [drive for drive in standing_of(rig, roles) if not drive.is_safe]
+    marker = marks.left
+    # Nothing to make safe: at most, record who made it safe before.
     if not unsafe and not marks.unconfirmed:
-        return () if left is None else (_on_record(left, (), person, ""),)
-    if left is None:
+        return () if marker is None else (_interference(marker, (), person, ""),)
+    if marker is None:
         person.warn(f"the rig is not safe, and no run has said so: {_texts(unsafe)}")
     elif unsafe:
         person.warn(f"its drives now: {_texts(unsafe)}")
@@ -114,7 +114,7 @@ def check_left(
     if problem:
         raise DeviceError(f"the rig is not safe: {problem}", hint=what_to_do(station_file))
     person.warn("the rig was made safe now, and each drive read back at its safe value")
-    return (_on_record(left, unsafe, person, "made safe, and read back"),)
+    return (_interference(marker, unsafe, person, "made safe, and read back"),)
 
 
 def standing_of(rig: Rig, roles: Collection[str]) -> Iterator[Standing]:
@@ -125,25 +125,25 @@ def standing_of(rig: Rig, roles: Collection[str]) -> Iterator[Standing]:
         for info in device.drives:
             problem = ""
             try:
-                found = rig.read_back(role, info.name)
-            except Exception as error:  # noqa: BLE001  (the next drive has its turn)
-                found, problem = math.nan, error_text(error)
-            # NaN agrees with nothing: what cannot be read back is not safe.
-            is_safe = agrees(info, found, info.safe_value)
-            known = (Member(role, info.name), info.unit, found, info.safe_value)
-            yield Standing(*known, is_safe=is_safe, problem=problem)
+                read_back = rig.read_back(role, info.name)
+            except Exception as error:  # noqa: BLE001  (the next drive follows)
+                read_back, problem = math.nan, error_text(error)
+            # NaN agrees with nothing: a drive that cannot be read back is not safe.
+            is_safe = agrees(info, read_back, info.safe_value)
+            fields = (Member(role, info.name), info.unit, read_back, info.safe_value)
+            yield Standing(*fields, is_safe=is_safe, problem=problem)
 
 
-def _on_record(
-    left: Marker | None, unsafe: Collection[Standing], person: Person, done: str
+def _interference(
+    marker: Marker | None, unsafe: Collection[Standing], person: Person, done: str
 ) -> Interference:
-    said = left.text if left is not None else "no run had said that the rig is not safe"
-    told = "; ".join(each for each in (said, _texts(unsafe), done) if each)
-    return Interference(FOUND, person.by, subject=told)
+    report = marker.text if marker is not None else "no run had said that the rig is not safe"
+    subject = "; ".join(text for text in (report, _texts(unsafe), done) if text)
+    return Interference(FOUND, person.by, subject=subject)
 
 
 def _texts(drives: Collection[Standing]) -> str:
-    return "; ".join(each.text for each in drives)
+    return "; ".join(drive.text for drive in drives)
 
 
 def settle_by(marks: RigMarks, by: str, reason: str) -> None:

@@ -83,7 +83,7 @@ class Detached:
         while not self._given_up and (event := self._waiting.get()) is not None:
             try:
                 self._sink(event)
-            except Exception as error:  # noqa: BLE001  (a stranger's may raise anything)
+            except Exception as error:  # noqa: BLE001  (a plugin may raise anything)
                 self._failure = error
                 break
             except BaseException as error:  # noqa: BLE001  (it would end this thread alone, unseen)
@@ -128,27 +128,26 @@ class Listeners:
     sinks: tuple[Detached, ...]
     stamp: EventStamp
 
-    def tell(self, kind: type[Event], **fields: Any) -> None:
-        """Pass them an event that is not recorded; failures appear with the next event."""
+    def send(self, kind: type[Event], **fields: Any) -> None:
+        """Send them an event that is not recorded; failures appear with the next event."""
         event = self.stamp(kind, **fields)
-        for each in self.sinks:
+        for sink in self.sinks:
             with suppress(Exception):
-                each(event)
+                sink(event)
 
 
 @contextmanager
 def listeners_of(planned: Planned) -> Iterator[Listeners]:
     """Yield the listeners of a station; raise PluginError for one that fails."""
-    registry, named = planned.registry, planned.station.model.listeners
-    sinks = [
-        (each.plugin, registry.make("event_sink", each.plugin, each.settings)) for each in named
-    ]
-    with ExitStack() as held:
+    registry, entries = planned.registry, planned.station.model.listeners
+    sinks = [(e.plugin, registry.make("event_sink", e.plugin, e.settings)) for e in entries]
+    with ExitStack() as stack:
         detached = tuple(Detached(name, sink) for name, sink in sinks)
-        for each in detached:
-            held.callback(each.close)
+        for listener in detached:
+            stack.callback(listener.close)
         try:
             yield Listeners(detached, EventStamp(planned.clock))
         finally:
-            for each in detached:  # all at once: the slowest is waited for, not one after the other
-                each.end()
+            # All at once: only the slowest is waited for.
+            for listener in detached:
+                listener.end()

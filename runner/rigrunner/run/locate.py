@@ -55,11 +55,11 @@ def find_run(name_or_path: str, runs: Path) -> Path:
                 raise UsageError(f"{candidate} is not a run", hint=hint)
             return candidate.parent if candidate.name == RUN_FILE else candidate
     names = run_names(runs)
-    begun = [name for name in names if name.startswith(name_or_path)]
-    if len(begun) == 1:
-        return runs / begun[0]
-    if begun:
-        raise UsageError(f"'{name_or_path}' could be any of: {_listed(begun)}")
+    matches = [name for name in names if name.startswith(name_or_path)]
+    if len(matches) == 1:
+        return runs / matches[0]
+    if matches:
+        raise UsageError(f"'{name_or_path}' could be any of: {_listed(matches)}")
     raise UsageError(f"there is no run '{name_or_path}' in {runs}", hint=_near(name_or_path, names))
 
 
@@ -89,19 +89,19 @@ def _find(name_or_path: str, folder: Path, what: str) -> Path:
 
 
 def _names(folder: Path) -> list[str]:
-    return sorted(found.stem for found in folder.glob("*.yaml"))
+    return sorted(path.stem for path in folder.glob("*.yaml"))
 
 
 def _files(folder: Path) -> list[str]:
-    return sorted(found.name for found in folder.glob("*.yaml"))
+    return sorted(path.name for path in folder.glob("*.yaml"))
 
 
 def _near_file(path: Path) -> str:
-    """Return the similar file beside it, or the missing folder; '' for a mere name."""
+    """Return the similar file beside it, or the missing folder; '' for a name only."""
     if path.parent != Path() and not path.parent.is_dir():
         return f"there is no folder {path.parent}"
-    near = difflib.get_close_matches(path.name, _files(path.parent), n=1, cutoff=0.7)
-    return f"did you mean '{path.with_name(near[0])}'?" if near and path.suffix else ""
+    matches = difflib.get_close_matches(path.name, _files(path.parent), n=1, cutoff=0.7)
+    return f"did you mean '{path.with_name(matches[0])}'?" if matches and path.suffix else ""
 
 
 def _near(name: str, names: list[str]) -> str:

@@ -50,8 +50,8 @@ class RunLog:
         if type(event) is Scanned:  # there may be thousands in a second
             return
         if text := event_text(event):
-            shown = printable(text).replace("\n", _CONTINUATION)
-            self._write(f"{event.utc} {shown}\n".encode())
+            line = printable(text).replace("\n", _CONTINUATION)
+            self._write(f"{event.utc} {line}\n".encode())
 
     def trace(self, error: BaseException) -> None:
         """Write the traceback of an error below the line of its event."""
@@ -83,8 +83,8 @@ def event_text(event: Event) -> str:  # noqa: C901, PLR0911, PLR0912  (a line fo
             return f"ALARM {event.source}: {event.text}"
         case Intervention():
             reason = f"reason: {event.reason}" if event.subject and event.reason else event.reason
-            told = "; ".join(text for text in (event.subject, reason) if text)
-            return f"{event.action} by {event.by}{f': {told}' if told else ''}"
+            details = "; ".join(text for text in (event.subject, reason) if text)
+            return f"{event.action} by {event.by}{f': {details}' if details else ''}"
         case MadeSafe():
             return made_safe_text(event)
         case RunEnded():

@@ -20,48 +20,48 @@ if TYPE_CHECKING:
 
 
 def overrides_for(
-    planned: Planned, wanted: Sequence[str], by: str, reason: str
+    planned: Planned, names: Sequence[str], by: str, reason: str
 ) -> tuple[Override, ...]:
     """Return the overrides for a planned run; none if nothing fails.
 
-    `wanted` are instruments (channel, number or serial number) or problems (missing, overdue,
+    `names` are instruments (channel, number or serial number) or problems (missing, overdue,
     range). Raises InvalidFileError with everything not overridden, and UsageError for an override
     without name or reason, or without a failed check.
     """
     by, reason = by.strip(), reason.strip()
-    if wanted and not (by and reason):
+    if names and not (by and reason):
         missing = " and ".join(
-            option for option, given in (("--by NAME", by), ("--reason TEXT", reason)) if not given
+            option for option, value in (("--by NAME", by), ("--reason TEXT", reason)) if not value
         )
         raise UsageError(
             f"an override needs {missing}", hint="both are recorded in the run file and the report"
         )
-    if (by or reason) and not wanted:
+    if (by or reason) and not names:
         raise UsageError(
             "--by and --reason need --override",
             hint="give --override INSTRUMENT, or leave them out",
         )
     findings = calibration_findings(planned)
-    for word in wanted:
-        if not any(_means(word, finding) for finding in findings):
-            left = ", ".join(f"{each.names[-1]} ({each.lack})" for each in findings)
-            hint = f"what prevents this run from starting: {left}"
+    for name in names:
+        if not any(_matches(name, finding) for finding in findings):
+            texts = ", ".join(f"{finding.names[-1]} ({finding.lack})" for finding in findings)
+            hint = f"what prevents this run from starting: {texts}"
             raise UsageError(
-                f"'--override {word}' matches nothing",
+                f"'--override {name}' matches nothing",
                 hint=hint if findings else "nothing prevents this run from starting",
             )
-    found = tuple(
+    overrides = tuple(
         Override(finding.key, finding.problem.message, by, reason)
         for finding in findings
-        if any(_means(word, finding) for word in wanted)
+        if any(_matches(name, finding) for name in names)
     )
-    require_overridden(planned, found)
-    return found
+    require_overridden(planned, overrides)
+    return overrides
 
 
 def require_overridden(planned: Planned, overrides: Iterable[Override]) -> None:
     """Raise InvalidFileError with everything that prevents a start and is not overridden."""
-    require_calibrated(planned, {each.what for each in overrides})
+    require_calibrated(planned, {override.what for override in overrides})
 
 
 def require_still_allowed(planned: Planned, started: datetime) -> None:
@@ -70,8 +70,8 @@ def require_still_allowed(planned: Planned, started: datetime) -> None:
     require_calibrated(planned, {finding.key for finding in calibration_findings(at_start)})
 
 
-def _means(word: str, finding: Finding) -> bool:
-    return word == finding.lack or word in finding.names
+def _matches(name: str, finding: Finding) -> bool:
+    return name == finding.lack or name in finding.names
 
 
 def without_time_limits(station: LoadedStation) -> tuple[Interference, ...]:

@@ -53,6 +53,6 @@ def clock_for(station: Station, registry: Registry, *, realtime: bool) -> Clock:
     """
     with suppress(PluginError, ValidationError):
         devices = station.devices.values()
-        simulated = all(registry.is_simulated(each.plugin, each.settings) for each in devices)
+        simulated = all(registry.is_simulated(entry.plugin, entry.settings) for entry in devices)
         return SimulatedClock() if simulated and not realtime else WallClock()
     return WallClock()

@@ -76,7 +76,7 @@ class Planned:
         return run_to_come(self.procedure.model, self.station, self.plan, self.devices)
 
     def expected(self) -> tuple[ExpectedReading, ...]:
-        """Return what channels will probably show, as the analyses say."""
+        """Return the expected readings of channels, from the analyses."""
         if not self.procedure.model.analysis:
             return ()
         return tuple(expected_readings(self.procedure.model, self.to_come(), self.registry))
@@ -104,33 +104,33 @@ def plan_run_in(
     Without `time_limits` no call of a device times out: for a debugger. `text` replaces the content
     of the file of the procedure.
     """
-    problems, of_station = _Problems(), _Problems()
-    loaded_station = of_station.without(lambda: load_station(station))
+    problems, station_problems = _Problems(), _Problems()
+    loaded_station = station_problems.without(lambda: load_station(station))
     if loaded_station is not None:
         registry = with_lab_plugins(registry, loaded_station, station.parent)
-        if of_station and loaded_station.model.plugins is not None:  # which may bring its units
-            of_station = _Problems()
-            loaded_station = of_station.without(lambda: load_station(station))
+        if station_problems and loaded_station.model.plugins is not None:  # with its units
+            station_problems = _Problems()
+            loaded_station = station_problems.without(lambda: load_station(station))
     kinds = kinds_of(registry)
     loaded_procedure = problems.without(lambda: load_procedure(procedure, kinds, text=text))
-    problems += of_station
+    problems += station_problems
     if loaded_procedure is None or loaded_station is None:
         # Another name: mypy does not narrow a variable inside a lambda.
-        if (alone := loaded_station) is not None:
-            problems.without(lambda: check_station_plugins(alone, registry))
+        if (readable_station := loaded_station) is not None:
+            problems.without(lambda: check_station_plugins(readable_station, registry))
         raise InvalidFileError(problems)
     loaded_station = replace(loaded_station, time_limits=time_limits)
     messages = DeviceMessages()
     problems.without(lambda: check_plugins(loaded_procedure, loaded_station, registry))
     broken = [role for role in loaded_station.model.devices if problems.has(("devices", role))]
     clock = SimulatedClock() if broken else time(loaded_station, registry)
-    devices, unmade = _devices(
+    devices, device_problems = _devices(
         loaded_station, registry, clock, station.parent, tape, broken, messages
     )
-    problems += unmade
+    problems += device_problems
     missing = [role for role in loaded_station.model.devices if role not in devices]
     plan = problems.without(
-        lambda: make_plan(loaded_procedure, loaded_station, devices), but_of=missing
+        lambda: make_plan(loaded_procedure, loaded_station, devices), except_for=missing
     )
     problems.without(lambda: check_result_limits(loaded_procedure, registry))
     # A plan lacks the steps of devices that could not be made: what analyses miss follows from it.
@@ -169,14 +169,14 @@ def make_devices(
     messages: DeviceMessages | None = None,
 ) -> dict[str, Device]:
     """Return the devices of the station by role; raise InvalidFileError."""
-    told = DeviceMessages() if messages is None else messages
-    devices, problems = _devices(station, registry, clock, folder, tape, (), told)
+    messages = DeviceMessages() if messages is None else messages
+    devices, problems = _devices(station, registry, clock, folder, tape, (), messages)
     if problems:
         raise InvalidFileError(problems)
     return devices
 
 
-def _devices(  # noqa: PLR0917  (as `make_devices`, and which not)
+def _devices(  # noqa: PLR0917  (as `make_devices`, and broken ones)
     station: LoadedStation,
     registry: Registry,
     clock: Clock,
@@ -186,7 +186,7 @@ def _devices(  # noqa: PLR0917  (as `make_devices`, and which not)
     messages: DeviceMessages,
 ) -> tuple[dict[str, Device], list[Problem]]:
     """Return the devices that can be made, and problems of the others except broken settings."""
-    patience, made, problems = patience_of(station), {}, _Problems()
+    patience, devices, problems = patience_of(station), {}, _Problems()
     for role in station.model.devices:
         log = messages.log_of(role)
         context = DeviceContext(role, clock, folder, patience=patience, log=log)
@@ -196,8 +196,8 @@ def _devices(  # noqa: PLR0917  (as `make_devices`, and which not)
             else problems.without(partial(_device, station, registry, context, tape))
         )
         if device is not None:
-            made[role] = device
-    return made, problems
+            devices[role] = device
+    return devices, problems
 
 
 def patience_of(station: LoadedStation) -> Patience:
@@ -209,12 +209,12 @@ def patience_of(station: LoadedStation) -> Patience:
 class _Problems(list[Problem]):
     """Collects problems of several steps to report them together."""
 
-    def without(self, work: Callable[[], _T], but_of: Collection[str] = ()) -> _T | None:
+    def without(self, work: Callable[[], _T], except_for: Collection[str] = ()) -> _T | None:
         """Return the result of the work as far as possible; keep its problems.
 
         Except those of roles whose devices could not be made, which follow from that.
         """
-        missing = [re.compile(rf"(?<!\w){re.escape(role)}(?!\w)") for role in but_of]
+        missing = [re.compile(rf"(?<!\w){re.escape(role)}(?!\w)") for role in except_for]
         try:
             return work()
         except InvalidFileError as error:
@@ -222,7 +222,7 @@ class _Problems(list[Problem]):
                 problem
                 for problem in error.problems
                 if problem not in self
-                and not any(each.search(f"{problem.field} {problem.message}") for each in missing)
+                and not any(word.search(f"{problem.field} {problem.message}") for word in missing)
             ]
             if isinstance(error, (InconsistentProcedureError, InconsistentStationError)):
                 return cast("_T", error.loaded)
@@ -230,8 +230,8 @@ class _Problems(list[Problem]):
 
     def has(self, path: Sequence[str]) -> bool:
         """Return whether there is a problem at a path, or below it."""
-        at = ".".join(path)
-        return any(each.field == at or each.field.startswith(f"{at}.") for each in self)
+        field = ".".join(path)
+        return any(f"{problem.field}.".startswith(f"{field}.") for problem in self)
 
 
 def _device(

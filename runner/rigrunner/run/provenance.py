@@ -52,43 +52,43 @@ def layouts(registry: Registry) -> dict[str, int]:
     return {name: registry.revision(kind, name) for name in registry.names(kind)}
 
 
-def refuse_other_software(wanted: Mapping[str, str], registry: Registry) -> None:
+def refuse_other_software(expected: Mapping[str, str], registry: Registry) -> None:
     """Raise DataError on a worker whose `software` differs from that of its caller."""
-    here = software(registry)
-    for name, text in wanted.items():
-        if here.get(name) != text:
+    local_software = software(registry)
+    for name, text in expected.items():
+        if local_software.get(name) != text:
             raise DataError(
-                f"a worker of the cluster has {name} {here.get(name)}, not {text}",
+                f"a worker of the cluster has {name} {local_software.get(name)}, not {text}",
                 hint="other versions find other numbers: install the same on every machine",
             )
 
 
-def code_digest(*own: Path) -> str:
+def code_digest(*lab_folders: Path) -> str:
     """Return a digest of the installed code of program and plugins.
 
-    `own` are folders of plugins of a lab. The digest covers paths, sizes and times of files: the
-    same code elsewhere may have another one.
+    `lab_folders` have plugins of a lab. The digest covers paths, sizes and times of files:
+    the same code elsewhere may have another one.
     """
-    names = {each.module.split(".")[0] for each in entry_points(group=PROJECT)} | {PROJECT}
+    names = {entry.module.split(".")[0] for entry in entry_points(group=PROJECT)} | {PROJECT}
     specs = filter(None, map(find_spec, names))
-    installed = {Path(each) for spec in specs for each in spec.submodule_search_locations or ()}
-    found = hashlib.sha256()
-    for folder in sorted({*installed, *own}):
+    installed = {Path(folder) for spec in specs for folder in spec.submodule_search_locations or ()}
+    digest = hashlib.sha256()
+    for folder in sorted({*installed, *lab_folders}):
         for file in sorted(folder.rglob("*.py")):
-            facts = file.stat()
-            found.update(f"{file} {facts.st_size} {facts.st_mtime_ns}\n".encode())
-    return found.hexdigest()[:16]
+            status = file.stat()
+            digest.update(f"{file} {status.st_size} {status.st_mtime_ns}\n".encode())
+    return digest.hexdigest()[:16]
 
 
-def identities(found: Mapping[str, Identity]) -> dict[str, str]:
+def identities(by_role: Mapping[str, Identity]) -> dict[str, str]:
     """Return the identities at each role and part, 'role/part', as text."""
-    words: dict[str, str] = {}
-    for role, identity in found.items():
-        known = (identity.maker, identity.model, identity.serial, identity.firmware)
+    texts: dict[str, str] = {}
+    for role, identity in by_role.items():
+        fields = (identity.maker, identity.model, identity.serial, identity.firmware)
         simulated = SIMULATED if identity.simulated else ""
-        words[f"device {role}"] = " ".join(filter(None, known)) + simulated
-        words |= identities({f"{role}/{name}": part for name, part in identity.parts.items()})
-    return words
+        texts[f"device {role}"] = " ".join(filter(None, fields)) + simulated
+        texts |= identities({f"{role}/{name}": part for name, part in identity.parts.items()})
+    return texts
 
 
 def is_simulated(provenance: Mapping[str, str]) -> bool:

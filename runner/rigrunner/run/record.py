@@ -17,7 +17,7 @@ from rigrunner.clock import utc_text
 from rigrunner.engine import run_plan, streams_before
 from rigrunner.plan import plan_text
 from rigrunner.rig import Rig, note_unsafe
-from rigrunner.run.finish import finish, kept, stoppable
+from rigrunner.run.finish import collecting, finish, stoppable
 from rigrunner.run.guardian.guarding import guarding, unguarded
 from rigrunner.run.left_energised import NOBODY, LeftAsItStandsError, check_left
 from rigrunner.run.listening import listeners_of
@@ -70,12 +70,12 @@ def execute(
     pauses: Pauses | None = None,
     progress: Progress = unseen,
     person: Person = NOBODY,
-    told: Sequence[Interference] = (),
+    before: Sequence[Interference] = (),
 ) -> FinishedRun:
     """Connect the rig, run the plan, seal the folder and write the report.
 
     `operator` is the name of the operator, by default the input of that name. A rig that is found
-    energised is reported to `person`. `told` are actions before the run, which are recorded. Raises
+    energised is reported to `person`. Actions `before` the run are recorded. Raises
     InvalidFileError if a calibration prevents the start and is not overridden, a DeviceError if the
     rig cannot be connected or another run has it, and DataError if the folder cannot be created.
     Later problems are in the FinishedRun, and the rig is always made safe.
@@ -99,7 +99,7 @@ def execute(
         pauses=pauses,
         progress=progress,
         person=person,
-        told=told,
+        before=before,
     )
 
 
@@ -117,16 +117,16 @@ def carry_out(
     progress: Progress = unseen,
     resume_at: ResumePoint | None = None,
     person: Person = NOBODY,
-    told: Sequence[Interference] = (),
+    before: Sequence[Interference] = (),
 ) -> FinishedRun:
     """Connect the rig, run the plan into the folder that is `opened`, seal it, write the report.
 
     `opened` is called with the identities of the devices, and holds the folder until it is sealed.
     Raises as `execute`.
     """
-    asked = stop if planned.tape is None else planned.tape.stop(stop)
+    run_stop = stop if planned.tape is None else planned.tape.stop(stop)
 
-    def work(rig: Rig, bus: Bus, folder: Path, before: Sequence[Interference]) -> RunSummary:
+    def work(rig: Rig, bus: Bus, folder: Path, rig_events: Sequence[Interference]) -> RunSummary:
         if resume_at is not None:
             rig.continue_after(streams_before(planned.plan.steps, resume_at))
         return run_plan(
@@ -135,12 +135,12 @@ def carry_out(
             bus,
             planned.clock,
             answers,
-            asked,
+            run_stop,
             folder.name,
             overrides,
             pauses=pauses,
             resume_at=resume_at,
-            before=(*told, *before),
+            before=(*before, *rig_events),
             watches_drives=planned.tape is None or planned.tape.watches_drives,
             inputs=inputs,
             results=partial(result_by_now, folder, planned.procedure.model, planned.registry),
@@ -176,9 +176,9 @@ def into_folder(
     found. Raises as `execute`.
     """
     errors: list[BaseException] = []
-    with ExitStack() as held:
+    with ExitStack() as stack:
         # Outermost: the listeners hear how the run ended, after the rig is free.
-        of_station = held.enter_context(listeners_of(planned))
+        station_listeners = stack.enter_context(listeners_of(planned))
         with rig_lock(planned) as marks, guarded(planned, marks) as guardian:
             rig = rig_of(planned, marks, guardian.pulse if guardian else None)
             identified = rig.connect()
@@ -190,19 +190,19 @@ def into_folder(
                 if marks is not None:
                     before = (*before, *unguarded(planned.station, planned.registry, marks.roles))
                 before = (*before, *without_time_limits(planned.station))
-                writer = held.enter_context(opened(identified))
+                writer = stack.enter_context(opened(identified))
                 if marks is not None:
                     marks.describe(run=str(writer.folder.absolute()))
-                of_station.tell(RunPlanned, **_known(planned, writer.folder, inputs))
-                with open_log(writer.folder) as log:
-                    of_guardian = [guardian.pulse.note] if guardian else []
-                    tracers = [each.trace for each in log]
+                station_listeners.send(RunPlanned, **_run_fields(planned, writer.folder, inputs))
+                with open_log(writer.folder) as logs:
+                    beats = [guardian.pulse.note] if guardian else []
+                    tracers = [log.trace for log in logs]
                     bus = Bus(
-                        writer.sinks, [*log, *of_guardian, *of_station.sinks, *listeners], tracers
+                        writer.sinks, [*logs, *beats, *station_listeners.sinks, *listeners], tracers
                     )
                     summary = work(rig, bus, writer.folder, before)
                 if marks is not None:
-                    # The run has recorded now how it found the rig: the old marker is not needed.
+                    # The run has recorded how it found the rig: the old marker is not needed.
                     marks.put_on_record()
             except BaseException as error:
                 # A person refused to make it safe: something may be in the way of its drives.
@@ -212,7 +212,7 @@ def into_folder(
                     rig.close()
                 raise
             rig.make_safe()
-            with kept(errors):
+            with collecting(errors):
                 rig.close()
         # First: an error while closing the rig came after it.
         if summary.error is not None:
@@ -230,7 +230,7 @@ def into_folder(
             and isinstance(summary.error, DeviceError)
             and planned.tape is None,
         )
-        of_station.tell(
+        station_listeners.send(
             RunFinished,
             outcome=finished.outcome,
             reason=finished.reason,
@@ -240,8 +240,8 @@ def into_folder(
         return replace(finished, unsafe=summary.unsafe)
 
 
-def _known(planned: Planned, folder: Path, inputs: Mapping[str, str]) -> dict[str, Any]:
-    """Return the event for the listeners of the station before a run."""
+def _run_fields(planned: Planned, folder: Path, inputs: Mapping[str, str]) -> dict[str, Any]:
+    """Return the fields of the event for the listeners of the station before a run."""
     register = planned.station.register
     return {
         "run_id": folder.name,
@@ -250,13 +250,13 @@ def _known(planned: Planned, folder: Path, inputs: Mapping[str, str]) -> dict[st
         "procedure": planned.procedure.model.id,
         "title": planned.procedure.model.title,
         "inputs": dict(inputs),
-        "due": {each.name: str(each.due) for each in register.values() if each.due},
+        "due": {entry.name: str(entry.due) for entry in register.values() if entry.due},
     }
 
 
 @contextmanager
 def open_log(folder: Path) -> Iterator[list[RunLog]]:
-    """Yield the log as a sink; none if it is not writable, since the journal has everything."""
+    """Yield the log as a sink; none if it is not writable: the journal has everything."""
     try:
         log = RunLog(folder / "run.log")
     except OSError:
@@ -268,9 +268,9 @@ def open_log(folder: Path) -> Iterator[list[RunLog]]:
 
 def guarded(planned: Planned, marks: RigMarks | None) -> AbstractContextManager[Guardian | None]:
     """Start a guardian for the rig of a planned run while it is held."""
-    station, what = planned.station, planned.procedure.model.id
-    known = (station, planned.registry, marks, patience_of(station))
-    return guarding(*known, what, messages=planned.messages)
+    station, patience = planned.station, patience_of(planned.station)
+    what = planned.procedure.model.id
+    return guarding(station, planned.registry, marks, patience, what, messages=planned.messages)
 
 
 def rig_of(planned: Planned, marks: RigMarks | None = None, pulse: Pulse | None = None) -> Rig:
@@ -298,7 +298,7 @@ def new_folder(  # noqa: PLR0917  (what a header is made of)
     procedure, started = planned.procedure, planned.clock.utc()
     specimen, mark = inputs.get("specimen", ""), mark_of(planned.tape)
     folder = create_run_folder(runs, started, procedure.model.id, specimen, mark)
-    known: dict[str, Any] = {
+    fields: dict[str, Any] = {
         "people": people,
         "provenance": software(planned.registry) | identities(identified) | from_tape(planned.tape),
         "files": _files(planned, partners),
@@ -308,7 +308,7 @@ def new_folder(  # noqa: PLR0917  (what a header is made of)
         run_lock(folder),
         RunWriter(
             folder,
-            replace(header_of(planned, folder.name, inputs), **known),
+            replace(header_of(planned, folder.name, inputs), **fields),
             sync_measurements=syncs_measurements(planned),
         ) as writer,
     ):
@@ -344,10 +344,10 @@ def _files(planned: Planned, partners: Mapping[str, Path]) -> dict[str, str]:
 
     A partner run that does not exist yet has no path.
     """
-    known: dict[str, str | Path] = {
+    paths: dict[str, str | Path] = {
         "procedure": planned.procedure.document.name,
         "station": planned.station.document.name,
         **dict.fromkeys(later_partners(planned), ""),
         **partners,
     }
-    return {name: str(Path(path).absolute()) if path else "" for name, path in known.items()}
+    return {name: str(Path(path).absolute()) if path else "" for name, path in paths.items()}

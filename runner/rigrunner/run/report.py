@@ -55,7 +55,7 @@ def write_report(
     PluginError.
     """
     record = registry.find("report_format", kind).record
-    assert isinstance(record, ReportFormatRecord)  # noqa: S101  (the kind says so)
+    assert isinstance(record, ReportFormatRecord)  # noqa: S101  (guaranteed by the kind)
     folder = path if path.is_dir() else path.parent
     target = out or folder / f"report{record.suffix}"
     render = registry.make("report_format", kind, {})
@@ -71,18 +71,17 @@ def report_input(
     progress: Progress = unseen,
 ) -> ReportInput:
     """Return the input of a report format for a stored run."""
-    # What was analysed just now is not held a second time; all of the file is checked.
+    folder = path if path.is_dir() else path.parent
+    # Rows that were just analysed are not read a second time; all of the file is checked.
     stored, truth = read_with_truth(path, rows=result is None)
-    found = result or analyse_stored(stored, registry, progress=progress)
+    analysed = result or analyse_stored(stored, registry, progress=progress)
     return ReportInput(
-        result=found,
-        document=document(found) if content is None else content,
+        result=analysed,
+        document=document(analysed) if content is None else content,
         truth=truth,
-        provenance=_provenance(stored, found),
-        events=(*_let_pass(stored.partners), *_told(stored)),
-        later_decisions=tuple(
-            each.summary for each in later_decisions(stored, path if path.is_dir() else path.parent)
-        ),
+        provenance=_provenance(stored, analysed),
+        events=(*_partner_overrides(stored.partners), *_outline_lines(stored)),
+        later_decisions=tuple(decision.summary for decision in later_decisions(stored, folder)),
     )
 
 
@@ -107,7 +106,7 @@ def _provenance(stored: StoredRun, result: Result) -> dict[str, str]:
     }
 
 
-def _told(stored: StoredRun) -> Iterator[dict[str, str]]:
+def _outline_lines(stored: StoredRun) -> Iterator[dict[str, str]]:
     """Yield questions, answers, actions and problems in order."""
     question = ""
     for event in stored.outline:
@@ -118,7 +117,7 @@ def _told(stored: StoredRun) -> Iterator[dict[str, str]]:
                 yield _line(event, "answer", f"{question} — {event.text} ({event.by})")
             case Intervention():
                 yield _line(event, event.action, event_text(event))
-            case LimitMissed():  # before the kind of event that it is one of
+            case LimitMissed():  # before its base class, Alarm or Note
                 yield _line(event, "out of limits", event_text(event))
             case Alarm():
                 yield _line(event, "alarm", event_text(event))
@@ -128,7 +127,7 @@ def _told(stored: StoredRun) -> Iterator[dict[str, str]]:
                 yield _line(event, "end", event_text(event))
 
 
-def _let_pass(partners: Mapping[str, StoredRun]) -> Iterator[dict[str, str]]:
+def _partner_overrides(partners: Mapping[str, StoredRun]) -> Iterator[dict[str, str]]:
     """Yield the overrides of partner runs, on which the result depends too."""
     for name, run in partners.items():
         for event in run.outline:

@@ -64,13 +64,13 @@ def run_files(stored: StoredRun, procedure: Path | None, station: Path | None) -
             f"{stored.header.run_id} is an interrupted import, which cannot be resumed",
             hint="remove the folder, and import again: the original recordings are unchanged",
         )
-    found = procedure or _file(stored, "procedure"), station or _file(stored, "station")
-    if station is None and load_station(found[1]).model.plugins is not None:
+    files = procedure or _file(stored, "procedure"), station or _file(stored, "station")
+    if station is None and load_station(files[1]).model.plugins is not None:
         raise UsageError(
-            f"the station {found[1]} has plugins of its own",
-            hint=f"say that you trust them: --station {found[1]}",
+            f"the station {files[1]} has plugins of its own",
+            hint=f"say that you trust them: --station {files[1]}",
         )
-    return found
+    return files
 
 
 def prepare_resume(
@@ -85,23 +85,23 @@ def prepare_resume(
     `named` are partner runs named by a person, by folder or name. A run that waits for one after it
     gets the first that fits.
     """
-    check_same(stored.header, planned)
+    _refuse_changes(stored.header, _differences(stored.header, planned))
     resume_at = None
     started = datetime.fromisoformat(stored.header.started_utc)
     if may_be_resumed(stored):
         require_still_allowed(planned, started)
         names, rows = stored.info.recording_names, len(stored.measurements)
-        made = [f"recordings made before: {', '.join(names)}"] if names else []
-        made += [f"rows measured before: {rows}"] if rows else []
-        subject = "; ".join((how_it_ended(stored), *(made or ["nothing recorded before"])))
-        events = tuple(stored.events)  # it goes through them many times
+        recorded = [f"recordings made before: {', '.join(names)}"] if names else []
+        recorded += [f"rows measured before: {rows}"] if rows else []
+        subject = "; ".join((how_it_ended(stored), *(recorded or ["nothing recorded before"])))
+        events = tuple(stored.events)  # several passes
         resume_at = find_resume_point(planned.plan.steps, events, by, subject)
     later, ended = later_partners(planned), None if resume_at is not None else started
-    known = {name: str(path) for name, path in used_partners(stored.header).items()} | dict(named)
-    before = {name: each for name, each in known.items() if name not in later}
+    used = {name: str(path) for name, path in used_partners(stored.header).items()} | dict(named)
+    before = {name: path for name, path in used.items() if name not in later}
     chosen = partners_for(planned, folder.parent, before, ended)
     if ended is not None and stored.info.outcome == Outcome.COMPLETED:
-        after = {name: each for name, each in named.items() if name in later}
+        after = {name: path for name, path in named.items() if name in later}
         chosen |= partners_after_for(planned, folder.parent, after, ended)
     return ResumableRun(folder, stored, planned, chosen, resume_at)
 
@@ -125,7 +125,7 @@ def resume(
         return _finish(run, stoppable(progress, stop))
 
     @contextmanager
-    def opened(identified: Mapping[str, Identity]) -> Iterator[RunWriter]:
+    def open_folder(identified: Mapping[str, Identity]) -> Iterator[RunWriter]:
         check_same_instruments(run.stored.header, identified)
         at_once = syncs_measurements(run.planned)
         with RunWriter(run.folder, sync_measurements=at_once) as writer:
@@ -133,7 +133,7 @@ def resume(
 
     return carry_out(
         run.planned,
-        opened,
+        open_folder,
         inputs=run.stored.header.inputs,
         partners=run.partners,
         answers=answers,
@@ -167,10 +167,10 @@ def _finish(run: ResumableRun, progress: Progress) -> FinishedRun:
 
 
 def _file(stored: StoredRun, what: str) -> Path:
-    named = stored.header.files.get(what, "")
-    if named and Path(named).is_file():
-        return Path(named)
-    lost = f"its {what}, {named}, no longer exists" if named else f"it names no {what}"
+    file = stored.header.files.get(what, "")
+    if file and Path(file).is_file():
+        return Path(file)
+    lost = f"its {what}, {file}, no longer exists" if file else f"it names no {what}"
     raise UsageError(f"{stored.header.run_id}: {lost}", hint=f"give it: --{what} FILE")
 
 
@@ -179,27 +179,23 @@ DEVICE = "device "
 _SHOWN = 60
 
 
-def check_same(header: RunHeader, planned: Planned) -> None:
-    """Raise DataError with everything that changed since the start; no rig is needed."""
-    _refuse(header, _differences(header, planned))
-
-
 def check_same_instruments(header: RunHeader, identified: Mapping[str, Identity]) -> None:
     """Raise DataError if other instruments answer than at the start."""
     before = {name: text for name, text in header.provenance.items() if name.startswith(DEVICE)}
-    _refuse(header, _changed(before, identities(identified)))
+    _refuse_changes(header, _changed(before, identities(identified)))
 
 
-def _refuse(header: RunHeader, differences: Iterable[str]) -> None:
-    found = list(differences)
-    if found:
+def _refuse_changes(header: RunHeader, differences: Iterable[str]) -> None:
+    changes = list(differences)
+    if changes:
         raise DataError(
-            f"{header.run_id} cannot be resumed, as something has changed: {'; '.join(found)}",
+            f"{header.run_id} cannot be resumed, as something has changed: {'; '.join(changes)}",
             hint="undo the change, or close the run as it is: 'rigrunner recover'",
         )
 
 
 def _differences(header: RunHeader, planned: Planned) -> Iterator[str]:
+    """Yield everything that changed since the start, except the instruments."""
     procedure, station = planned.procedure, planned.station
     yield from _text_change("the procedure", header.procedure_text, procedure.text)
     called = procedure.called_texts
@@ -210,10 +206,10 @@ def _differences(header: RunHeader, planned: Planned) -> Iterator[str]:
     software_before = {
         name: text for name, text in header.provenance.items() if not name.startswith(DEVICE)
     }
-    found = list(_changed(software_before, software(planned.registry)))
-    yield from found
+    changes = list(_changed(software_before, software(planned.registry)))
+    yield from changes
     same_texts = (header.procedure_text, header.station_text) == (procedure.text, station.text)
-    if same_texts and not found and header.plan_text != LongText(plan_text(planned.plan)):
+    if same_texts and not changes and header.plan_text != LongText(plan_text(planned.plan)):
         yield "the same files give another plan: a plugin of the station was changed"
 
 

@@ -79,47 +79,47 @@ def station_lock(
     ]
     folder = shared_folder()
     holder = Holder(station_id, what, process, now)
-    with ExitStack() as held:
-        own = folder / f"{station_id}.lock"
-        locks = {own: _take(held, own, holder, f"the rig of station {station_id}")}
+    with ExitStack() as stack:
+        lock = folder / f"{station_id}.lock"
+        locks = {lock: _take(stack, lock, holder, f"the rig of station {station_id}")}
         taken: set[str] = set()
         for place in places:
-            named = f"the instrument of '{place.role}' at {place.written}"
+            instrument = f"the instrument of '{place.role}' at {place.written}"
             # Several roles may have one address; a second lock on it would wait for the first.
             for address in sorted(place.addresses - taken):
                 # The dot keeps it apart from the ids of stations.
                 lock = folder / f".{hashlib.sha256(address.encode()).hexdigest()[:24]}.lock"
-                locks[lock] = _take(held, lock, holder, named)
+                locks[lock] = _take(stack, lock, holder, instrument)
             taken |= place.addresses
         # With the locks held: no other run can energise these instruments any more.
         _refuse_left_by_others(station_id, places)
-        of_role: dict[str, set[str]] = {}
+        by_role: dict[str, set[str]] = {}
         for place in places:
-            of_role.setdefault(place.role, set()).update(place.addresses)
+            by_role.setdefault(place.role, set()).update(place.addresses)
         owner = Owner(
             station=station_id,
-            station_file=os.path.abspath(station.document.name),  # noqa: PTH100  (a name, no path of ours)
+            station_file=os.path.abspath(station.document.name),  # noqa: PTH100  (a name, not our path)
             procedure=what,
             process=process,
             host=socket.gethostname(),
             since=now,
             plugins={role: station.model.devices[role].plugin for role in real},
-            addresses={role: tuple(sorted(each)) for role, each in of_role.items()},
+            addresses={role: tuple(sorted(addresses)) for role, addresses in by_role.items()},
         )
         yield RigMarks(owner, real, locks)
 
 
-def _take(held: ExitStack, lock_file: Path, holder: Holder, named: str) -> int:
+def _take(stack: ExitStack, lock_file: Path, holder: Holder, what: str) -> int:
     """Hold a lock; return its file descriptor, -1 for none."""
     try:
-        (descriptor,) = held.enter_context(hold([lock_file], holder))
+        (descriptor,) = stack.enter_context(hold([lock_file], holder))
     except Busy as busy:
-        by, other = "", busy.holder
-        if other is not None:
-            station = "" if other.station == holder.station else f" on station {other.station}"
-            by = f": {other.procedure}{station}, process {other.process}, since {other.since}"
+        by, present = "", busy.holder
+        if present is not None:
+            station = "" if present.station == holder.station else f" on station {present.station}"
+            by = f": {present.procedure}{station}, process {present.process}, since {present.since}"
         raise DeviceError(
-            f"{named} is in use{by}",
+            f"{what} is in use{by}",
             hint="wait for that run, or stop it; two rigs need two station ids, and instruments of"
             " their own",
         ) from busy
@@ -134,9 +134,9 @@ def _refuse_left_by_others(station_id: str, places: list[Place]) -> None:
     for marker in read_markers():
         if marker.station == station_id or marker.owner is None or marker.safe_by:
             continue
-        theirs = {each for some in marker.owner.addresses.values() for each in some}
+        energised = set[str]().union(*marker.owner.addresses.values())
         for place in places:
-            if place.addresses & theirs:
+            if place.addresses & energised:
                 raise DeviceError(
                     f"the instrument of '{place.role}' at {place.written} is not known to be safe:"
                     f" {marker.text}",

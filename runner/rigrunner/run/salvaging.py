@@ -67,10 +67,10 @@ def salvage(path: Path, clock: Clock, by: str, reason: str = "") -> Path:
             "run": damaged.header.run_id,
             "utc": utc_text(clock.utc()),
             "by": by,
-            **{f"lost {place(each.path)}": f"{each.kind}: {each.what}" for each in damaged.lost},
+            **{f"lost {place(loss.path)}": f"{loss.kind}: {loss.what}" for loss in damaged.lost},
         },
     )
-    stamp = EventStamp(clock, max((each.seq for each in damaged.events), default=-1) + 1)
+    stamp = EventStamp(clock, max((event.seq for event in damaged.events), default=-1) + 1)
     end = f"salvaged from {damaged.path.name}, which is damaged: {lost_text(damaged)}"
     events = (
         *damaged.events,

@@ -22,16 +22,16 @@ _T = TypeVar("_T")
 def told_apart(named: Iterable[tuple[str, _T]]) -> Iterator[tuple[str, _T]]:
     """Yield the names, the second of equal ones as 'name (2)'."""
     seen = Counter[str]()
-    for name, each in named:
+    for name, item in named:
         seen[name] += 1
-        yield f"{name} ({seen[name]})".strip() if seen[name] > 1 else name, each
+        yield f"{name} ({seen[name]})".strip() if seen[name] > 1 else name, item
 
 
 def coordinates_in(result: Mapping[str, Any]) -> dict[str, CoordinateValue]:
     """Return the place of a named result of a document."""
-    found = result.get("coordinates")
-    known = found.items() if isinstance(found, dict) else ()
-    return {str(name): CoordinateValue.stored(each) for name, each in known}
+    coordinates = result.get("coordinates")
+    items = coordinates.items() if isinstance(coordinates, dict) else ()
+    return {str(name): CoordinateValue.stored(value) for name, value in items}
 
 
 def named_place(result: Mapping[str, Any]) -> str:
@@ -43,47 +43,47 @@ def named_place(result: Mapping[str, Any]) -> str:
 def other_results(document: Mapping[str, Any]) -> list[Mapping[str, Any]]:
     """Return the named results of a document, except the one of its headline."""
     headline = (document.get("headline") or {}).get("name")
-    return [each for each in document.get("results") or () if each["name"] != headline]
+    return [result for result in document.get("results") or () if result["name"] != headline]
 
 
 def results_in(document: Mapping[str, Any]) -> list[Mapping[str, Any]]:
     """Return the named results of a document; of one of 0.1.0, also those in keys of packages."""
-    found = list(document.get("results") or ())
+    results = list(document.get("results") or ())
     if (document.get("headline") or {}).get("name"):
-        return found
-    others = (each for each in _of_packages(document) if "note" not in each["estimate"])
-    return [*(each for each in others if each["coordinates"]), *found]
+        return results
+    extra = (result for result in _of_packages(document) if "note" not in result["estimate"])
+    return [*(result for result in extra if result["coordinates"]), *results]
 
 
 def estimates_of_packages(document: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, Any]]]:
     """Yield the estimates in keys of packages, by their places, such as 'at 5 Hz'; '' for none."""
-    for name, each in told_apart((_at(each), each) for each in _of_packages(document)):
-        yield name, each["estimate"]
+    for name, result in told_apart((_at(result), result) for result in _of_packages(document)):
+        yield name, result["estimate"]
 
 
 def unread(document: Mapping[str, Any]) -> list[str]:
     """Return the keys of packages that have values, and that no installed package reads."""
     from rigrunner.analysis.document import ALWAYS  # noqa: PLC0415  (numpy)
 
-    known = {"headline", *(key for each in _readers() for key in each.reads)}
+    read_keys = {"headline", *(key for reader in _readers() for key in reader.reads)}
     keys = (key for key, empty in ALWAYS.items() if document.get(key, empty) != empty)
-    return [key for key in keys if key not in known]
+    return [key for key in keys if key not in read_keys]
 
 
 def _of_packages(document: Mapping[str, Any]) -> list[Mapping[str, Any]]:
-    return [one for each in _readers() for one in each.results(document)]
+    return [result for reader in _readers() for result in reader.results(document)]
 
 
 def _at(result: Mapping[str, Any]) -> str:
-    places = ", ".join(str(each) for each in coordinates_in(result).values())
+    places = ", ".join(str(value) for value in coordinates_in(result).values())
     return f"at {places}" if places else ""
 
 
 @cache
 def _readers() -> tuple[SummaryParts, ...]:
     """Return what installed packages read; the keys of one that cannot be imported are unread."""
-    found = []
+    readers = []
     for entry in entry_points(group=GROUP):
-        with suppress(Exception):  # a stranger's may raise anything
-            found.append(entry.load())
-    return tuple(found)
+        with suppress(Exception):  # a package may raise anything
+            readers.append(entry.load())
+    return tuple(readers)

@@ -115,9 +115,9 @@ def analyse_stored(
         )
     except PluginError as error:
         recorded = stored.header.provenance.get(PROVIDERS, "")
-        names = [each.partition(" ")[0] for each in recorded.split(", ") if each]
-        known = {plugin.provider.name for plugin in registry.plugins}
-        if missing := " and ".join(name for name in names if name not in known):
+        names = [provider.partition(" ")[0] for provider in recorded.split(", ") if provider]
+        available = {plugin.provider.name for plugin in registry.plugins}
+        if missing := " and ".join(name for name in names if name not in available):
             what = f"the run was made with {missing}, which is not available"
             error.add_note(f"{what}: name its station by --station, or install it")
         raise
@@ -146,9 +146,9 @@ def result_by_now(folder: Path, procedure: Procedure, registry: Registry, name: 
         raise DataError(f"no analysis names the result '{name}'")
     stored = read(folder)
     run = run_data(with_partners(stored, used_partners(stored.header)))
-    found = findings_of(run, makers, Scrutiny(registry))
-    results = [one for each in found for one in each.results if one.name == name]
-    missing = [one for each in found for one in each.missing if one.name == name]
+    findings = findings_of(run, makers, Scrutiny(registry))
+    results = [result for part in findings for result in part.results if result.name == name]
+    missing = [result for part in findings for result in part.missing if result.name == name]
     places: list[_Place] = [*results, *missing]
     if not places:
         raise DataError(f"there is no result '{name}' yet")
@@ -159,16 +159,16 @@ def result_by_now(folder: Path, procedure: Procedure, registry: Registry, name: 
 
 
 def _measured_last(run: RunData, places: Sequence[_Place]) -> _Place:
-    """Return the result at the place of what was measured last, of what it is a result of."""
+    """Return the result at the place measured last, of those that have a result."""
     times: list[tuple[str, Recording | Measurement]] = [
-        *((each.started_utc, each) for each in run.recordings),
-        *((each.utc, each) for each in run.measurements),
+        *((recording.started_utc, recording) for recording in run.recordings),
+        *((row.utc, row) for row in run.measurements),
     ]
     for _, part in sorted(times, key=itemgetter(0), reverse=True):
-        here = {name: each.usual for name, each in place_of(part).items()}
-        for one in places:
-            if all(here.get(name) == each.usual for name, each in one.coordinates.items()):
-                return one
+        usual = {name: value.usual for name, value in place_of(part).items()}
+        for place in places:
+            if all(usual.get(name) == value.usual for name, value in place.coordinates.items()):
+                return place
     return places[-1]
 
 
@@ -197,9 +197,9 @@ def run_data(stored: StoredRun) -> RunData:
         inputs=header.inputs,
         rig_keys=station.rig,
         instruments={
-            each.channel: each
-            for each in sorted(
-                station.instruments, key=lambda each: each.quantity != DEFAULT_QUANTITY
+            instrument.channel: instrument
+            for instrument in sorted(
+                station.instruments, key=lambda instrument: instrument.quantity != DEFAULT_QUANTITY
             )
         },
         people=header.people or ({"operator": name} if name else {}),
@@ -211,5 +211,5 @@ def run_data(stored: StoredRun) -> RunData:
         recordings=stored.recordings,
         digest=stored.digest,
         measurements=stored.measurements,
-        partners={name: run_data(each) for name, each in stored.partners.items()},
+        partners={name: run_data(partner) for name, partner in stored.partners.items()},
     )

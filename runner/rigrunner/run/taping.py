@@ -54,12 +54,12 @@ def on_tape(
     texts = [procedure.text, *(text for _, text in sorted(procedure.called_texts.items()))]
     manifest = manifest_of(planned.station, planned.registry, planned.clock.utc()).model_copy(
         update={
-            # No YAML has a NUL: the digest also says where each text ends.
+            # No YAML has a NUL: the digest also covers where each text ends.
             "procedure": TapedFile(id=procedure.model.id, sha256=_digest("\0".join(texts))),
             "attended": attended,
             "watches_drives": tape.watches_drives,
             "inputs": dict(inputs),
-            "overrides": tuple(TapedOverride(**asdict(each)) for each in overrides),
+            "overrides": tuple(TapedOverride(**asdict(override)) for override in overrides),
         }
     )
     tape.begin(manifest)
@@ -74,11 +74,11 @@ def manifest_of(station: LoadedStation, registry: Registry, began: datetime) -> 
         station=TapedFile(id=station.model.id, sha256=station.digest),
         devices={
             role: TapedPlugin(
-                plugin=each.plugin,
-                provider=str(registry.find("device", each.plugin).provider),
-                settings_sha256=_digest(json.dumps(each.settings, sort_keys=True, default=str)),
+                plugin=device.plugin,
+                provider=str(registry.find("device", device.plugin).provider),
+                settings_sha256=_digest(json.dumps(device.settings, sort_keys=True, default=str)),
             )
-            for role, each in station.model.devices.items()
+            for role, device in station.model.devices.items()
         },
     )
 
@@ -92,7 +92,7 @@ def overrides_on(tape: Tape | None) -> tuple[Override, ...]:
     """Return the overrides of the replayed run."""
     if not isinstance(tape, ReplayedTape):
         return ()
-    return tuple(Override(**each.model_dump()) for each in tape.manifest.overrides)
+    return tuple(Override(**override.model_dump()) for override in tape.manifest.overrides)
 
 
 def from_tape(tape: Tape | None) -> dict[str, str]:

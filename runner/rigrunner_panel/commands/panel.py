@@ -103,7 +103,7 @@ def command(
     settings = Settings(
         runs=runs,
         procedures=procedures,
-        stations=tuple(PurePath(each).as_posix() for each in stations),
+        stations=tuple(PurePath(name).as_posix() for name in stations),
         letterhead=letterhead,
         signing_key=signing_key,
         host=host,

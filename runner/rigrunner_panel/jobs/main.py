@@ -47,17 +47,17 @@ def main() -> None:
     """Read the job from stdin, do it, and report its progress on stdout."""
     switch = Switch()
     switch.install()
-    channel = _own_channel()
+    channel = _reserve_stdout()
     link = Link(Commands(channel, switch), Sender(channel), switch)
     job = channel.receive()
     link.commands.start()
-    link.sender.send(_done(job, link))
+    link.sender.send(_do(job, link))
     link.sender.close()
     sys.stderr.flush()
-    os._exit(0)  # all is sealed and told; a thread that hears the panel would hold up the end
+    os._exit(0)  # all is sent; the thread that listens to the panel would delay the end
 
 
-def _done(job: Job, link: Link) -> object:
+def _do(job: Job, link: Link) -> object:
     try:
         with link.switch.interruptible():
             return _JOBS[job.view.kind](job, link)
@@ -77,7 +77,7 @@ def error_code(error: RigrunnerError) -> str:
     return next((code for kind, code in _CODES.items() if isinstance(error, kind)), "invalid")
 
 
-def _own_channel() -> Channel:
+def _reserve_stdout() -> Channel:
     """Reserve stdout for messages: what a plugin prints goes to stderr."""
     outgoing = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)

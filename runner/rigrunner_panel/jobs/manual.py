@@ -25,12 +25,12 @@ from rigrunner.steps.set_drives import SetDrive
 from rigrunner.steps.zero import Zero
 from rigrunner.tools.by_hand.points import record_by_hand
 from rigrunner.tools.by_hand.settling import settle_left
-from rigrunner_panel.jobs.overriding import overrides_of
+from rigrunner_panel.jobs.overrides import overrides_of
 from rigrunner_panel.jobs.screen import Screen
 from rigrunner_panel.process import messages
 from rigrunner_panel.process.messages import Ended, Watched, Watching
 from rigrunner_panel.view.manual import DriveView, ManualView
-from rigrunner_panel.view.of_result import finished_view, live_view
+from rigrunner_panel.view.result import finished_view, live_view
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -47,7 +47,7 @@ LOOK_S = 2.0
 CYCLES_SEEN = LEAST_CYCLES + SPARE_CYCLES
 """Number of cycles that are recorded and analysed together while watching."""
 WATCHED = "watched"
-"""The name of a recording that is not kept."""
+"""The name of a recording that is not stored."""
 _CONTINUES = Terms(continues=True)
 
 
@@ -56,7 +56,8 @@ def manual(job: Job, link: Link) -> Ended:
     planned = planned_run(job.procedure, job.station, realtime=job.view.realtime)
     screen = Screen(job, link, planned)
     settle_left(job.station, screen.person)
-    source = next((s.action for s in planned.plan.steps if isinstance(s.action, Record)), None)
+    actions = (step.action for step in planned.plan.steps)
+    source = next((action for action in actions if isinstance(action, Record)), None)
     if source is None or source.cycle_frequency_hz is None:
         raise DataError(
             f"{planned.procedure.model.id} records no cycles", hint="choose a procedure that does"
@@ -97,9 +98,9 @@ class Hand:
     def steps(self, session: Session) -> Iterator[PlannedStep]:
         """Yield a step for each command, after the procedure's zero readings at rest."""
         stamp = EventStamp(self.planned.clock)
-        self.set_points = dict(self._standing(session))
+        self.set_points = dict(self._read_set_points(session))
         yield from self._zeros()
-        self._tell(session)
+        self._show(session)
         while True:
             session.check()
             command = self.link.commands.by_hand()
@@ -109,13 +110,13 @@ class Hand:
                 case messages.SetDrive(drive=member, value=value):
                     yield from self._set(session, Member.parse(member), value)
                     # a drive whose set has failed may stand anywhere: it is read back
-                    self.set_points = dict(self._standing(session))
+                    self.set_points = dict(self._read_set_points(session))
                 case messages.RecordPoint(cycles=cycles):
                     yield from self._record(session, cycles)
                 case _:
                     self._watch(session, stamp)
                     continue
-            self._tell(session)
+            self._show(session)
 
     def __call__(self, event: Event) -> None:
         """Receive the result of a recorded point or failed step; an event sink."""
@@ -134,12 +135,13 @@ class Hand:
     def _cycle_drive(self) -> str:
         role = self.source.role
         drives = self.planned.devices[role].drives
-        name = next((each.name for each in drives if each.sets_cycle_frequency), "frequency")
+        name = next((drive.name for drive in drives if drive.sets_cycle_frequency), "frequency")
         return Member(role, name)
 
     def _zeros(self) -> Iterator[PlannedStep]:
-        zeros = {s.action: s for s in self.planned.plan.steps if isinstance(s.action, Zero)}
-        yield from (_step("zero", each, step.text, Terms()) for each, step in zeros.items())
+        steps = self.planned.plan.steps
+        zeros = {step.action: step for step in steps if isinstance(step.action, Zero)}
+        yield from (_step("zero", zero, step.text, Terms()) for zero, step in zeros.items())
 
     def _set(self, session: Session, member: Member, value: float) -> Iterator[PlannedStep]:
         self.refused = ""
@@ -175,7 +177,7 @@ class Hand:
             cycle_frequency_hz=frequency_hz,
             sample_rate_hz=self.source.sample_rate_hz,
         )
-        self._tell(session, name)
+        self._show(session, name)
         text = f"Record {cycles} cycles at {frequency_hz:g} Hz ({seconds:.3g} s)"
         yield _step("record", action, text, _CONTINUES)
 
@@ -202,12 +204,12 @@ class Hand:
             rate_hz=blocks[0].rate_hz,
             started_utc=started_utc,
             setpoints=set_points,
-            channels=_joined(blocks),
+            channels=_join(blocks),
             units=units,
         )
         self.link.sender.send(Watched(watched))
 
-    def _tell(self, session: Session, recording: str = "") -> None:
+    def _show(self, session: Session, recording: str = "") -> None:
         view = ManualView(
             drives=tuple(self._drives(session)),
             channels=self.source.channels,
@@ -218,22 +220,22 @@ class Hand:
         )
         self.link.show(manual=view)
 
-    def _standing(self, session: Session) -> Iterator[tuple[str, float]]:
+    def _read_set_points(self, session: Session) -> Iterator[tuple[str, float]]:
         for role, device in self.planned.devices.items():
-            for each in device.drives:
-                yield Member(role, each.name), session.rig.standing(role, each.name)
+            for drive in device.drives:
+                yield Member(role, drive.name), session.rig.standing(role, drive.name)
 
     def _drives(self, session: Session) -> Iterator[DriveView]:
         for role, device in self.planned.devices.items():
-            for each in device.drives:
-                allowed = session.rig.allowed(role, each.name)
+            for drive in device.drives:
+                allowed = session.rig.allowed(role, drive.name)
                 yield DriveView(
-                    name=Member(role, each.name),
-                    long_name=each.long_name,
-                    unit=each.unit,
+                    name=Member(role, drive.name),
+                    long_name=drive.long_name,
+                    unit=drive.unit,
                     minimum=allowed.minimum,
                     maximum=allowed.maximum,
-                    set=self.set_points.get(Member(role, each.name)),
+                    set=self.set_points.get(Member(role, drive.name)),
                 )
 
 
@@ -243,8 +245,8 @@ def _step(
     return PlannedStep(f"by_hand.{kind}", Phase.MAIN, action, text, 0.0, terms)
 
 
-def _joined(blocks: list[Block]) -> Mapping[str, Array]:
+def _join(blocks: list[Block]) -> Mapping[str, Array]:
     return {
-        name: np.concatenate([np.asarray(each.channels[name]) for each in blocks])
+        name: np.concatenate([np.asarray(block.channels[name]) for block in blocks])
         for name in blocks[0].channels
     }

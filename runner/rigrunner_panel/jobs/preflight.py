@@ -10,8 +10,8 @@ from rigrunner.api.errors import RigrunnerError
 from rigrunner.run.partners import each_partner
 from rigrunner.run.planning import planned_run
 from rigrunner.run.rig_lock import rig_lock
-from rigrunner_panel.jobs.preflight_paper import calibrations
-from rigrunner_panel.jobs.preflight_rig import rig_items, unconfirmed
+from rigrunner_panel.jobs.preflight_calibrations import calibrations
+from rigrunner_panel.jobs.preflight_rig import rig_items, unconfirmed_item
 from rigrunner_panel.process.messages import Ended
 from rigrunner_panel.view.sections import Preflight, PreflightItem
 
@@ -32,10 +32,10 @@ _PLENTY_BYTES = 1e9
 def preflight(job: Job, link: Link) -> Ended:
     """Report each check to the panel when it is done; raise the errors of invalid files."""
     planned = planned_run(job.procedure, job.station, realtime=True)
-    found: tuple[PreflightItem, ...] = ()
+    items: tuple[PreflightItem, ...] = ()
     for item in _items(planned, job):
-        found += (item,)
-        link.show(preflight=Preflight.of(job.view, found))
+        items += (item,)
+        link.show(preflight=Preflight.of(job.view, items))
         if link.switch.is_set():
             raise link.switch.reason()
     return Ended()
@@ -50,7 +50,7 @@ def _items(planned: Planned, job: Job) -> Iterator[PreflightItem]:
         with rig_lock(planned) as marks:
             yield from rig_items(planned, marks)
             if marks is not None and marks.unconfirmed:
-                yield unconfirmed(marks, planned.station.document.name, job)
+                yield unconfirmed_item(marks, planned.station.document.name, job)
     except RigrunnerError as error:
         yield PreflightItem(
             kind="device", name="rig", state="fail", text=error.message, fix=error.hint
@@ -69,14 +69,14 @@ def _approval(planned: Planned) -> PreflightItem:
 
 
 def _partners(planned: Planned, job: Job) -> Iterator[PreflightItem]:
-    for name, found in each_partner(planned, job.runs, job.partners):
+    for name, result in each_partner(planned, job.runs, job.partners):
         words = partner_words(name)
-        if isinstance(found, RigrunnerError):
+        if isinstance(result, RigrunnerError):
             yield PreflightItem(
-                kind="partner", name=words, state="fail", text=found.message, fix=found.hint
+                kind="partner", name=words, state="fail", text=result.message, fix=result.hint
             )
         else:
-            yield PreflightItem(kind="partner", name=words, state="ok", text=found.name)
+            yield PreflightItem(kind="partner", name=words, state="ok", text=result.name)
 
 
 def _disk(planned: Planned, runs: Path) -> PreflightItem:
@@ -104,5 +104,6 @@ def needed_bytes(planned: Planned) -> int:
 
 def free_bytes(folder: Path) -> int:
     """Return the free space of a folder, or of the folder in which it would be created."""
-    there = next(each for each in (folder.absolute(), *folder.absolute().parents) if each.exists())
-    return shutil.disk_usage(there).free
+    folders = (folder.absolute(), *folder.absolute().parents)
+    existing = next(path for path in folders if path.exists())
+    return shutil.disk_usage(existing).free

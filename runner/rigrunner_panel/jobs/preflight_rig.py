@@ -36,7 +36,7 @@ def rig_items(planned: Planned, marks: RigMarks | None = None) -> Iterator[Prefl
         fix = "each drive is made safe here before anything else; see the items below"
         text = marks.left.text
         yield PreflightItem(kind="device", name="rig", state="warn", text=text, fix=fix)
-    with ExitStack() as held:
+    with ExitStack() as cleanup:
         rigs: dict[str, Rig] = {}
         for role, device in planned.devices.items():
             rig = Rig({role: device}, planned.clock, patience, marks=marks)
@@ -48,88 +48,88 @@ def rig_items(planned: Planned, marks: RigMarks | None = None) -> Iterator[Prefl
                 yield PreflightItem(kind="device", name=role, state="fail", text=text, fix=fix)
                 continue
             # Done backwards at the end: each rig is made safe, and closed after that.
-            held.callback(rig.close)
-            held.callback(rig.make_safe)
+            cleanup.callback(rig.close)
+            cleanup.callback(rig.make_safe)
             rigs[role] = rig
-            yield _connected(role, identity)
+            yield _connected_item(role, identity)
         if marks is not None:
-            for role in sorted(marks.roles & rigs.keys(), key=partial(_turn, safety.order)):
-                yield from _stands(role, rigs[role])
-        yield from _interlocks(planned, rigs)
-        yield from _zeros(planned, rigs)
+            for role in sorted(marks.roles & rigs.keys(), key=partial(_position, safety.order)):
+                yield from _energised_items(role, rigs[role])
+        yield from _interlock_items(planned, rigs)
+        yield from _zero_items(planned, rigs)
 
 
-def _connected(role: str, identity: Identity) -> PreflightItem:
-    who = " ".join(
-        each
-        for each in (identity.maker, identity.model, identity.serial, identity.firmware)
-        if each
+def _connected_item(role: str, identity: Identity) -> PreflightItem:
+    text = " ".join(
+        part
+        for part in (identity.maker, identity.model, identity.serial, identity.firmware)
+        if part
     )
     simulated = " (simulated)" if identity.simulated else ""
-    return PreflightItem(kind="device", name=role, state="ok", text=f"{who}{simulated}")
+    return PreflightItem(kind="device", name=role, state="ok", text=f"{text}{simulated}")
 
 
-def unconfirmed(marks: RigMarks, station_file: str, job: Job) -> PreflightItem:
+def unconfirmed_item(marks: RigMarks, station_file: str, job: Job) -> PreflightItem:
     """Report devices that were not read back as safe, unless a person confirmed them."""
-    known = {"kind": "device", "name": "rig"}
+    common = {"kind": "device", "name": "rig"}
     text = f"not read back as safe since then: {', '.join(sorted(marks.unconfirmed))}"
     if job.reason:
         settle_by(marks, job.by, job.reason)
-        said = f"{job.by} says that it is safe: {job.reason}"
-        return PreflightItem(**known, state="warn", text=text, fix=said)
+        fix = f"{job.by} says that it is safe: {job.reason}"
+        return PreflightItem(**common, state="warn", text=text, fix=fix)
     return PreflightItem(
-        **known, state="fail", text=text, fix=what_to_do(station_file), asks_safe=True
+        **common, state="fail", text=text, fix=what_to_do(station_file), asks_safe=True
     )
 
 
-def _turn(order: Sequence[Member | str], role: str) -> int:
+def _position(order: Sequence[Member | str], role: str) -> int:
     """Return the position of a device in the station's make-safe order."""
-    named = [role_of(each) for each in order]
-    return named.index(role) if role in named else len(named)
+    roles = [role_of(member) for member in order]
+    return roles.index(role) if role in roles else len(roles)
 
 
-def _stands(role: str, rig: Rig) -> Iterator[PreflightItem]:
+def _energised_items(role: str, rig: Rig) -> Iterator[PreflightItem]:
     """Report drives of a device that were not in their safe state, and make it safe at once."""
-    found = [each.text for each in standing_of(rig, [role]) if not each.is_safe]
+    energised = [drive.text for drive in standing_of(rig, [role]) if not drive.is_safe]
     reports = rig.make_safe()
     if problem := unsafe_text(reports):
-        text = "; ".join((*found, f"it could not be made safe: {problem}"))
+        text = "; ".join((*energised, f"it could not be made safe: {problem}"))
         fix = "switch it off manually before anyone touches the rig"
         yield PreflightItem(kind="device", name=role, state="fail", text=text, fix=fix)
-    elif found:
-        read = ", ".join(
-            with_units(each.read_back, each.units) for each in reports if each.read_back
+    elif energised:
+        readings = ", ".join(
+            with_units(report.read_back, report.units) for report in reports if report.read_back
         )
-        text = f"found energised: {'; '.join(found)}; made safe, read back now: {read}"
+        text = f"found energised: {'; '.join(energised)}; made safe, read back now: {readings}"
         fix = "find out why it was left on before anyone touches the rig"
         yield PreflightItem(kind="device", name=role, state="warn", text=text, fix=fix)
 
 
-def _interlocks(planned: Planned, rigs: dict[str, Rig]) -> Iterator[PreflightItem]:
-    for each in planned.plan.interlocks:
-        role = each.member.role
+def _interlock_items(planned: Planned, rigs: dict[str, Rig]) -> Iterator[PreflightItem]:
+    for interlock in planned.plan.interlocks:
+        role = interlock.member.role
         if role in rigs and isinstance(planned.devices[role], Readable):
-            yield _interlock(each, rigs[role])
+            yield _interlock_item(interlock, rigs[role])
 
 
-def _interlock(interlock: Interlock, rig: Rig) -> PreflightItem:
+def _interlock_item(interlock: Interlock, rig: Rig) -> PreflightItem:
     override = f"interlock {interlock.name}" if interlock.overridable else ""
-    known, member = {"kind": "interlock", "name": interlock.name}, interlock.member
+    common, member = {"kind": "interlock", "name": interlock.name}, interlock.member
     try:
         value = rig.read(member.role, (member.name,))[member]
     except RigrunnerError as error:
         text = f"{interlock.member} cannot be read: {error.message}"
-        return PreflightItem(**known, state="fail", text=text, fix=error.hint, override=override)
+        return PreflightItem(**common, state="fail", text=text, fix=error.hint, override=override)
     shown = interlock.shown
-    reads = f"{interlock.member} is {(value - shown.offset) / shown.factor:.4g} {shown.symbol}"
+    reading = f"{interlock.member} is {(value - shown.offset) / shown.factor:.4g} {shown.symbol}"
     if interlock.minimum <= value <= interlock.maximum:
-        return PreflightItem(**known, state="ok", text=reads)
-    text = f"{reads}, {interlock.condition}"
+        return PreflightItem(**common, state="ok", text=reading)
+    text = f"{reading}, {interlock.condition}"
     fix = f"clear it: otherwise the run will {interlock.does.replace('_', ' ')} at once"
-    return PreflightItem(**known, state="fail", text=text, fix=fix, override=override)
+    return PreflightItem(**common, state="fail", text=text, fix=fix, override=override)
 
 
-def _zeros(planned: Planned, rigs: dict[str, Rig]) -> Iterator[PreflightItem]:
+def _zero_items(planned: Planned, rigs: dict[str, Rig]) -> Iterator[PreflightItem]:
     zeros = {
         step.action.zeroed: step.action
         for step in planned.plan.steps
@@ -137,10 +137,10 @@ def _zeros(planned: Planned, rigs: dict[str, Rig]) -> Iterator[PreflightItem]:
     }
     for name, zero in zeros.items():
         if zero.role in rigs:
-            yield _zero(name, zero, rigs[zero.role])
+            yield _zero_item(name, zero, rigs[zero.role])
 
 
-def _zero(name: str, zero: Zero, rig: Rig) -> PreflightItem:
+def _zero_item(name: str, zero: Zero, rig: Rig) -> PreflightItem:
     try:
         mean = _mean(zero, rig)
     except RigrunnerError as error:
@@ -159,7 +159,7 @@ def _zero(name: str, zero: Zero, rig: Rig) -> PreflightItem:
 def _mean(zero: Zero, rig: Rig) -> float:
     duration_s = min(zero.duration_s, _LOOK_S)
     blocks = rig.stream(zero.role, (zero.channel,), duration_s, _never)
-    values = [float(each) for block in blocks for each in block.channels[zero.channel]]
+    values = [float(value) for block in blocks for value in block.channels[zero.channel]]
     if not values:
         raise RigrunnerError("no sample came")
     return sum(values) / len(values)

@@ -1,4 +1,4 @@
-"""The panel in place of a terminal: what a job asks and shows there."""
+"""The panel in place of a terminal: the questions and outputs of a job."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from rigrunner_panel.process.person import PanelAnswers, PanelPauses, PanelPerson
 from rigrunner_panel.process.watched import WatchedChannels
 from rigrunner_panel.view.channels import channels_of
-from rigrunner_panel.view.of_plan import plan_view
+from rigrunner_panel.view.plan import plan_view
 from rigrunner_panel.view.sections import AnalysingView
 
 if TYPE_CHECKING:
@@ -35,10 +35,10 @@ class Screen:
 
     def begin(self, plan: Plan, partners: Mapping[str, Path]) -> None:
         """Show what is about to run."""
-        taken = tuple(each.name for each in partners.values())
-        known = {"title": self._planned.procedure.model.title, "partners": taken}
+        names = tuple(path.name for path in partners.values())
+        update = {"title": self._planned.procedure.model.title, "partners": names}
         self._link.show(
-            job=self._job.view.model_copy(update=known),
+            job=self._job.view.model_copy(update=update),
             plan=plan_view(plan, self._planned.devices),
             channels=tuple(channels_of(self._planned)),
         )

@@ -28,7 +28,7 @@ from rigrunner.station import load_station
 from rigrunner_panel.live.interim import interim_result
 from rigrunner_panel.process.channel import Channel, ChannelClosedError
 from rigrunner_panel.process.messages import Analyse, Analysed, Drawn, Follow, Found, Watching
-from rigrunner_panel.view.of_result import live_view
+from rigrunner_panel.view.result import live_view
 from rigrunner_panel.view.sections import LiveView
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ class Analyst:
         self._station: Path | None = None
         self._following: Following | None = None
         self._stamp = EventStamp(WallClock())
-        self._once = threading.RLock()
+        self._load_lock = threading.RLock()
         """Held while something is loaded that both threads use."""
 
     def take(self, message: object) -> None:
@@ -73,8 +73,8 @@ class Analyst:
             case Follow(folder=folder, station=station):
                 self._folder, self._station = folder, station
             case Analyse(watched=watched) if self._folder is not None:
-                known = (self._folder, watched)
-                threading.Thread(target=self._analyse, args=known, daemon=True).start()
+                args = (self._folder, watched)
+                threading.Thread(target=self._analyse, args=args, daemon=True).start()
             case Watching(setpoints=setpoints, units=units):
                 step = {"step": "by_hand", "index": -1, "action": "record", "text": ""}
                 self._follow(self._stamp(StepStarted, **step, setpoints=setpoints, units=units))
@@ -104,44 +104,44 @@ class Analyst:
         self._send(Drawn(recording, curve, ended_s))
 
     def _analyse(self, folder: Path, watched: Recording | None) -> None:
-        with suppress(ChannelClosedError):  # the run is over, and no one asks any more
-            self._send(self._analysed(folder, watched))
+        with suppress(ChannelClosedError):  # the run is over
+            self._send(self._analysis(folder, watched))
 
-    def _analysed(self, folder: Path, watched: Recording | None) -> Analysed:
+    def _analysis(self, folder: Path, watched: Recording | None) -> Analysed:
         """Return the result of the finished recordings; an error is stated in its `problem`."""
         began_s = time.monotonic()
         is_watched = watched is not None
         try:
             if not is_watched and _bytes(folder) > MOST_BYTES:
                 return Analysed(_problem(TOO_MUCH, began_s))
-            found = interim_result(folder, self._registry(), self._partners(), watched)
+            interim = interim_result(folder, self._registry(), self._partners(), watched)
         except RigrunnerError as error:
             return Analysed(_problem(str(error), began_s), is_watched)
         except Exception as error:  # noqa: BLE001  (of a plugin: the run itself will say so)
             return Analysed(_problem(f"{type(error).__name__}: {error}", began_s), is_watched)
-        if found is None:
+        if interim is None:
             return Analysed(None)
-        result, acceptance = found
+        result, acceptance = interim
         taken_s = time.monotonic() - began_s
         view = live_view(result, final=False, taken_s=taken_s, acceptance=acceptance)
         return Analysed(view, is_watched)
 
     def _run(self) -> RunData:
         """Return what is known of the run before it has data."""
-        stored = read_without_samples(self._followed)
+        stored = read_without_samples(self._run_folder)
         return replace(run_data(replace(stored, partners=self._partners())), recordings=())
 
     @property
-    def _followed(self) -> Path:
+    def _run_folder(self) -> Path:
         assert self._folder is not None  # noqa: S101  (nothing is analysed before)
         return self._folder
 
     def _registry(self) -> Registry:
-        with self._once:
+        with self._load_lock:
             return self._loaded_registry
 
     def _partners(self) -> dict[str, StoredRun]:
-        with self._once:
+        with self._load_lock:
             return self._loaded_partners
 
     @cached_property
@@ -152,13 +152,13 @@ class Analyst:
 
     @cached_property
     def _procedure(self) -> Procedure:
-        header = read_info(self._followed).header
+        header = read_info(self._run_folder).header
         return parse_procedure(header.procedure_text, header.procedure_id, stored=True).model
 
     @cached_property
     def _loaded_partners(self) -> dict[str, StoredRun]:
-        used = used_partners(read_info(self._followed).header)
-        return {name: read(path) for name, path in used.items()}
+        paths = used_partners(read_info(self._run_folder).header)
+        return {name: read(path) for name, path in paths.items()}
 
 
 def _bytes(folder: Path) -> int:
@@ -175,12 +175,7 @@ def _size(path: Path) -> int:
 
 
 def _problem(text: str, began_s: float) -> LiveView:
-    return LiveView(
-        recordings=0,
-        final=False,
-        problem=text,
-        taken_s=time.monotonic() - began_s,
-    )
+    return LiveView(recordings=0, final=False, problem=text, taken_s=time.monotonic() - began_s)
 
 
 def main() -> None:

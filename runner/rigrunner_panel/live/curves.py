@@ -50,20 +50,20 @@ class Curves:
         self._trend = Trend()
         self._touched: int | None = None
         self._channel = self._unit = ""
-        """What is over time."""
+        """The channel of the trend."""
         self._waiting: deque[bytes] = deque(maxlen=WAITING_CURVES)
         self._latest: dict[str, tuple[dict[str, Any], Mapping[str, NDArray[Any]], float]] = {}
-        """By title: header, arrays, and when it was told, by the clock of this process."""
+        """By title: header, arrays, and when it was drawn, by the clock of this process."""
 
     def take(self, event: Samples, start_s: float, units: Mapping[str, str]) -> None:
         """Add a block whose first sample was taken at `start_s` seconds of the run.
 
-        Over time is the first of the channels of `units` that it has, in its unit; else the first.
+        The trend shows the first channel of `units` in the block, or else its first channel.
         """
         channels = event.block.channels
         if not channels:
             return
-        name = next((each for each in units if each in channels), next(iter(channels)))
+        name = next((channel for channel in units if channel in channels), next(iter(channels)))
         unit = units.get(name, "")
         zero, one = (from_si(0.0, unit), from_si(1.0, unit)) if unit else (0.0, 1.0)
         shown = (np.asarray(channels[name], float) * (one - zero) + zero).astype(np.float32)
@@ -77,7 +77,7 @@ class Curves:
     def draw(self, recording: str, curve: Curve, ended_s: float, late_s: float = 0.0) -> None:
         """Add a curve of a recording that ended at `ended_s`, by the clock of the events.
 
-        It is told `late_s` later; 0 in simulated time.
+        It arrives `late_s` later; 0 in simulated time.
         """
         header = {
             "kind": "curve",
@@ -96,12 +96,12 @@ class Curves:
             self._latest[curve.title] = (header, arrays, time.monotonic())
             self._waiting.append(drawn)
 
-    def whole(self) -> list[bytes]:
+    def all_frames(self) -> list[bytes]:
         """Return the frames for a screen that has no data yet."""
         with self._lock:
             latest = []
-            for header, arrays, told_s in self._latest.values():
-                late_s = header["late_s"] + time.monotonic() - told_s
+            for header, arrays, drawn_s in self._latest.values():
+                late_s = header["late_s"] + time.monotonic() - drawn_s
                 latest.append(frame({**header, "late_s": round(late_s, 3)}, arrays))
             return [self._trend_frame(0, reset=True), *latest]
 

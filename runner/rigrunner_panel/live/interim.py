@@ -45,10 +45,10 @@ def interim_result(
         run = replace(run, recordings=(watched,))
     if not procedure.analysis or not (run.recordings or run.measurements):
         return None
-    giving = [each for each in procedure.analysis if _gives_measurand(each, registry)]
-    found = analyse(
+    for_measurand = [ref for ref in procedure.analysis if _gives_measurand(ref, registry)]
+    result = analyse(
         run,
-        giving,
+        for_measurand,
         acceptance=None,
         measurand=procedure.measurand,
         lookup=registry,
@@ -56,16 +56,16 @@ def interim_result(
     )
     others = findings_of(
         run,
-        [each for each in procedure.analysis if each not in giving],
+        [ref for ref in procedure.analysis if ref not in for_measurand],
         Scrutiny(registry),
-        known=found.results,
-        missing=found.missing,
+        known=result.results,
+        missing=result.missing,
         as_far_as_possible=True,
     )
     return replace(
-        found,
-        results=(*found.results, *(result for each in others for result in each.results)),
-        figures=(*found.figures, *(figure for each in others for figure in each.figures)),
+        result,
+        results=(*result.results, *(result for findings in others for result in findings.results)),
+        figures=(*result.figures, *(figure for findings in others for figure in findings.figures)),
     ), procedure.acceptance
 
 

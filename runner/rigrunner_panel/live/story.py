@@ -24,7 +24,6 @@ from rigrunner.clock import utc_text
 from rigrunner_panel.live.curves import Curves
 from rigrunner_panel.process.messages import Analysed, Drawn, Ended, Failed, Found, Show, Values
 from rigrunner_panel.view.alarms import alarms_after, with_rigs
-from rigrunner_panel.view.of_result import with_live
 from rigrunner_panel.view.reading import (
     readings_after,
     readings_at,
@@ -32,13 +31,8 @@ from rigrunner_panel.view.reading import (
     readings_safe,
     readings_set,
 )
-from rigrunner_panel.view.sections import (
-    Finished,
-    JobView,
-    Preflight,
-    PreflightItem,
-    Progress,
-)
+from rigrunner_panel.view.result import with_live
+from rigrunner_panel.view.sections import Finished, JobView, Preflight, PreflightItem, Progress
 from rigrunner_panel.view.track import Track
 
 if TYPE_CHECKING:
@@ -46,17 +40,11 @@ if TYPE_CHECKING:
     from typing import Any
 
     from rigrunner_panel.view.board import Board
-    from rigrunner_panel.view.sections import (
-        AlarmView,
-        ChannelView,
-        FileLink,
-        LiveView,
-        Phase,
-    )
+    from rigrunner_panel.view.sections import AlarmView, ChannelView, FileLink, LiveView, Phase
 
 
 UNKEPT = "-"
-"""What a recording is called of which statistics alone are kept."""
+"""The name of a recording of which only the statistics are stored."""
 AFTER_LOSS = "check the rig first; then resume the run, or close it as it is"
 AFTER_EARLY_LOSS = (
     "no run had begun, so there is nothing to resume: check the rig, then start again"
@@ -74,7 +62,7 @@ class Links(Protocol):
         """Return the address of a procedure's picture."""
         ...
 
-    def of_run(self, run: str) -> tuple[FileLink, ...]:
+    def run_links(self, run: str) -> tuple[FileLink, ...]:
         """Return the files of a run with their addresses."""
         ...
 
@@ -83,23 +71,23 @@ class Story:
     """The state of one job, from start to end, written to the board. Not thread-safe."""
 
     def __init__(
-        self, board: Board, job: JobView, links: Links, left: tuple[AlarmView, ...] = ()
+        self, board: Board, job: JobView, links: Links, left_energised: tuple[AlarmView, ...] = ()
     ) -> None:
         self.curves = Curves()
         self.is_over = False
         self.latest = -1
         """The number of the latest event."""
         self.follows_record = False
-        """Whether the process died in a run: what was recorded since is on the disk alone."""
-        self._begun: StepStarted | None = None
+        """Whether the process died in a run: later events are only on the disk."""
+        self._step: StepStarted | None = None
         self._board = board
         self._links = links
         self._track: Track | None = None
         self._started_s = 0.0
         self._analysed: LiveView | None = None
-        self._found = Findings()
+        self._findings = Findings()
         self._watched: LiveView | None = None
-        """The analysis of what is watched by hand and not kept."""
+        """The analysis of data that are watched in a manual session and not stored."""
         self._has_begun = self._has_ended = False
         self._channels_due_s = 0.0
         cleared = dict.fromkeys(("plan", "progress", "prompt", "pause", "live", "analysing"))
@@ -107,10 +95,10 @@ class Story:
         board.forget_events()
         # what an earlier job found of the rig may no longer be so
         board.put(channels=(), readings={}, **cleared)
-        board.put(job=job, asked="", alarms=left)
+        board.put(job=job, asked="", alarms=left_energised)
         if job.kind == "preflight":
             self._preflight(())
-        self._tell_phase()
+        self._show_phase()
 
     @property
     def job(self) -> JobView:
@@ -118,10 +106,10 @@ class Story:
         job: JobView = self._board.get("job")
         return job
 
-    def asked(self, what: str) -> None:
+    def request(self, what: str) -> None:
         """Store who requested what."""
         self._board.put(asked=what)
-        self._tell_phase()
+        self._show_phase()
 
     def take(self, message: object) -> None:
         """Handle a message of the job's process."""
@@ -145,14 +133,14 @@ class Story:
                     self._board.put(live=live)
             case Failed():
                 self._fail(message)
-        self._tell_phase()
+        self._show_phase()
 
     def _show(self, sections: dict[str, Any]) -> None:
         """Show sections that the process sent, and update what depends on them."""
         for name, view in sections.items():
             match name:
                 case "manual" if view is not None:
-                    sets = {each.name: each.set for each in view.drives if each.set is not None}
+                    sets = {drive.name: drive.set for drive in view.drives if drive.set is not None}
                     self._board.put(readings=readings_set(self._board.get("readings"), sets))
                 case "plan":
                     self._track = Track(view)
@@ -170,7 +158,7 @@ class Story:
         if self._track is not None and self.job.realtime and not self._has_ended:
             self._board.put(progress=self._progress())
 
-    def left(self, rigs: tuple[AlarmView, ...]) -> None:
+    def show_left_energised(self, rigs: tuple[AlarmView, ...]) -> None:
         """Show which rigs of this computer were left energised."""
         self._board.put(alarms=with_rigs(self._board.get("alarms"), rigs))
 
@@ -183,7 +171,7 @@ class Story:
             case _ if self.is_over:
                 return
             case Found(findings=findings):
-                self._found = findings
+                self._findings = findings
                 self._show_live()
             case Analysed(view=view, is_watched=is_watched) if view is not None:
                 if is_watched:
@@ -194,11 +182,11 @@ class Story:
 
     def _show_live(self) -> None:
         """Show what the analysis has of finished recordings, and the live analyses of the rest."""
-        view = with_live(self._analysed, self._found)
+        view = with_live(self._analysed, self._findings)
         if (watched := self._watched) is not None:
-            now = [each.model_copy(update={"is_ongoing": True}) for each in watched.results]
-            update = {"results": (*view.results, *now), "problem": watched.problem or view.problem}
-            view = view.model_copy(update=update)
+            ongoing = [result.model_copy(update={"is_ongoing": True}) for result in watched.results]
+            results, problem = (*view.results, *ongoing), watched.problem or view.problem
+            view = view.model_copy(update={"results": results, "problem": problem})
         self._board.put(live=view)
 
     def lost(self, code: int | None) -> None:
@@ -213,28 +201,28 @@ class Story:
         event = event if event.recording else structs.replace(event, recording=UNKEPT)
         block = event.block
         start_s = event.monotonic_s - self._started_s - block.samples / block.rate_hz
-        units = {each.name: each.unit for each in self._board.get("channels")}
+        units = {channel.name: channel.unit for channel in self._board.get("channels")}
         self.curves.take(event, max(start_s, 0.0), units)
         now_s = time.monotonic()
         if now_s >= self._channels_due_s and block.samples:
             self._channels_due_s = now_s + 0.9 * CHANNELS_S  # blocks may come as often as that
-            latest = {name: float(each[-1]) for name, each in block.channels.items()}
+            latest = {name: float(samples[-1]) for name, samples in block.channels.items()}
             self._show_channels(latest, self._time_of(event), CHANNELS_S)
         if self._track is not None:
-            self._track.recorded((block.first_sample + block.samples) / block.rate_hz)
+            self._track.set_recorded((block.first_sample + block.samples) / block.rate_hz)
             self._board.put(progress=self._progress())
 
     def _show_channels(
         self, values: Mapping[str, float], utc: str, interval_s: float | None = None
     ) -> None:
-        """Show what channels read, and how often they are read if that is known."""
-        known: tuple[ChannelView, ...] = self._board.get("channels")
+        """Show values of channels, and how often they are read if that is known."""
+        channels: tuple[ChannelView, ...] = self._board.get("channels")
         now = tuple(
-            each.read(values[each.name], utc, interval_s) if each.name in values else each
-            for each in known
+            view.read(values[view.name], utc, interval_s) if view.name in values else view
+            for view in channels
         )
         self._board.put(channels=now)
-        if interval_s is not None:  # what an event tells is among the readings already
+        if interval_s is not None:  # values of an event are among the readings already
             self._board.put(readings=readings_now(self._board.get("readings"), values, utc))
 
     def _time_of(self, event: Event) -> str:
@@ -245,8 +233,8 @@ class Story:
         match event:
             case RunStarted():
                 self._has_begun, self._started_s = True, event.monotonic_s
-                known = {"run": event.run_id, "started_utc": event.utc}
-                self._board.put(job=self.job.model_copy(update=known))
+                update = {"run": event.run_id, "started_utc": event.utc}
+                self._board.put(job=self.job.model_copy(update=update))
             case RunEnded():
                 self._has_ended = True
                 self._board.put(prompt=None, pause=None)
@@ -264,34 +252,34 @@ class Story:
                 self._track.skip()
             case Intervention(action="abort") if not self._board.get("asked"):
                 self._board.put(asked="abort")
-        self._board.tell(event)
+        self._board.add_event(event)
         alarms = alarms_after(self._board.get("alarms"), event)
         self._board.put(alarms=alarms, progress=self._progress())
 
     def _begin(self, event: StepStarted) -> None:
-        self._begun = event
+        self._step = event
         if self._watched is not None:
             self._watched = None
             self._show_live()
-        shown = event.recording or (UNKEPT if event.action == "record" else "")
+        recording = event.recording or (UNKEPT if event.action == "record" else "")
         if self._track is not None:
-            self._track.begin(event.index, shown)
+            self._track.begin(event.index, recording)
 
     def _scan(self, event: Scanned) -> None:
         if self._track is not None:
-            self._track.scanned(event.point + 1)
-        if self._begun is not None:
-            readings = readings_at(self._board.get("readings"), event, self._begun)
+            self._track.set_scanned(event.point + 1)
+        if self._step is not None:
+            readings = readings_at(self._board.get("readings"), event, self._step)
             self._board.put(readings=readings, progress=self._progress())
 
     def _finish(self, event: StepEnded) -> None:
         if self._track is not None:
             self._track.end(event.index, ok=event.ok)
             self._track.leave_out(range(event.index + 1, event.index + 1 + event.leaves))
-        readings = readings_after(self._board.get("readings"), event, self._begun)
+        readings = readings_after(self._board.get("readings"), event, self._step)
         sets = self._track.sets(event.index) if self._track is not None and event.ok else {}
         self._board.put(readings=readings_set(readings, sets))
-        if event.action in ("set", "ramp", "measure"):  # others tell means over a time
+        if event.action in ("set", "ramp", "measure"):  # others have means over a time
             self._show_channels(event.values, self._time_of(event))
 
     def _progress(self) -> Progress | None:
@@ -312,13 +300,13 @@ class Story:
             self._preflight(self._board.get("preflight").items, done=True)
         else:
             if finished is not None and finished.run:
-                files = self._links.of_run(finished.run)
+                files = self._links.run_links(finished.run)
                 finished = finished.model_copy(update={"files": files})
             self._board.put(finished=finished)
 
     def _fail(self, failed: Failed) -> None:
         """Show a job that did not start, or that an internal error ended."""
-        problems = tuple(str(each) for each in failed.problems)
+        problems = tuple(str(problem) for problem in failed.problems)
         if self.job.kind == "preflight":
             text = "; ".join(problems) or failed.message
             item = PreflightItem(
@@ -337,7 +325,7 @@ class Story:
         )
         self._end(finished)
 
-    def _tell_phase(self) -> None:
+    def _show_phase(self) -> None:
         self._board.put(phase=self._phase())
 
     def _phase(self) -> Phase:  # noqa: PLR0911  (the table of phases, gravest first)

@@ -32,17 +32,17 @@ MOST_BLOCKS = 500
 class Watcher:
     """The analyst's process. Finished recordings are analysed one request at a time."""
 
-    def __init__(self, runs: Path, station: Path, hear: Callable[[object], None]) -> None:
+    def __init__(self, runs: Path, station: Path, receive: Callable[[object], None]) -> None:
         self._runs = runs
         self._station = station
-        self._hear = hear
+        self._receive = receive
         self._process = Process(ANALYST)
         self._sender = Sender(self._process.channel, MOST_BLOCKS)
         self._lock = threading.Lock()
-        self._is_asked = self._is_due = False
+        self._is_busy = self._is_due = False
         """Whether an analysis is being made, and one of the finished recordings must follow."""
         self._watched: Recording | None = None
-        """What is to be analysed of the channels that are read by hand, after that."""
+        """The next recording of a manual session to analyse, after that."""
         self._process.listen(self._take, lambda _: None)
 
     def notice(self, message: object) -> None:
@@ -53,13 +53,13 @@ class Watcher:
             case Watched(recording=recording):
                 with self._lock:
                     self._watched = recording
-                    self._ask_next()
+                    self._request_next()
             case StepEnded():
                 self._sender(message)
                 if message.recording or message.measurement or message.action == "scan":
                     with self._lock:
                         self._is_due = True
-                        self._ask_next()
+                        self._request_next()
             case StepStarted() | Samples():
                 self._sender(message)
             case Watching():
@@ -72,11 +72,11 @@ class Watcher:
         self._process.channel.close()
         self._sender.end()
 
-    def _ask_next(self) -> None:
+    def _request_next(self) -> None:
         """Request the next analysis, unless one is being made."""
-        if self._is_asked or not (self._is_due or self._watched is not None):
+        if self._is_busy or not (self._is_due or self._watched is not None):
             return
-        self._is_asked = True
+        self._is_busy = True
         if self._is_due:  # first: of watched channels there is always a newer recording
             self._is_due = False
             self._sender.send(Analyse(None))
@@ -87,6 +87,6 @@ class Watcher:
     def _take(self, message: object) -> None:
         if isinstance(message, Analysed):
             with self._lock:
-                self._is_asked = False
-                self._ask_next()
-        self._hear(message)
+                self._is_busy = False
+                self._request_next()
+        self._receive(message)

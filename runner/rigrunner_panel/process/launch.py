@@ -43,13 +43,13 @@ class Process:
             return False
         return True
 
-    def listen(self, hear: Callable[[object], None], ended: Callable[[int | None], None]) -> None:
-        """Call `hear` with each message, in a thread, then `ended` with the exit code."""
+    def listen(self, take: Callable[[object], None], ended: Callable[[int | None], None]) -> None:
+        """Call `take` with each message, in a thread, then `ended` with the exit code."""
 
         def work() -> None:
             try:
                 while True:
-                    hear(self.channel.receive())
+                    take(self.channel.receive())
             except ChannelClosedError:
                 pass
             ended(self._wait())

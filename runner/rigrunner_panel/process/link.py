@@ -81,8 +81,8 @@ class Commands:
 
     def answer(self, prompt: int) -> Answer | None:
         """Wait briefly for the answer to a prompt; answers to other prompts are dropped."""
-        found = _next(self._answers)
-        return found if found is not None and found.prompt == prompt else None
+        answer = _next(self._answers)
+        return answer if answer is not None and answer.prompt == prompt else None
 
     def decision(self) -> Decision | None:
         """Wait briefly for a decision."""
@@ -98,10 +98,10 @@ class Commands:
 
     def records(self) -> list[Interference]:
         """Return what is to be recorded in the run."""
-        found = []
-        while (one := _next(self._records, wait=False)) is not None:
-            found.append(one)
-        return found
+        records = []
+        while (record := _next(self._records, wait=False)) is not None:
+            records.append(record)
+        return records
 
     def _listen(self) -> None:
         try:
@@ -163,7 +163,7 @@ class Sender:
     def __call__(self, event: Event) -> None:
         """Send an event of the run; of samples and scans, only as many as a screen can show."""
         if isinstance(event, Scanned):
-            self._scanned(event)
+            self._send_row(event)
             return
         if self._row is not None:
             self.send(self._row)
@@ -172,9 +172,9 @@ class Sender:
             self.send(event)
         elif self._blocks < self._most_blocks:
             self._blocks += 1
-            self.send(_halved(event))
+            self.send(_as_float32(event))
 
-    def _scanned(self, row: Scanned) -> None:
+    def _send_row(self, row: Scanned) -> None:
         """Send a point from time to time, and the last one before the next event."""
         now_s = monotonic()
         self._row = row
@@ -192,14 +192,14 @@ class Sender:
         self._thread.join(_FLUSH_S)
 
     def _work(self) -> None:
-        is_heard = True
+        is_open = True
         while (message := self._queue.get()) is not None:
             if isinstance(message, Samples):
                 self._blocks -= 1
-            if is_heard:
-                is_heard = self._sent(message)
+            if is_open:
+                is_open = self._try_send(message)
 
-    def _sent(self, message: object) -> bool:
+    def _try_send(self, message: object) -> bool:
         try:
             self._channel.send(message)
         except ChannelClosedError:
@@ -207,7 +207,7 @@ class Sender:
         return True
 
 
-def _halved(event: Samples) -> Samples:
+def _as_float32(event: Samples) -> Samples:
     """Return the block in float32, which is precise enough for a screen."""
     channels: dict[str, Any] = {
         name: np.asarray(values, np.float32) for name, values in event.block.channels.items()

@@ -38,13 +38,13 @@ class PanelAnswers:
 
     def confirm(self, step: str, question: Confirm) -> bool:
         """Return whether it is confirmed; there is no default."""
-        return self._asked(step, "confirm", question, YES_NO) == "yes"
+        return self._prompt(step, "confirm", question, YES_NO) == "yes"
 
     def ask(self, step: str, question: Ask) -> str:
         """Return the answer, which the panel has validated."""
-        return self._asked(step, "ask", question, question.expected)
+        return self._prompt(step, "ask", question, question.expected)
 
-    def _asked(
+    def _prompt(
         self,
         step: str,
         kind: Literal["confirm", "ask"],
@@ -111,7 +111,7 @@ class PanelPauses:
         """Return who requests a pause."""
         return self._link.commands.pause_wanted
 
-    def told(self) -> Iterable[Interference]:
+    def new_actions(self) -> Iterable[Interference]:
         """Return what else people did."""
         return self._link.commands.records()
 
@@ -123,7 +123,7 @@ class PanelPauses:
             point=paused.point,
             reason=paused.reason,
             moving=paused.moving,
-            choices=tuple(str(each) for each in paused.choices),
+            choices=tuple(str(choice) for choice in paused.choices),
         )
         self._link.show(pause=view)
         while decision is None or decision.choice not in paused.choices:

@@ -38,8 +38,8 @@ class Switch:
 
         A signal that would suspend the process ends the run, because it could not be continued.
         """
-        signal.signal(signal.SIGINT, self._interrupted)
-        take_signals((*ENDING, *SUSPENDING), self._terminated)
+        signal.signal(signal.SIGINT, self._on_interrupt)
+        take_signals((*ENDING, *SUSPENDING), self._on_termination)
 
     @contextmanager
     def interruptible(self) -> Iterator[None]:
@@ -74,25 +74,25 @@ class Switch:
 
     def abort(self, by: str, reason: str) -> None:
         """Abort the run."""
-        told = f"aborted at the panel{f': {reason}' if reason else ''}"
-        self._reason = self._reason or AbortedError(told, by=by)
+        text = f"aborted at the panel{f': {reason}' if reason else ''}"
+        self._reason = self._reason or AbortedError(text, by=by)
         self._event.set()
 
     def stop(self, by: str, reason: str) -> None:
         """Make the rig safe at once; a second call changes nothing."""
-        told = f"stopped at the panel{f': {reason}' if reason else ''}"
+        text = f"stopped at the panel{f': {reason}' if reason else ''}"
         with self._lock:
             if self._stop is not None:
                 return
-            self._stop = StopNow(told, by)
-            self._reason = self._reason or AbortedError(told, by=by)
+            self._stop = StopNow(text, by)
+            self._reason = self._reason or AbortedError(text, by=by)
             self._event.set()
             if self._is_safe:
                 return
             self._armed = True
         _interrupt_main_thread()
 
-    def _interrupted(self, _number: int, _frame: FrameType | None) -> None:
+    def _on_interrupt(self, _number: int, _frame: FrameType | None) -> None:
         """Handle the signal; ignore one that the panel did not send, such as that of a terminal."""
         if not self._may_interrupt:
             return
@@ -100,7 +100,7 @@ class Switch:
         if armed and self._stop is not None:
             raise self._stop
 
-    def _terminated(self, number: int, _frame: FrameType | None) -> None:
+    def _on_termination(self, number: int, _frame: FrameType | None) -> None:
         self.abort("signal", signal_name(number))
 
 

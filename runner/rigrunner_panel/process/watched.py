@@ -29,7 +29,7 @@ class WatchedChannels:
     def __init__(self, send: Callable[[object], None], devices: Mapping[str, Device]) -> None:
         self._send = send
         self._names = {
-            role: tuple(each.name for each in device.channels)
+            role: tuple(channel.name for channel in device.channels)
             for role, device in devices.items()
             if isinstance(device, Readable) and device.channels
         }

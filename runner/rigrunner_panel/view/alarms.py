@@ -38,24 +38,24 @@ def alarms_of_rigs(concerns: Callable[[str], bool]) -> tuple[AlarmView, ...]:
     )
 
 
-def with_rigs(known: Alarms, rigs: Alarms) -> Alarms:
+def with_rigs(alarms: Alarms, rigs: Alarms) -> Alarms:
     """Return the alarms of rigs that were left energised, then those of the job."""
-    return (*rigs, *(each for each in known if not _is_of_rig(each)))
+    return (*rigs, *(alarm for alarm in alarms if not _is_of_rig(alarm)))
 
 
-def alarms_after(known: Alarms, event: Event) -> Alarms:
+def alarms_after(alarms: Alarms, event: Event) -> Alarms:
     """Return the alarms after an event, of a job the latest, oldest first."""
     if isinstance(event, Alarm):
         active = isinstance(event, InterlockTripped)
         new = {"seq": event.seq, "utc": event.utc, "source": event.source, "text": event.text}
-        of_job = [each for each in known if not _is_of_rig(each)][1 - MOST :]
-        return (*filter(_is_of_rig, known), *of_job, AlarmView(**new, active=active))
+        of_job = [alarm for alarm in alarms if not _is_of_rig(alarm)][1 - MOST :]
+        return (*filter(_is_of_rig, alarms), *of_job, AlarmView(**new, active=active))
     if isinstance(event, InterlockCleared):
         cleared = f"interlock {event.interlock}"
-        return _updated(known, lambda each: each.source == cleared, {"active": False})
+        return _updated(alarms, lambda alarm: alarm.source == cleared, {"active": False})
     if isinstance(event, RunEnded):  # the interlocks are not monitored any more
-        return _updated(known, lambda each: each.active, {"active": False, "until_end": True})
-    return known
+        return _updated(alarms, lambda alarm: alarm.active, {"active": False, "until_end": True})
+    return alarms
 
 
 def _is_of_rig(alarm: AlarmView) -> bool:
@@ -63,9 +63,9 @@ def _is_of_rig(alarm: AlarmView) -> bool:
 
 
 def _updated(
-    known: Alarms, which: Callable[[AlarmView], bool], update: Mapping[str, bool]
+    alarms: Alarms, which: Callable[[AlarmView], bool], update: Mapping[str, bool]
 ) -> Alarms:
     return tuple(
-        each.model_copy(update=update) if which(each) and not _is_of_rig(each) else each
-        for each in known
+        alarm.model_copy(update=update) if which(alarm) and not _is_of_rig(alarm) else alarm
+        for alarm in alarms
     )

@@ -1,4 +1,4 @@
-"""The state that every screen shows: sections, who changed, and how to tell it."""
+"""The state that every screen shows: its sections and their changes, as messages."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ SECTIONS = tuple(
 )
 
 VERSION = 1
-"""Of the messages that tell events."""
+"""The version of the messages with events."""
 MOST_EVENTS = 1000
-"""Events of a job that are kept for those who ask later; the run's file has all of them."""
+"""The most events of a job that are kept for later requests; the run's file has all."""
 _encode = msgspec.json.Encoder(
     enc_hook=lambda value: str(value) if isinstance(value, str) else dict(value)
 ).encode
@@ -51,7 +51,7 @@ class Board:
         self._changed: set[str] = set()
         self._seq = 0
         self._events: deque[tuple[int, str]] = deque(maxlen=MOST_EVENTS)
-        self._latest = self._told = -1
+        self._latest = self._sent = -1
         self.wake: Callable[[], None] = lambda: None
         """Called, in any thread, when something has changed."""
 
@@ -82,14 +82,14 @@ class Board:
             self._changed.clear()
             return f'{{"type":"delta","seq":{self._seq},"changes":{{{changes}}}}}'
 
-    def tell(self, event: Event) -> None:
-        """Take an event of the run, which every screen gets as it is."""
-        whole = structs.replace(event, truth={}) if getattr(event, "truth", None) else event
-        told = json.dumps(event_text(event))
-        body = _encode(whole).decode()
+    def add_event(self, event: Event) -> None:
+        """Add an event of the run, which every screen gets unchanged."""
+        sent = structs.replace(event, truth={}) if getattr(event, "truth", None) else event
+        words = json.dumps(event_text(event))
+        body = _encode(sent).decode()
         with self._lock:
             self._latest += 1
-            text = f'{{"number":{self._latest},"text":{told},"event":{body}}}'
+            text = f'{{"number":{self._latest},"text":{words},"event":{body}}}'
             self._events.append((self._latest, text))
         self.wake()
 
@@ -99,7 +99,7 @@ class Board:
             self._events.clear()
 
     def events(self, after: int) -> str:
-        """Return the events behind that number as JSON, as far as they are kept."""
+        """Return the stored events after that number as JSON."""
         with self._lock:
             items = ",".join(text for number, text in self._events if number > after)
             return f'{{"version":{VERSION},"latest":{self._latest},"items":[{items}]}}'
@@ -107,8 +107,8 @@ class Board:
     def new_events(self) -> list[str]:
         """Return messages of the events since the last time."""
         with self._lock:
-            fresh = [text for number, text in self._events if number > self._told]
-            self._told = self._latest
+            fresh = [text for number, text in self._events if number > self._sent]
+            self._sent = self._latest
         return [f'{{"type":"event","version":{VERSION},{text[1:]}' for text in fresh]
 
     def state(self, you: str) -> str:
@@ -132,7 +132,7 @@ def _json(
     if isinstance(value, tuple):
         return f"[{','.join(map(_json, value))}]"
     if isinstance(value, dict):
-        members = (f"{json.dumps(name)}:{_json(each)}" for name, each in value.items())
+        members = (f"{json.dumps(name)}:{_json(section)}" for name, section in value.items())
         return f"{{{','.join(members)}}}"
     if value is None or isinstance(value, (str, int, float)):
         return json.dumps(value, allow_nan=False)

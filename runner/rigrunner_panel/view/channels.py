@@ -20,23 +20,23 @@ def channels_of(planned: Planned) -> Iterator[ChannelView]:
 
     Those whose values enter the result come first.
     """
-    locks = {each.member: each for each in planned.plan.interlocks}
-    known = {
+    interlocks = {interlock.member: interlock for interlock in planned.plan.interlocks}
+    infos = {
         Member(role, info.name): info
         for role, device in planned.devices.items()
         for info in device.channels
     }
-    entering = [each for each in entering_channels(planned) if each in known]
-    for name in dict.fromkeys((*entering, *known)):
-        info, lock = known[name], locks.get(name)
+    entering = [name for name in entering_channels(planned) if name in infos]
+    for name in dict.fromkeys((*entering, *infos)):
+        info, interlock = infos[name], interlocks.get(name)
         unit = Reading.of(0.0, info.unit, info.shown_in).shown_in
         yield ChannelView(
             name=name,
             long_name=info.long_name,
             si=info.unit,
             unit=unit,
-            lower=None if lock is None else _limit(lock.minimum, info.unit, unit),
-            upper=None if lock is None else _limit(lock.maximum, info.unit, unit),
+            lower=None if interlock is None else _limit(interlock.minimum, info.unit, unit),
+            upper=None if interlock is None else _limit(interlock.maximum, info.unit, unit),
         )
 
 

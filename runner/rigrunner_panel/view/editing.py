@@ -1,4 +1,4 @@
-"""The part of the state of all screens that says who edits which procedure."""
+"""Who edits which procedure: a section of the state of all screens."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ class EditorView(BaseModel):
     client: str
     """The short name of the screen, to compare with `you`."""
     name: str
-    """Who is there; '' if nobody has said so."""
+    """The name of the person; '' if it is not known."""
     since_utc: str
 
 

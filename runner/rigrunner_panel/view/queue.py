@@ -36,12 +36,12 @@ class QueueView(BaseModel):
 
     entries: tuple[EntryView, ...] = ()
     left_out: int = 0
-    """Entries that are over and not listed here."""
+    """Number of finished entries that are not listed here."""
     next: int | None = None
-    """The entry that would start next; None where none waits, or an interrupted one asks."""
+    """The entry that would start next; None if none waits, or one is interrupted."""
     starting: int | None = None
     """The entry whose preflight is being done."""
     automatic_by: str = ""
-    """Who let runs start by themselves; '' where each one needs a person's word."""
+    """Who let runs start by themselves; '' if each start needs a person."""
     problem: str = ""
     """Why the last one did not start."""

@@ -1,4 +1,4 @@
-"""What is known of the rig, after each event that says where something stands."""
+"""The latest readings of the rig, updated by events."""
 
 from __future__ import annotations
 
@@ -15,63 +15,63 @@ if TYPE_CHECKING:
 
 
 class Units(NamedTuple):
-    """The units of values, by name: SI, and in which people see them where that is known."""
+    """The units of values, by name: in SI, and as shown if that is known."""
 
     si: Mapping[str, str]
     shown_in: Mapping[str, str]
 
 
-def readings_after(known: Readings, event: StepEnded, begun: StepStarted | None) -> Readings:
+def readings_after(readings: Readings, event: StepEnded, begun: StepStarted | None) -> Readings:
     """Return the readings with what a step read, measured, or read back of a drive."""
-    told = begun.written_in if begun is not None else {}
-    return _with(known, event.values, Units(event.units, told), event.utc)
+    written_in = begun.written_in if begun is not None else {}
+    return _with(readings, event.values, Units(event.units, written_in), event.utc)
 
 
-def readings_at(known: Readings, event: Scanned, scan: StepStarted) -> Readings:
+def readings_at(readings: Readings, event: Scanned, scan: StepStarted) -> Readings:
     """Return the readings at a point of a scan: where its drive was set, and what was read.
 
-    What the drive stands at is not known until it is read: a scan does not tell its read-backs.
+    The read-back of the drive is not known: a scan does not report it.
     """
-    own = {each: value for each, value in event.setpoints.items() if each not in scan.setpoints}
+    others = {name: value for name, value in event.setpoints.items() if name not in scan.setpoints}
     units = Units(scan.units, scan.written_in)
-    at_set = readings_set(_with(known, own, units, event.utc), own)
+    at_set = readings_set(_with(readings, others, units, event.utc), others)
     return _with(at_set, event.values, units, event.utc)
 
 
-def readings_set(known: Readings, setpoints: Mapping[str, float]) -> Readings:
+def readings_set(readings: Readings, setpoints: Mapping[str, float]) -> Readings:
     """Return the readings with the set-points of drives, in SI units, where they are known."""
     return {
-        name: each.with_set(setpoints[name]) if name in setpoints else each
-        for name, each in known.items()
+        name: reading.with_set(setpoints[name]) if name in setpoints else reading
+        for name, reading in readings.items()
     }
 
 
-def readings_safe(known: Readings, event: MadeSafe) -> Readings:
+def readings_safe(readings: Readings, event: MadeSafe) -> Readings:
     """Return the readings with what was read back when a device was made safe."""
-    after = _with(known, event.read_back, _units(known), event.utc)
+    after = _with(readings, event.read_back, _units(readings), event.utc)
     return {
-        name: each.model_copy(update={"set": None}) if name in event.read_back else each
-        for name, each in after.items()
+        name: reading.model_copy(update={"set": None}) if name in event.read_back else reading
+        for name, reading in after.items()
     }
 
 
-def readings_now(known: Readings, values: Mapping[str, float], utc: str) -> Readings:
-    """Return the readings with what is read now of those that are known."""
-    own = {name: value for name, value in values.items() if name in known}
-    return _with(known, own, _units(known), utc)
+def readings_now(readings: Readings, values: Mapping[str, float], utc: str) -> Readings:
+    """Return the readings with the new values of those that are already there."""
+    shown = {name: value for name, value in values.items() if name in readings}
+    return _with(readings, shown, _units(readings), utc)
 
 
-def _units(known: Readings) -> Units:
+def _units(readings: Readings) -> Units:
     return Units(
-        {name: each.unit for name, each in known.items()},
-        {name: each.shown_in for name, each in known.items()},
+        {name: reading.unit for name, reading in readings.items()},
+        {name: reading.shown_in for name, reading in readings.items()},
     )
 
 
-def _with(known: Readings, values: Mapping[str, float], units: Units, utc: str) -> Readings:
-    found = {}
+def _with(readings: Readings, values: Mapping[str, float], units: Units, utc: str) -> Readings:
+    changed = {}
     for name, value in values.items():
         now = Reading.of(value, units.si.get(name, ""), units.shown_in.get(name, ""), utc)
-        before = known.get(name)
-        found[name] = now if before is None else now.model_copy(update={"set": before.set})
-    return {**known, **found}
+        before = readings.get(name)
+        changed[name] = now if before is None else now.model_copy(update={"set": before.set})
+    return {**readings, **changed}

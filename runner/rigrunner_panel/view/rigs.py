@@ -6,7 +6,7 @@ from rigrunner_panel.view.sections import Phase, Section, StepView
 
 
 class RigView(Section):
-    """One rig in a few words; its own state says the rest."""
+    """A summary of one rig; the rest is in its own state."""
 
     station: str
     """The name by which requests name the rig."""
@@ -30,7 +30,7 @@ class RigView(Section):
     done_s: int = 0
     left_s: int = 0
     waits_for: str = ""
-    """What a person is asked, or why the run is paused."""
+    """The question to a person, or why the run is paused."""
     alarms: tuple[str, ...] = ()
     """Those that are active."""
     outcome: str = ""

@@ -1,4 +1,4 @@
-"""The sections of the state, as they go to the screen; docs/reference/panel-api.md says more."""
+"""The sections of the state, as sent to screens; see docs/reference/panel-api.md."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class Value(Section):
 
 
 class Control(Section):
-    """Who may steer."""
+    """The client in control."""
 
     client: str
     name: str
@@ -54,7 +54,7 @@ class Control(Section):
 
 
 class JobView(Section):
-    """What was asked for."""
+    """The requested job."""
 
     kind: Literal["preflight", "run", "manual"]
     procedure: str
@@ -69,7 +69,7 @@ class JobView(Section):
 
 
 class PreflightItem(Section):
-    """One thing that was looked at before a run."""
+    """One check before a run."""
 
     kind: Literal["device", "calibration", "partner", "zero", "disk", "interlock", "procedure"]
     name: str
@@ -82,7 +82,7 @@ class PreflightItem(Section):
 
 
 class Preflight(Section):
-    """What was looked at, and whether a run may start."""
+    """The checks before a run, and whether it may start."""
 
     procedure: str
     station: str
@@ -93,12 +93,12 @@ class Preflight(Section):
 
     @classmethod
     def of(cls, job: JobView, items: tuple[PreflightItem, ...], *, done: bool = False) -> Self:
-        """Return what a preflight has found so far."""
+        """Return the preflight with its items so far."""
         return cls(
             procedure=job.procedure,
             station=job.station,
             done=done,
-            may_start=done and all(each.state != "fail" for each in items),
+            may_start=done and all(item.state != "fail" for item in items),
             checked_utc=job.started_utc,
             items=items,
         )
@@ -185,8 +185,8 @@ class ChannelView(Section):
     def read(self, value: float, utc: str, interval_s: float | None = None) -> ChannelView:
         """Return the channel with a new value, in its SI unit."""
         shown = Reading.of(value, self.si, self.unit).shown
-        known = {"value": shown, "utc": utc, "interval_s": interval_s or self.interval_s}
-        return self.model_copy(update=known)
+        update = {"value": shown, "utc": utc, "interval_s": interval_s or self.interval_s}
+        return self.model_copy(update=update)
 
 
 class PromptView(Section):
@@ -201,7 +201,7 @@ class PromptView(Section):
     unit: str
     picture: str
     accepts: SkipValidation[Expected] = Field(Expected(), exclude=True, repr=False)
-    """By which the panel itself looks at an answer; no screen is sent it."""
+    """Validates answers in the panel itself; not sent to screens."""
 
 
 class PauseView(Section):
@@ -238,7 +238,7 @@ class CheckView(Section):
 
 
 class ResultView(Section):
-    """One value of a named result of any quantity, and what it may be there."""
+    """One value of a named result of any quantity, with its limits there."""
 
     name: str
     text: str
@@ -250,12 +250,12 @@ class ResultView(Section):
     U: float | None
     readings: int
     lower: float | None = None
-    """What it may be, in its unit; None where there is no such limit."""
+    """Its limits, in its unit; None if there is no such limit."""
     upper: float | None = None
     uncorrected: float | None = None
     """Its value without the correction of the analysis, if that has one."""
     is_ongoing: bool = False
-    """Whether its recording continues, or is not kept: it is of the latest readings."""
+    """Whether it is of the latest readings of a recording in progress, or of one not stored."""
 
 
 class LiveView(Section):

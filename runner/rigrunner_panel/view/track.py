@@ -60,24 +60,24 @@ class Track:
         if self._is(self._index, RUNNING):
             self._states[self._index] = FAILED
 
-    def recorded(self, seconds: float) -> None:
-        """So much of the recording is there."""
+    def set_recorded(self, seconds: float) -> None:
+        """Set how many seconds of the recording are there."""
         self._recorded_s = seconds
 
-    def scanned(self, points: int) -> None:
-        """Add the number of points of the scan that were read."""
+    def set_scanned(self, points: int) -> None:
+        """Set how many points of the scan were read."""
         self._scanned = points
 
     def skip(self) -> None:
         """Leave out what is to come of the set-point that the run is at."""
-        at = self._index + 1 if self._is(self._index, DONE) else self._index
-        if not 0 <= at < len(self._steps):
+        index = self._index + 1 if self._is(self._index, DONE) else self._index
+        if not 0 <= index < len(self._steps):
             return
-        point = self._steps[at].point
-        while at < len(self._steps) and self._steps[at].point == point:
-            if not self._is(at, DONE):
-                self._states[at] = SKIPPED
-            at += 1
+        point = self._steps[index].point
+        while index < len(self._steps) and self._steps[index].point == point:
+            if not self._is(index, DONE):
+                self._states[index] = SKIPPED
+            index += 1
             # Without a set-point the step alone is left out.
             if not point:
                 return
@@ -86,19 +86,19 @@ class Track:
         """Return how far it is; `now_s` lets the running step take its time between events."""
         step = self._steps[self._index] if 0 <= self._index < len(self._steps) else None
         running = step is not None and self._is(self._index, RUNNING)
-        over_s = sum(
-            each.estimated_s
-            for each, state in zip(self._steps, self._states, strict=True)
+        done_s = sum(
+            planned.estimated_s
+            for planned, state in zip(self._steps, self._states, strict=True)
             if state in (DONE, SKIPPED, FAILED)
         )
         if step is not None and running:
-            over_s += min(self._part_s(step, now_s), step.estimated_s)
+            done_s += min(self._part_s(step, now_s), step.estimated_s)
         return Progress(
             index=self._index,
             states="".join(self._states),
-            done_s=round(over_s, _ROUND),
+            done_s=round(done_s, _ROUND),
             estimated_s=round(self._estimated_s, _ROUND),
-            left_s=round(max(self._estimated_s - over_s, 0.0), _ROUND),
+            left_s=round(max(self._estimated_s - done_s, 0.0), _ROUND),
             recording=self._recording if running else "",
             recording_s=step.estimated_s if step is not None and self._recording else 0.0,
             recording_done_s=round(self._recorded_s, _ROUND) if running else 0.0,

@@ -1,1 +1,1 @@
-"""The HTTP side: who may ask, what is asked, and what is answered."""
+"""The HTTP side: access, requests and responses."""

@@ -1,4 +1,4 @@
-"""What is answered."""
+"""The bodies of responses."""
 
 from __future__ import annotations
 
@@ -129,7 +129,7 @@ class ExpectedReading(BaseModel):
 
 
 class InputItem(BaseModel):
-    """What a procedure asks at the start."""
+    """An input of a procedure."""
 
     name: str
     ask: str
@@ -227,7 +227,7 @@ class LanguageSchema(RootModel[dict[str, Any]]):
 
 
 class InputAnswer(BaseModel):
-    """Whether an answer would be taken; `value` is how it would stand on record."""
+    """Whether an answer would be accepted; `value` is how it would be recorded."""
 
     ok: bool
     value: str = ""
@@ -329,7 +329,7 @@ class OverlayAnswer(BaseModel):
     results: tuple[Figure, ...]
     rows: list[OverlayRow]
     curve: Figure | None
-    """The channel that was asked for, over time."""
+    """The requested channel over time."""
 
 
 class ArchiveUpdated(BaseModel):

@@ -19,11 +19,11 @@ from starlette.routing import Match, Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 
 from rigrunner.api.errors import RigrunnerError
-from rigrunner_panel.errors import ErrorView, PanelError, not_found, of_ours
-from rigrunner_panel.web.asked import API, Asked
+from rigrunner_panel.errors import ErrorView, PanelError, not_found, panel_error
 from rigrunner_panel.web.connections import REQUEST_S
 from rigrunner_panel.web.hub import Hub
 from rigrunner_panel.web.openapi import description
+from rigrunner_panel.web.operation import API, ApiRequest
 from rigrunner_panel.web.operations import OPERATIONS
 from rigrunner_panel.web.security import CLIENT, Guard
 
@@ -34,12 +34,12 @@ if TYPE_CHECKING:
     from starlette.types import ASGIApp, Receive, Scope, Send
     from starlette.websockets import WebSocket
 
-    from rigrunner_panel.web.asked import Operation
+    from rigrunner_panel.web.operation import Operation
     from rigrunner_panel.web.panel import Panel, Rig
 
 STATIC = Path(__file__).parent.parent / "static"
 URGENT_THREADS = 8
-"""For Stop alone: it must not wait for requests that wait for a disk or a lock."""
+"""For Stop only: it must not wait for requests that wait for a disk or a lock."""
 LONGEST_QUERY = 1000
 """Characters of a value in the query; Python reads no number of more than 4300 digits."""
 FILE_POLICY = (
@@ -67,23 +67,23 @@ def make_app(panel: Panel) -> Starlette:
         if not CLIENT.fullmatch(client):
             await socket.close(4400, "the query has no client id")
             return
-        named = socket.query_params.get("rig", "")
+        name = socket.query_params.get("rig", "")
         try:
-            rig = await run_in_threadpool(panel.rig, named) if named else panel.only_rig()
+            rig = await run_in_threadpool(panel.rig, name) if name else panel.only_rig()
         except PanelError as error:
             await socket.close(4000 + error.status, "there is no such station")
             return
         await hub.serve(socket, client, rig)
 
-    known = [
+    api_routes = [
         Route(f"{API}/openapi.json", _openapi, methods=["GET"]),
-        *(_route(panel, each) for each in OPERATIONS),
+        *(_route(panel, operation) for operation in OPERATIONS),
     ]
     routes = [
-        *known,
+        *api_routes,
         WebSocketRoute(f"{API}/events", events),
         WebSocketRoute("/{path:path}", _no_such_socket),
-        Mount("/api", _unknown(known)),
+        Mount("/api", _unknown(api_routes)),
         Mount("/", StaticFiles(directory=STATIC, html=True)),
     ]
     return Starlette(
@@ -100,69 +100,70 @@ def make_app(panel: Panel) -> Starlette:
 
 
 def _route(panel: Panel, operation: Operation) -> Route:
-    own_threads: list[CapacityLimiter] = []  # made where the event loop is known
+    own_threads: list[CapacityLimiter] = []  # created in the event loop
 
     async def endpoint(request: Request) -> Response:
-        named = request.query_params.get("rig", "")
+        name = request.query_params.get("rig", "")
         rig: Rig | None = None
-        body = await _given(request, operation)
+        body = await _read_body(request, operation)
         if operation.of_rig:
-            rig = await run_in_threadpool(_rig, panel, named, body)
-        asked = _asked(request, panel, rig, operation, body)
+            rig = await run_in_threadpool(_rig, panel, name, body)
+        api_request = _api_request(request, panel, rig, operation, body)
         if operation.urgent and not own_threads:
             own_threads.append(CapacityLimiter(URGENT_THREADS))
         limiter = own_threads[0] if operation.urgent else None
-        found = await to_thread.run_sync(operation.handler, rig or panel, asked, limiter=limiter)
-        return _answer(found, operation.status)
+        handler, target = operation.handler, rig or panel
+        content = await to_thread.run_sync(handler, target, api_request, limiter=limiter)
+        return _answer(content, operation.status)
 
     return Route(operation.path, endpoint, methods=[operation.method])
 
 
-async def _given(request: Request, operation: Operation) -> BaseModel | None:
+async def _read_body(request: Request, operation: Operation) -> BaseModel | None:
     """Return the body of a request that changes something; raise PanelError."""
     if operation.method != "POST":
         return None
     if not CLIENT.fullmatch(request.headers.get("x-rigrunner-client", "")):
         hint = "8 to 64 letters, digits, - and _, chosen at random by the client"
         raise PanelError(400, "bad_request", "X-Rigrunner-Client is missing or wrong", hint)
-    return _parsed(await _body(request, operation.longest), operation.body)
+    return _parse(await _content(request, operation.longest), operation.body)
 
 
-def _rig(panel: Panel, named: str, body: BaseModel | None) -> Rig:
-    """Return the rig that is meant, by the query, the body, or as the only one."""
-    of_body = getattr(body, "station", "")
-    if named and of_body and named != of_body:
+def _rig(panel: Panel, name: str, body: BaseModel | None) -> Rig:
+    """Return the rig that the query or the body names, or else the only one."""
+    station = getattr(body, "station", "")
+    if name and station and name != station:
         message = (
-            f"got the rig '{named[:80]}' in the query and the station '{of_body[:80]}' in the body"
+            f"got the rig '{name[:80]}' in the query and the station '{station[:80]}' in the body"
         )
         raise PanelError(400, "bad_request", message, "name the same one, or only one of them")
-    rig = panel.rig(named or of_body) if named or of_body else panel.only_rig()
+    rig = panel.rig(name or station) if name or station else panel.only_rig()
     if rig is None:
         hint = "GET /api/v1/rigs names them"
         raise PanelError(400, "bad_request", "name the rig: ?rig=...", hint)
     return rig
 
 
-def _asked(
+def _api_request(
     request: Request,
     panel: Panel,
     rig: Rig | None,
     operation: Operation,
     body: BaseModel | None,
-) -> Asked:
+) -> ApiRequest:
     client = request.headers.get("x-rigrunner-client", "")
     if operation.steers:
-        by = panel.steering(client) if rig is None else rig.control.required(client)
+        by = panel.steering_name(client) if rig is None else rig.control.require(client)
     else:
         by = panel.name_of(client)
     query = dict(request.query_params)
     if any(len(text) > LONGEST_QUERY for text in query.values()):
         message = f"a value of the query is longer than {LONGEST_QUERY} characters"
         raise PanelError(400, "bad_request", message)
-    return Asked(body, query, request.path_params, client, by)
+    return ApiRequest(body, query, request.path_params, client, by)
 
 
-async def _body(request: Request, longest: int) -> bytes:
+async def _content(request: Request, longest: int) -> bytes:
     """Return the body; raise PanelError for one that is not JSON by its name, or too long."""
     kind = request.headers.get("content-type", "").partition(";")[0].strip().casefold()
     if kind != "application/json":
@@ -180,38 +181,38 @@ async def _body(request: Request, longest: int) -> bytes:
     return bytes(content)
 
 
-def _parsed(content: bytes, model: type[BaseModel] | None) -> BaseModel | None:
+def _parse(content: bytes, model: type[BaseModel] | None) -> BaseModel | None:
     if model is None:
         return None
     try:
         return model.model_validate_json(content)
     except ValidationError as error:
-        told = "; ".join(_words(each) for each in error.errors(include_url=False)[:10])
+        problems = "; ".join(_words(problem) for problem in error.errors(include_url=False)[:10])
         hint = "GET /api/v1/openapi.json describes it"
-        message = f"the body is invalid: {told}"
+        message = f"the body is invalid: {problems}"
         raise PanelError(400, "bad_request", message, hint) from error
 
 
 def _words(error: Any) -> str:
-    where = ".".join(str(each) for each in error["loc"])
+    where = ".".join(str(part) for part in error["loc"])
     return f"{where}: {error['msg']}" if where else str(error["msg"])
 
 
-def _answer(found: BaseModel | str | Path, status: int) -> Response:
-    """Return an answer, which may be JSON already, or a file."""
-    if isinstance(found, Path):
-        return FileResponse(found, headers={"Content-Security-Policy": FILE_POLICY})
-    text = found if isinstance(found, str) else found.model_dump_json()
+def _answer(content: BaseModel | str | Path, status: int) -> Response:
+    """Return a response with a model, JSON text or a file."""
+    if isinstance(content, Path):
+        return FileResponse(content, headers={"Content-Security-Policy": FILE_POLICY})
+    text = content if isinstance(content, str) else content.model_dump_json()
     return Response(text, status, media_type="application/json")
 
 
-def _unknown(known: list[Route]) -> ASGIApp:
-    """Return what answers a path that the API does not have, or not with that method."""
+def _unknown(routes: list[Route]) -> ASGIApp:
+    """Return an app that refuses a path or method that the API does not have."""
 
     async def refuse(scope: Scope, _: Receive, __: Send) -> None:
-        whole = {**scope, "root_path": ""}
-        fitting = [each for each in known if each.matches(whole)[0] is Match.PARTIAL]
-        allowed = sorted(method for each in fitting for method in each.methods or ())
+        full_scope = {**scope, "root_path": ""}
+        partial = [route for route in routes if route.matches(full_scope)[0] is Match.PARTIAL]
+        allowed = sorted(method for route in partial for method in route.methods or ())
         if allowed:
             message = f"got {scope['method']}, expected {' or '.join(allowed)}"
             raise HTTPException(405, message, {"Allow": ", ".join(allowed)})
@@ -236,7 +237,7 @@ async def _panel_error(_: Request, error: Exception) -> Response:
 
 async def _our_error(request: Request, error: Exception) -> Response:
     assert isinstance(error, RigrunnerError)  # noqa: S101  (Starlette calls it for no other)
-    return await _panel_error(request, of_ours(error))
+    return await _panel_error(request, panel_error(error))
 
 
 async def _http_error(_: Request, error: Exception) -> Response:

@@ -32,28 +32,29 @@ if TYPE_CHECKING:
     from rigrunner.api.certificate import Certificate
     from rigrunner.documents.certifying.office import Issued
     from rigrunner.documents.verifying.verification import Verification
-    from rigrunner_panel.web.asked import Asked
+    from rigrunner_panel.web.operation import ApiRequest
     from rigrunner_panel.web.panel import Panel
     from rigrunner_panel.web.requests import AskAmendment, AskCertificate, AskSignature
 
 LONGEST = 20_000_000
-"""Bytes of a file that is looked at for a certificate."""
+"""The most bytes of a file that is read as a certificate."""
 
 
-def certificates(panel: Panel, asked: Asked) -> Certificates:
+def certificates(panel: Panel, request: ApiRequest) -> Certificates:
     """Return the certificates in a run's folder, oldest first."""
-    name = asked.path["run"]
-    items = [_item(panel, name, path, each) for path, each in _in(panel.history.folder(name))]
+    name = request.path["run"]
+    folder = panel.history.folder(name)
+    items = [_item(panel, name, path, each) for path, each in _certificates_in(folder)]
     key = panel.settings.signing_key is not None
-    ordered = sorted(items, key=lambda each: (each.issued_utc, each.number))
+    ordered = sorted(items, key=lambda item: (item.issued_utc, item.number))
     return Certificates(items=ordered, can_sign=key)
 
 
-def issue(panel: Panel, asked: Asked) -> IssuedAnswer:
+def issue(panel: Panel, request: ApiRequest) -> IssuedAnswer:
     """Issue a certificate on a stored run, under the laboratory's letterhead."""
-    body: AskCertificate = asked.body
-    name = asked.path["run"]
-    request = Request(
+    body: AskCertificate = request.body
+    name = request.path["run"]
+    certification = Request(
         letterhead=panel.settings.letterhead,
         order=Order(),
         authorisation=Authorisation(by=body.authorised_by.strip(), role=body.role.strip()),
@@ -62,46 +63,46 @@ def issue(panel: Panel, asked: Asked) -> IssuedAnswer:
         given=body.order,
         further_copy=body.further_copy,
     )
-    issued = certify(panel.history.folder(name), request, load_registry(), panel.now())
-    return _issued(panel, name, issued)
+    issued = certify(panel.history.folder(name), certification, load_registry(), panel.now())
+    return _issued_answer(panel, name, issued)
 
 
-def change(panel: Panel, asked: Asked) -> IssuedAnswer:
+def change(panel: Panel, request: ApiRequest) -> IssuedAnswer:
     """Issue a document that replaces a certificate; what is not given stays as it is."""
-    body: AskAmendment = asked.body
-    name = asked.path["run"]
-    request = AmendRequest(
+    body: AskAmendment = request.body
+    name = request.path["run"]
+    amendment = AmendRequest(
         letterhead=panel.settings.letterhead,
         reason=body.reason.strip(),
         authorisation=Authorisation(by=body.authorised_by.strip(), role=body.role.strip()),
         given={key: text for key, text in body.order.items() if text.strip()},
     )
-    issued = amend(_file(panel, asked), request, load_registry(), panel.now())
-    return _issued(panel, name, issued)
+    issued = amend(_file(panel, request), amendment, load_registry(), panel.now())
+    return _issued_answer(panel, name, issued)
 
 
-def verify(panel: Panel, asked: Asked) -> VerificationAnswer:
+def verify(panel: Panel, request: ApiRequest) -> VerificationAnswer:
     """Verify a certificate, and compute its numbers again from the samples."""
-    path = _file(panel, asked)
-    signed = signature_file_of(path).is_file()  # what is not signed yet is whole nevertheless
+    path = _file(panel, request)
+    signed = signature_file_of(path).is_file()  # an unsigned certificate may be valid
     means = Means(
-        run=panel.history.folder(asked.path["run"]),
+        run=panel.history.folder(request.path["run"]),
         runs=panel.settings.runs,
         registry=load_registry(),
-        trusted=_trusted(panel) if signed else (),
+        trusted=_trusted_keys(panel) if signed else (),
         letterhead=panel.settings.letterhead,
     )
-    return _told(verify_certificate(path, means))
+    return _verification(verify_certificate(path, means))
 
 
-def verify_stored(panel: Panel, asked: Asked) -> VerificationAnswer:
+def verify_stored(panel: Panel, request: ApiRequest) -> VerificationAnswer:
     """Verify a stored run, and compute its result again from the samples."""
-    return _told(verify_run(panel.history.folder(asked.path["run"]), load_registry()))
+    return _verification(verify_run(panel.history.folder(request.path["run"]), load_registry()))
 
 
-def sign_one(panel: Panel, asked: Asked) -> SignedAnswer:
+def sign_certificate(panel: Panel, request: ApiRequest) -> SignedAnswer:
     """Sign a certificate with the key that the panel was started with."""
-    body: AskSignature = asked.body
+    body: AskSignature = request.body
     if panel.settings.signing_key is None:
         hint = "start the panel with --signing-key"
         raise PanelError(409, "wrong_state", "this panel has no key to sign with", hint)
@@ -111,11 +112,11 @@ def sign_one(panel: Panel, asked: Asked) -> SignedAnswer:
         letterhead=panel.settings.letterhead,
         passphrase=body.passphrase,
     )
-    made = sign(_file(panel, asked), signer, load_registry(), panel.now())
-    return SignedAnswer(files=panel.links(asked.path["run"], [made]))
+    signature = sign(_file(panel, request), signer, load_registry(), panel.now())
+    return SignedAnswer(files=panel.links(request.path["run"], [signature]))
 
 
-def _in(folder: Path) -> Iterator[tuple[Path, Certificate]]:
+def _certificates_in(folder: Path) -> Iterator[tuple[Path, Certificate]]:
     """Yield the certificates of a folder with their files."""
     for path in folder.glob("*.json"):
         with suppress(DataError, OSError):
@@ -124,53 +125,53 @@ def _in(folder: Path) -> Iterator[tuple[Path, Certificate]]:
             yield path, parse_certificate(path.read_bytes(), path.name)
 
 
-def _item(panel: Panel, run: str, path: Path, found: Certificate) -> CertificateItem:
-    numbers = Numbers(panel.settings.letterhead, prefix_of(found.number))
+def _item(panel: Panel, run: str, path: Path, certificate: Certificate) -> CertificateItem:
+    numbers = Numbers(panel.settings.letterhead, prefix_of(certificate.number))
     signature = signature_file_of(path)
     files = [*paths_of(path), *([signature] if signature.is_file() else [])]
     return CertificateItem(
-        number=found.number,
-        issued_utc=found.issued_utc,
-        by=found.authorisation.by,
-        for_certification=not found.restrictions,
-        amends="" if found.amends is None else found.amends.number,
-        reason="" if found.amends is None else found.amends.reason,
-        replaced_by=numbers.replaced_by(found.number),
+        number=certificate.number,
+        issued_utc=certificate.issued_utc,
+        by=certificate.authorisation.by,
+        for_certification=not certificate.restrictions,
+        amends="" if certificate.amends is None else certificate.amends.number,
+        reason="" if certificate.amends is None else certificate.amends.reason,
+        replaced_by=numbers.replaced_by(certificate.number),
         signed=signature.is_file(),
         files=panel.links(run, files),
     )
 
 
-def _file(panel: Panel, asked: Asked) -> Path:
+def _file(panel: Panel, request: ApiRequest) -> Path:
     """Return the JSON of the certificate of that number in a run's folder; raise PanelError."""
-    number = asked.path["number"]
-    for path, found in _in(panel.history.folder(asked.path["run"])):
-        if found.number == number:
+    number = request.path["number"]
+    for path, certificate in _certificates_in(panel.history.folder(request.path["run"])):
+        if certificate.number == number:
             return path
     raise not_found(f"the run has no certificate '{number[:80]}'")
 
 
-def _issued(panel: Panel, run: str, issued: Issued) -> IssuedAnswer:
+def _issued_answer(panel: Panel, run: str, issued: Issued) -> IssuedAnswer:
     links = panel.links(run, issued.files)
     return IssuedAnswer(number=issued.certificate.number, files=links, notes=issued.notes)
 
 
-def _trusted(panel: Panel) -> tuple[Path, ...]:
-    """Return the public half of the panel's key, where it lies beside it."""
+def _trusted_keys(panel: Panel) -> tuple[Path, ...]:
+    """Return the public half of the panel's key, if it is beside it."""
     key = panel.settings.signing_key
     public = None if key is None else key.with_name(f"{key.name}.pub")
     return (public,) if public is not None and public.is_file() else ()
 
 
-def _told(found: Verification) -> VerificationAnswer:
+def _verification(verification: Verification) -> VerificationAnswer:
     return VerificationAnswer(
-        matches=found.matches,
-        conclusion=found.conclusion,
-        held=found.held,
-        differences=found.differences,
-        replaced=found.replaced,
-        unproven=found.unproven,
-        not_recomputed=found.not_recomputed,
-        unchecked=found.unchecked,
-        information=found.information,
+        matches=verification.matches,
+        conclusion=verification.conclusion,
+        held=verification.held,
+        differences=verification.differences,
+        replaced=verification.replaced,
+        unproven=verification.unproven,
+        not_recomputed=verification.not_recomputed,
+        unchecked=verification.unchecked,
+        information=verification.information,
     )

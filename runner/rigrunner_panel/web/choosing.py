@@ -1,4 +1,4 @@
-"""What there is to choose, what it would do, and what it asks."""
+"""The procedures and stations to choose, the plan of a run, and its inputs."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from rigrunner.run.partners import each_partner
 from rigrunner.run.planning import planned_run
 from rigrunner_panel.errors import not_found
 from rigrunner_panel.jobs.preflight import free_bytes, needed_bytes
-from rigrunner_panel.view.of_plan import plan_view
+from rigrunner_panel.view.plan import plan_view
 from rigrunner_panel.web.answers import (
     ExpectedReading,
     InputAnswer,
@@ -37,50 +37,50 @@ if TYPE_CHECKING:
 
     from rigrunner.run.prepare import Planned
     from rigrunner_panel.catalogue import Entry
-    from rigrunner_panel.web.asked import Asked
+    from rigrunner_panel.web.operation import ApiRequest
     from rigrunner_panel.web.panel import Panel
     from rigrunner_panel.web.requests import AskPlan, CheckInput, Pair
 
 
-def procedures(panel: Panel, asked: Asked) -> Procedures:
+def procedures(panel: Panel, request: ApiRequest) -> Procedures:
     """Return the procedures, last used first."""
-    # Oldest first: of each the latest start is what stays.
-    used = {each.procedure: each.started_utc for each in reversed(list(panel.history.items()))}
+    # Oldest first, so that the latest start of each remains.
+    used = {run.procedure: run.started_utc for run in reversed(list(panel.history.items()))}
     items = [
         ProcedureItem(
-            name=each.name,
-            id=each.id,
-            title=each.title,
-            note=each.note,
-            shipped=each.shipped,
-            last_used_utc=used.get(each.id, ""),
-            problem=each.problem,
+            name=entry.name,
+            id=entry.id,
+            title=entry.title,
+            note=entry.note,
+            shipped=entry.shipped,
+            last_used_utc=used.get(entry.id, ""),
+            problem=entry.problem,
         )
-        for each in _found(panel.catalogue.entries("procedure"), asked)
+        for entry in _matching(panel.catalogue.entries("procedure"), request)
     ]
-    return Procedures(items=sorted(items, key=lambda each: each.last_used_utc, reverse=True))
+    return Procedures(items=sorted(items, key=lambda item: item.last_used_utc, reverse=True))
 
 
-def stations(panel: Panel, asked: Asked) -> Stations:
+def stations(panel: Panel, request: ApiRequest) -> Stations:
     """Return the stations, last used first."""
-    used = {each.station: each.started_utc for each in reversed(list(panel.history.items()))}
+    used = {run.station: run.started_utc for run in reversed(list(panel.history.items()))}
     items = [
         StationItem(
-            name=each.name,
-            id=each.id,
-            title=each.title,
-            shipped=each.shipped,
-            last_used_utc=used.get(each.id, ""),
-            problem=each.problem,
+            name=entry.name,
+            id=entry.id,
+            title=entry.title,
+            shipped=entry.shipped,
+            last_used_utc=used.get(entry.id, ""),
+            problem=entry.problem,
         )
-        for each in _found(panel.catalogue.entries("station"), asked)
+        for entry in _matching(panel.catalogue.entries("station"), request)
     ]
-    return Stations(items=sorted(items, key=lambda each: each.last_used_utc, reverse=True))
+    return Stations(items=sorted(items, key=lambda item: item.last_used_utc, reverse=True))
 
 
-def plan(panel: Panel, asked: Asked) -> PlanAnswer:
+def plan(panel: Panel, request: ApiRequest) -> PlanAnswer:
     """Return what a run would do; nothing is connected."""
-    body: AskPlan = asked.body
+    body: AskPlan = request.body
     planned = planned_run(*files(panel, body), text=body.text)
     model, prediction = planned.procedure.model, planned.prediction()
     view = plan_view(planned.plan, planned.devices)
@@ -104,7 +104,8 @@ def plan(panel: Panel, asked: Asked) -> PlanAnswer:
         disk_free_bytes=free_bytes(panel.settings.runs),
         steps=view.steps,
         readings=tuple(
-            ExpectedReading(**asdict(each), share=each.share) for each in prediction.readings
+            ExpectedReading(**asdict(reading), share=reading.share)
+            for reading in prediction.readings
         ),
         inputs=tuple(_inputs(planned)),
         partners=tuple(_partners(planned, panel.settings.runs)),
@@ -112,9 +113,9 @@ def plan(panel: Panel, asked: Asked) -> PlanAnswer:
     )
 
 
-def check_input(panel: Panel, asked: Asked) -> InputAnswer:
-    """Say whether an answer would be taken; an empty one would not."""
-    body: CheckInput = asked.body
+def check_input(panel: Panel, request: ApiRequest) -> InputAnswer:
+    """Return whether an answer would be accepted; an empty one would not."""
+    body: CheckInput = request.body
     procedure = load_procedure(panel.catalogue.path("procedure", body.procedure))
     if body.input not in procedure.inputs:
         raise not_found(f"the procedure has no input '{body.input}'")
@@ -138,35 +139,35 @@ def files(panel: Panel, pair: Pair) -> tuple[Path, Path]:
     )
 
 
-def _found(entries: list[Entry], asked: Asked) -> list[Entry]:
-    words = asked.query.get("search", "").casefold().split()
+def _matching(entries: list[Entry], request: ApiRequest) -> list[Entry]:
+    words = request.query.get("search", "").casefold().split()
     return [
-        each
-        for each in entries
-        if all(word in f"{each.name} {each.id} {each.title}".casefold() for word in words)
+        entry
+        for entry in entries
+        if all(word in f"{entry.name} {entry.id} {entry.title}".casefold() for word in words)
     ]
 
 
 def _inputs(planned: Planned) -> Iterator[InputItem]:
-    for name, each in planned.procedure.inputs.items():
-        expected = each.expected
+    for name, definition in planned.procedure.inputs.items():
+        expected = definition.expected
         yield InputItem(
             name=name,
-            ask=each.ask,
+            ask=definition.ask,
             choices=expected.choices,
             unit=expected.unit,
             expected=expected.words,
-            unattended=each.unattended,
+            unattended=definition.unattended,
         )
 
 
 def _partners(planned: Planned, runs: Path) -> Iterator[Partner]:
-    for name, found in each_partner(planned, runs):
+    for name, result in each_partner(planned, runs):
         words = partner_words(name)
-        if isinstance(found, RigrunnerError):
-            yield Partner(name=name, words=words, problem=found.message, hint=found.hint)
+        if isinstance(result, RigrunnerError):
+            yield Partner(name=name, words=words, problem=result.message, hint=result.hint)
         else:
-            yield Partner(name=name, words=words, run=found.name)
+            yield Partner(name=name, words=words, run=result.name)
 
 
 def _warnings(planned: Planned) -> Iterator[str]:

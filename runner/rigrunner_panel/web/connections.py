@@ -53,7 +53,7 @@ class Bounded(H11Protocol):
 
     def _others(self) -> int:
         host = self.client[0] if self.client else ""
-        clients = [getattr(each, "client", None) for each in self.connections]
+        clients = [getattr(connection, "client", None) for connection in self.connections]
         return [client[0] for client in clients if client].count(host) - 1
 
     def _is_busy(self) -> bool:

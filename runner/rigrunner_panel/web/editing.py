@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from rigrunner.run.approval import ApprovalState
     from rigrunner.runfile import RunHeader
     from rigrunner.tools.comparing.compare import Comparison
-    from rigrunner_panel.web.asked import Asked
+    from rigrunner_panel.web.operation import ApiRequest
     from rigrunner_panel.web.panel import Panel
     from rigrunner_panel.web.requests import (
         ApproveProcedure,
@@ -49,15 +49,15 @@ MOST_RUNS = 200
 """Of a procedure, among which the approved text is looked for, newest first."""
 
 
-def text(panel: Panel, asked: Asked) -> OpenedProcedure:
+def text(panel: Panel, request: ApiRequest) -> OpenedProcedure:
     """Return the text of a procedure, and whether it is approved as it stands."""
-    name = asked.query.get("name", "")
-    found, last = panel.files.read(name), panel.editing.last_change(name)
-    state, problem = _state(found.path)
+    name = request.query.get("name", "")
+    file, last = panel.files.read(name), panel.editing.last_change(name)
+    state, problem = _state(file.path)
     return OpenedProcedure(
         name=name,
-        text=found.text,
-        digest=found.digest,
+        text=file.text,
+        digest=file.digest,
         shipped=panel.files.is_shipped(name),
         changed_utc=last.utc,
         changed_by=last.by,
@@ -67,22 +67,22 @@ def text(panel: Panel, asked: Asked) -> OpenedProcedure:
     )
 
 
-def edit(panel: Panel, asked: Asked) -> Done:
+def edit(panel: Panel, request: ApiRequest) -> Done:
     """Tell others that a procedure is being edited."""
-    body: EditProcedure = asked.body
-    panel.editing.open(asked.client, body.procedure, body.by.strip(), panel.now())
+    body: EditProcedure = request.body
+    panel.editing.open(request.client, body.procedure, body.by.strip(), panel.now())
     return Done()
 
 
-def leave(panel: Panel, asked: Asked) -> Done:
+def leave(panel: Panel, request: ApiRequest) -> Done:
     """Tell others that it is no longer edited."""
-    panel.editing.leave(asked.client)
+    panel.editing.leave(request.client)
     return Done()
 
 
-def check(panel: Panel, asked: Asked) -> CheckedProcedure:
+def check(panel: Panel, request: ApiRequest) -> CheckedProcedure:
     """Check a text as `rigrunner check` does: alone, or on a station."""
-    body: CheckText = asked.body
+    body: CheckText = request.body
     path = panel.files.place(body.procedure)
     try:
         if body.station:
@@ -93,52 +93,52 @@ def check(panel: Panel, asked: Asked) -> CheckedProcedure:
             loaded = checked_alone(path, body.text)
         state = approval_state(loaded)
     except InvalidFileError as error:
-        found = [_placed(each, path) for each in error.problems]
-        return CheckedProcedure(ok=False, problems=found, approval="", state="draft")
+        problems = [_placed_problem(problem, path) for problem in error.problems]
+        return CheckedProcedure(ok=False, problems=problems, approval="", state="draft")
     except RigrunnerError as error:
         problem = PlacedProblem(message=error.message, hint=error.hint)
         return CheckedProcedure(ok=False, problems=[problem], approval="", state="draft")
     return CheckedProcedure(ok=True, problems=[], approval=state.sentence(), state=state.state)
 
 
-def compare(panel: Panel, asked: Asked) -> ProcedureComparison:
+def compare(panel: Panel, request: ApiRequest) -> ProcedureComparison:
     """Return in words what a text changes: of its file, or of what was approved or run last."""
-    body: CompareText = asked.body
+    body: CompareText = request.body
     path = panel.files.place(body.procedure)
     now = load_procedure(path, text=body.text)
     if body.against == "file":
-        return _compared("file", "", compare_procedures(load_procedure(path), now))
+        return _comparison("file", "", compare_procedures(load_procedure(path), now))
     against, header = _reference(panel, now, path)
     if header is None:
         return ProcedureComparison(against=against, run="", same=False, verdict="", changes=[])
-    return _compared(against, header.run_id, compare_with_run(header, now))
+    return _comparison(against, header.run_id, compare_with_run(header, now))
 
 
-def save(panel: Panel, asked: Asked) -> SavedProcedure:
+def save(panel: Panel, request: ApiRequest) -> SavedProcedure:
     """Replace a file that is still as it was when it was opened."""
-    body: SaveProcedure = asked.body
+    body: SaveProcedure = request.body
     name, by = body.procedure, body.by.strip()
     try:
         digest = panel.files.write(name, body.text, body.digest)
     except ChangedError as error:
-        raise _changed(panel, name) from error
+        raise _changed_error(panel, name) from error
     panel.editing.saved(name, digest, by, panel.now())
     return SavedProcedure(digest=digest)
 
 
-def approve_text(panel: Panel, asked: Asked) -> Done:
+def approve_text(panel: Panel, request: ApiRequest) -> Done:
     """Approve a procedure as it stands, if that is what the person has seen."""
-    body: ApproveProcedure = asked.body
+    body: ApproveProcedure = request.body
     loaded = load_procedure(panel.files.place(body.procedure))
     if loaded.digest_with_called != body.sha256:
-        raise _changed(panel, body.procedure)
+        raise _changed_error(panel, body.procedure)
     approve(loaded, body.by, moment_of(None, panel.now()))
     return Done()
 
 
-def schema(panel: Panel, asked: Asked) -> str:
+def schema(panel: Panel, request: ApiRequest) -> str:
     """Return the JSON Schema of procedures, with the plugins of a station's folder if named."""
-    station = asked.query.get("station", "")
+    station = request.query.get("station", "")
     path = str(panel.catalogue.path("station", station)) if station else None
     return json.dumps(language_schema("procedure", lab_registry(path)), ensure_ascii=False)
 
@@ -151,26 +151,26 @@ def _state(path: Path) -> tuple[ApprovalState | None, str]:
         return None, error.message
 
 
-def _placed(problem: Problem, path: Path) -> PlacedProblem:
+def _placed_problem(problem: Problem, path: Path) -> PlacedProblem:
     """Return a problem with its line, of another file with that file's name."""
-    at = problem.location
-    own = at is not None and at.file == str(path)
+    location = problem.location
+    is_in_text = location is not None and location.file == str(path)
     return PlacedProblem(
         message=problem.message.replace(str(path), path.name),
         hint=problem.hint.replace(str(path), path.name),
         field=problem.field,
-        file="" if own or at is None else at.file.rpartition("/")[2],
-        line=None if at is None else at.line,
-        column=None if at is None else at.column,
+        file="" if is_in_text or location is None else location.file.rpartition("/")[2],
+        line=None if location is None else location.line,
+        column=None if location is None else location.column,
     )
 
 
-def _compared(against: str, run: str, found: Comparison) -> ProcedureComparison:
+def _comparison(against: str, run: str, comparison: Comparison) -> ProcedureComparison:
     changes = [
-        ChangeView(section=each.section, text=each.text, matters=each.matters)
-        for each in found.changes
+        ChangeView(section=change.section, text=change.text, matters=change.matters)
+        for change in comparison.changes
     ]
-    verdict = "" if changes else found.verdict
+    verdict = "" if changes else comparison.verdict
     return ProcedureComparison(
         against=against, run=run, same=not changes, verdict=verdict, changes=changes
     )
@@ -195,14 +195,14 @@ def _reference(
 
 
 def _headers(panel: Panel, procedure: str) -> Iterator[RunHeader]:
-    items = (each for each in panel.history.items() if each.procedure == procedure)
+    items = (item for item in panel.history.items() if item.procedure == procedure)
     for item, _ in zip(items, range(MOST_RUNS), strict=False):
         info = listed_run(panel.history.runs, item.run).info
         if info is not None:
             yield info.header
 
 
-def _changed(panel: Panel, name: str) -> PanelError:
+def _changed_error(panel: Panel, name: str) -> PanelError:
     """Return the answer where a file was changed since it was opened: by whom, and when."""
     hint = "compare, then open it again or save over it"
     try:

@@ -1,4 +1,4 @@
-"""Tells every screen what changes: deltas and curves, none of which ever waits for a slow one."""
+"""Sends changes and curves to every screen; a slow screen delays no other."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Screen:
         self._news = asyncio.Event()
         self._news.set()
 
-    def tell(self, message: str | bytes) -> None:
+    def enqueue(self, message: str | bytes) -> None:
         """Send a message as soon as the screen takes it."""
         if self._lags:
             return
@@ -78,8 +78,8 @@ class Screen:
             await self._send(f'{{"type":"state","state":{state}}}')
         await self._send(_rigs_message(self._panel))
         curves = self.rig.desk.curves if self.rig is not None else None
-        for each in curves.whole() if curves is not None else ():
-            await self._send(each)
+        for message in curves.all_frames() if curves is not None else ():
+            await self._send(message)
 
     async def _send(self, message: str | bytes) -> None:
         if isinstance(message, str):
@@ -93,53 +93,53 @@ class Feed:
 
     def __init__(self, rig: Rig, screens: set[Screen]) -> None:
         self._rig = rig
-        self._every = screens
+        self._all_screens = screens
         self._curves: Curves | None = None
         self._trend_s = 0.0
         self._tick: asyncio.Future[None] | None = None
 
     def tick(self) -> None:
-        """Let time pass for the rig."""
+        """Do the periodic work of the rig."""
         self._rig.desk.tick()
         if self._tick is None or self._tick.done():  # in a thread: it reads and writes files
             self._tick = asyncio.ensure_future(asyncio.to_thread(queueing.tick, self._rig))
 
     def flush(self, now_s: float) -> bool:
-        """Tell what has changed; return whether more of it follows in a thirtieth of a second."""
+        """Send what has changed; return whether more follows in a thirtieth of a second."""
         for event in self._rig.board.new_events():
-            self._tell(event)
+            self._broadcast(event)
         delta = self._rig.board.delta()
         if delta is not None:
-            self._tell(delta)
+            self._broadcast(delta)
         curves = self._rig.desk.curves
-        # Curves of another job: what the screens have drawn so far is none of it.
+        # Curves of another job: the screens must drop those that they have drawn.
         if curves is not self._curves:
             self._curves = curves
             for screen in self._screens():
                 screen.begin_anew()
-        return curves is not None and self._tell_curves(curves, now_s)
+        return curves is not None and self._send_curves(curves, now_s)
 
-    def _tell_curves(self, curves: Curves, now_s: float) -> bool:
+    def _send_curves(self, curves: Curves, now_s: float) -> bool:
         curve = curves.next_curve()
         if curve is not None:
-            self._tell(curve)
+            self._broadcast(curve)
         if now_s - self._trend_s >= TREND_S:
             self._trend_s = now_s
             trend = curves.next_trend()
             if trend is not None:
-                self._tell(trend)
+                self._broadcast(trend)
         return curve is not None
 
-    def _tell(self, message: str | bytes) -> None:
+    def _broadcast(self, message: str | bytes) -> None:
         for screen in self._screens():
-            screen.tell(message)
+            screen.enqueue(message)
 
     def _screens(self) -> Iterator[Screen]:
-        return (each for each in self._every if each.rig is self._rig)
+        return (screen for screen in self._all_screens if screen.rig is self._rig)
 
 
 class Hub:
-    """All screens, and the one task that tells them."""
+    """All screens, and the one task that sends to them."""
 
     def __init__(self, panel: Panel) -> None:
         self._panel = panel
@@ -151,7 +151,7 @@ class Hub:
         self._look: asyncio.Future[None] | None = None
 
     async def run(self) -> None:
-        """Tell what changes, at most thirty times a second, until cancelled."""
+        """Send changes, at most thirty times a second, until cancelled."""
         loop = asyncio.get_running_loop()
         self._panel.wake = lambda: _call(loop, self._wake.set)
         while True:
@@ -164,7 +164,7 @@ class Hub:
             await asyncio.sleep(FRAME_S)
 
     async def serve(self, socket: WebSocket, client: str, rig: Rig | None) -> None:
-        """Serve one screen until it is gone; what it sends is not listened to."""
+        """Serve one screen until it is gone; what it sends is ignored."""
         screen = Screen(socket, client, self._panel, rig)
         offered = socket.scope.get("subprotocols", ())
         await socket.accept(PROTOCOL if PROTOCOL in offered else None)
@@ -183,18 +183,18 @@ class Hub:
     def _come(self, screen: Screen, client: str) -> None:
         self._screens.add(screen)
         if screen.rig is not None:
-            screen.rig.control.connected(client, 1)
+            screen.rig.control.count_connection(client, 1)
 
     def _go(self, screen: Screen, client: str) -> None:
         self._screens.discard(screen)
         if screen.rig is not None:
-            screen.rig.control.connected(client, -1)
+            screen.rig.control.count_connection(client, -1)
 
     def _feed(self, rig: Rig) -> Feed:
         return self._feeds.setdefault(rig, Feed(rig, self._screens))
 
     def _flush(self, now_s: float) -> None:
-        feeds = [self._feed(rig) for rig in self._panel.opened()]
+        feeds = [self._feed(rig) for rig in self._panel.open_rigs()]
         if now_s - self._tick_s >= IDLE_S:
             self._tick_s = now_s
             for feed in feeds:
@@ -206,13 +206,13 @@ class Hub:
             self._rigs_s = now_s
             before, self._rigs = self._rigs, _rigs_message(self._panel)
             for screen in self._screens if self._rigs != before else ():
-                screen.tell(self._rigs)
+                screen.enqueue(self._rigs)
         if any(follows):
             self._wake.set()
 
 
 def _rigs_message(panel: Panel) -> str:
-    rigs = Rigs(rigs=rig_views(panel.opened()))
+    rigs = Rigs(rigs=rig_views(panel.open_rigs()))
     return f'{{"type":"rigs",{rigs.model_dump_json()[1:]}'
 
 

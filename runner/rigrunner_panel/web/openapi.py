@@ -11,7 +11,7 @@ from pydantic.json_schema import models_json_schema
 from rigrunner import __version__
 from rigrunner.runfile.codec import KINDS
 from rigrunner_panel.errors import ErrorView
-from rigrunner_panel.web.asked import API
+from rigrunner_panel.web.operation import API
 from rigrunner_panel.web.operations import OPERATIONS
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from pydantic import BaseModel
     from pydantic.json_schema import JsonSchemaMode
 
-    from rigrunner_panel.web.asked import Operation
+    from rigrunner_panel.web.operation import Operation
 
 _REF = "#/components/schemas/{model}"
 _REF_NAME = "#/components/schemas/{name}"
@@ -30,15 +30,15 @@ Json = dict[str, Any]
 def description() -> Json:
     """Return the description as JSON values."""
     refs, schemas = _schemas(OPERATIONS)
-    schemas |= _of_messages(schemas["State"])
+    schemas |= _message_schemas(schemas["State"])
     schemas["ToldEvent"]["properties"]["event"] = _ref("Event")
     paths: dict[str, Json] = {}
-    for each in OPERATIONS:
-        paths.setdefault(each.path, {})[each.method.lower()] = _operation(each, refs)
+    for operation in OPERATIONS:
+        paths.setdefault(operation.path, {})[operation.method.lower()] = _operation(operation, refs)
     _add_socket(paths[f"{API}/events"]["get"])
-    itself = {"description": "done", "content": _json({"type": "object"})}
-    told = {"summary": "This description; without a token.", "operationId": "get_openapi_json"}
-    paths[f"{API}/openapi.json"] = {"get": {**told, "responses": {"200": itself}}}
+    response = {"description": "done", "content": _json({"type": "object"})}
+    about = {"summary": "This description; without a token.", "operationId": "get_openapi_json"}
+    paths[f"{API}/openapi.json"] = {"get": {**about, "responses": {"200": response}}}
     return {
         "openapi": "3.1.0",
         "info": {
@@ -58,13 +58,13 @@ def description() -> Json:
 
 
 def _schemas(operations: tuple[Operation, ...]) -> tuple[dict[type[BaseModel], Json], Json]:
-    out: JsonSchemaMode = "serialization"
-    taken: JsonSchemaMode = "validation"
-    models: list[tuple[Any, JsonSchemaMode]] = [(ErrorView, out)]
-    models += [(each.answer, out) for each in operations if each.answer is not None]
-    models += [(each.body, taken) for each in operations if each.body is not None]
-    refs, found = models_json_schema(list(dict.fromkeys(models)), ref_template=_REF)
-    return {model: refs[model, mode] for model, mode in models}, found["$defs"]
+    outgoing: JsonSchemaMode = "serialization"
+    incoming: JsonSchemaMode = "validation"
+    models: list[tuple[Any, JsonSchemaMode]] = [(ErrorView, outgoing)]
+    models += [(op.answer, outgoing) for op in operations if op.answer is not None]
+    models += [(op.body, incoming) for op in operations if op.body is not None]
+    refs, schema = models_json_schema(list(dict.fromkeys(models)), ref_template=_REF)
+    return {model: refs[model, mode] for model, mode in models}, schema["$defs"]
 
 
 def _add_socket(events: Json) -> None:
@@ -80,12 +80,12 @@ def _add_socket(events: Json) -> None:
     }
 
 
-def _of_messages(state: Json) -> Json:
+def _message_schemas(state: Json) -> Json:
     """Return the schemas of what a WebSocket sends."""
     refs, events = msgspec.json.schema_components(list(KINDS.values()), ref_template=_REF_NAME)
     text, number = {"type": "string"}, {"type": "integer"}
     changes = {"type": "object", "properties": state["properties"], "additionalProperties": False}
-    known = {
+    messages = {
         "state": {"state": _ref("State")},
         "rigs": {"rigs": {"type": "array", "items": _ref("RigView")}},
         "delta": {"seq": number, "changes": changes},
@@ -112,13 +112,13 @@ def _of_messages(state: Json) -> Json:
     return {
         **events,
         "Event": {"oneOf": list(refs)},
-        "Message": {"oneOf": [_tagged("type", kind, fields) for kind, fields in known.items()]},
+        "Message": {"oneOf": [_tagged("type", kind, fields) for kind, fields in messages.items()]},
         "FrameHeader": {"oneOf": headers},
     }
 
 
 def _tagged(tag: str, kind: str, fields: Json) -> Json:
-    """Return the schema of an object that has these fields, and says its kind."""
+    """Return the schema of an object with these fields and a tag for its kind."""
     properties = {tag: {"const": kind}, **fields}
     return {"type": "object", "required": list(properties), "properties": properties}
 
@@ -127,37 +127,37 @@ def _ref(name: str) -> Json:
     return {"$ref": _REF_NAME.format(name=name)}
 
 
-def _operation(each: Operation, refs: dict[type[BaseModel], Json]) -> Json:
-    words = (each.method.lower(), *re.findall(r"\w+", each.path.removeprefix(API)))
-    content = {"*/*": {}} if each.answer is None else _json(refs[each.answer])
-    found: Json = {
-        "summary": each.summary,
+def _operation(operation: Operation, refs: dict[type[BaseModel], Json]) -> Json:
+    words = (operation.method.lower(), *re.findall(r"\w+", operation.path.removeprefix(API)))
+    content = {"*/*": {}} if operation.answer is None else _json(refs[operation.answer])
+    entry: Json = {
+        "summary": operation.summary,
         "operationId": "_".join(words).replace("-", "_"),
-        "parameters": list(_parameters(each)),
+        "parameters": list(_parameters(operation)),
         "responses": {
-            str(each.status): {"description": "done", "content": content},
+            str(operation.status): {"description": "done", "content": content},
             "default": {"description": "an error", "content": _json(refs[ErrorView])},
         },
     }
-    if each.body is not None:
-        found["requestBody"] = {"required": True, "content": _json(refs[each.body])}
-    return found
+    if operation.body is not None:
+        entry["requestBody"] = {"required": True, "content": _json(refs[operation.body])}
+    return entry
 
 
-def _parameters(each: Operation) -> Iterator[Json]:
+def _parameters(operation: Operation) -> Iterator[Json]:
     text = {"type": "string"}
-    for name in re.findall(r"{(\w+)}", each.path):
+    for name in re.findall(r"{(\w+)}", operation.path):
         yield {"name": name, "in": "path", "required": True, "schema": text}
-    for name, what in each.query.items():
+    for name, what in operation.query.items():
         yield {"name": name, "in": "query", "description": what, "schema": text}
-    if each.method == "POST":
+    if operation.method == "POST":
         what = "the client's own id, 8 to 64 letters, digits, - and _"
-        told = f"{what}; it must have control" if each.steers else what
+        meaning = f"{what}; it must have control" if operation.steers else what
         yield {
             "name": "X-Rigrunner-Client",
             "in": "header",
             "required": True,
-            "description": told,
+            "description": meaning,
             "schema": text,
         }
 

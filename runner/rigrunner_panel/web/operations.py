@@ -1,4 +1,4 @@
-"""Everything that can be asked of the panel: routes and their description come from this table."""
+"""All operations of the API: routes and their description come from this table."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from rigrunner_panel.web import (
     certificates,
     choosing,
     editing,
-    looking,
     queueing,
     requests,
     running,
-    studying,
+    stored_runs,
+    studies,
 )
-from rigrunner_panel.web.asked import API, SHORT, Operation
+from rigrunner_panel.web.operation import API, SHORT, Operation
 from rigrunner_panel.web.overview import rig_views
 
 if TYPE_CHECKING:
@@ -33,10 +33,10 @@ if TYPE_CHECKING:
 
     from pydantic import BaseModel
 
-    from rigrunner_panel.web.asked import Asked
+    from rigrunner_panel.web.operation import ApiRequest
     from rigrunner_panel.web.panel import Panel, Rig
 
-    Handler = Callable[[Any, Asked], Any]
+    Handler = Callable[[Any, ApiRequest], Any]
 
 _SEARCH = {"search": "words that must all occur"}
 _TICKET = {"ticket": "as in the address that the panel gave, in place of the token"}
@@ -79,19 +79,19 @@ def _steer(
 
 def _of_rig(*operations: Operation) -> tuple[Operation, ...]:
     query = {"rig": "the name of its station; it may be left out where the panel has one rig"}
-    return tuple(replace(each, of_rig=True, query={**each.query, **query}) for each in operations)
+    return tuple(replace(op, of_rig=True, query={**op.query, **query}) for op in operations)
 
 
-def _rigs(panel: Panel, _: Asked) -> Rigs:
+def _rigs(panel: Panel, _: ApiRequest) -> Rigs:
     return Rigs(rigs=rig_views(panel.rigs()))
 
 
-def _state(rig: Rig, asked: Asked) -> str:
-    return rig.board.state(short_name(asked.client) if asked.client else "")
+def _state(rig: Rig, request: ApiRequest) -> str:
+    return rig.board.state(short_name(request.client) if request.client else "")
 
 
-def _events(rig: Rig, asked: Asked) -> str:
-    after = asked.query.get("after", "-1")
+def _events(rig: Rig, request: ApiRequest) -> str:
+    after = request.query.get("after", "-1")
     if not re.fullmatch(r"-1|[0-9]{1,15}", after):
         raise PanelError(400, "bad_request", f"after: got '{after[:40]}', expected a whole number")
     return rig.board.events(int(after))
@@ -178,21 +178,24 @@ _RUNNING = _of_rig(
     _steer("run/pause", "Pause at the next safe point.", running.pause, requests.Nothing),
     _steer(
         "run/resume", "Resume after a pause.",
-        running.deciding(Choice.RESUME), requests.Nothing,
+        running.decision_handler(Choice.RESUME), requests.Nothing,
     ),
     _steer(
         "run/override", "Resume despite an interlock that may be overridden.",
-        running.deciding(Choice.OVERRIDE), requests.BecauseOf,
+        running.decision_handler(Choice.OVERRIDE), requests.BecauseOf,
     ),
     _steer(
         "run/repeat", "Repeat the set-point; a running run is paused first.",
-        running.deciding(Choice.REPEAT), requests.Why,
+        running.decision_handler(Choice.REPEAT), requests.Why,
     ),
     _steer(
         "run/skip", "Skip the rest of the set-point; a running run is paused first.",
-        running.deciding(Choice.SKIP), requests.BecauseOf,
+        running.decision_handler(Choice.SKIP), requests.BecauseOf,
     ),
-    _steer("run/note", "Add a note while paused.", running.deciding(Choice.NOTE), requests.Remark),
+    _steer(
+        "run/note", "Add a note while paused.",
+        running.decision_handler(Choice.NOTE), requests.Remark,
+    ),
     _steer(
         "run/abort", "Abort the run: teardown, then the rig is made safe.",
         running.abort, requests.Why,
@@ -250,44 +253,44 @@ _BY_HAND = _of_rig(
         requests.Nothing,
     ),
 )  # fmt: skip
-_LOOKING = (
+_STORED_RUNS = (
     _get(
-        "runs", "Stored runs, newest first.", looking.runs, answers.Runs, **_SEARCH,
+        "runs", "Stored runs, newest first.", stored_runs.runs, answers.Runs, **_SEARCH,
         procedure="its id", station="its id",
         outcome="completed, stopped at a limit, aborted or error",
         verdict="as the report has it", limit="how many, at most 200", before="this run",
     ),
-    _get("runs/{run}", "One run.", looking.run, answers.OneRun),
+    _get("runs/{run}", "One run.", stored_runs.run, answers.OneRun),
     _get(
-        "runs/{run}/again", "What to start with for the next specimen.", looking.again,
+        "runs/{run}/again", "What to start with for the next specimen.", stored_runs.again,
         answers.Again,
     ),
-    _get("runs/{run}/files/{name}", "A file of a run.", looking.file, None, **_TICKET),
+    _get("runs/{run}/files/{name}", "A file of a run.", stored_runs.file, None, **_TICKET),
     _steer(
         "runs/{run}/recover", "Close an interrupted run as it is; its rig is not touched.",
-        looking.recover_stored, requests.Why,
+        stored_runs.recover_stored, requests.Why,
     ),
-    _get("pictures/{key}", "The picture of a prompt.", looking.picture, None, **_TICKET),
+    _get("pictures/{key}", "The picture of a prompt.", stored_runs.picture, None, **_TICKET),
     _get(
-        "compare", "Differences between two runs.", looking.compare,
+        "compare", "Differences between two runs.", stored_runs.compare,
         answers.ComparisonAnswer, before="a run", after="another run",
     ),
 )  # fmt: skip
-_STUDYING = (
+_STUDIES = (
     _get(
         "overlay", "Overlay results and a channel of several runs.",
-        studying.overlay, answers.OverlayAnswer, runs="their names, with commas, at most 6",
+        studies.overlay, answers.OverlayAnswer, runs="their names, with commas, at most 6",
         recording="its name", channel="such as tester.torque",
     ),
     _post(
-        "archive/update", "Bring the archive up to date with the runs.", studying.update,
+        "archive/update", "Bring the archive up to date with the runs.", studies.update,
         requests.Nothing, answers.ArchiveUpdated,
     ),
     _get(
-        "archive/quantities", "Quantities to chart.", studying.quantities, answers.Quantities
+        "archive/quantities", "Quantities to chart.", studies.quantities, answers.Quantities
     ),
     _get(
-        "trend", "Control charts of a quantity.", studying.trend, answers.TrendAnswer,
+        "trend", "Control charts of a quantity.", studies.trend, answers.TrendAnswer,
         quantity="its name", by="type, lot, rig, mandrel, specimen, operator, procedure, revision",
         chart="i-mr or ewma", rules="nelson, western-electric or shewhart",
         baseline="the first N, or FROM..TO in days", procedure="its id",
@@ -316,8 +319,8 @@ _CERTIFICATES = (
         certificates.change, requests.AskAmendment, answers.IssuedAnswer,
     ),
     _steer(
-        "runs/{run}/certificates/{number}/sign", "Sign a certificate.", certificates.sign_one,
-        requests.AskSignature, answers.SignedAnswer,
+        "runs/{run}/certificates/{number}/sign", "Sign a certificate.",
+        certificates.sign_certificate, requests.AskSignature, answers.SignedAnswer,
     ),
 )  # fmt: skip
 OPERATIONS = (
@@ -327,7 +330,7 @@ OPERATIONS = (
     *_RUNNING,
     *_QUEUE,
     *_BY_HAND,
-    *_LOOKING,
+    *_STORED_RUNS,
     *_CERTIFICATES,
-    *_STUDYING,
+    *_STUDIES,
 )

@@ -1,4 +1,4 @@
-"""The overview of all rigs, made of their states each time that it is asked for."""
+"""The overview of all rigs, made from their states at each request."""
 
 from __future__ import annotations
 
@@ -56,13 +56,13 @@ def _view(rig: Rig) -> RigView:
         done_s=0 if progress is None else round(progress.done_s),
         left_s=0 if progress is None else round(progress.left_s),
         waits_for=_waits_for(board),
-        alarms=tuple(each.text for each in alarms if each.active),
+        alarms=tuple(alarm.text for alarm in alarms if alarm.active),
         outcome="" if finished is None else finished.outcome,
         verdict="" if finished is None else finished.verdict,
         result="" if finished is None else finished.result,
         reason=queue.problem or ("" if finished is None else finished.reason),
-        waiting=sum(each.status == "waiting" for each in queue.entries),
-        next=next((each.specimen for each in queue.entries if each.id == queue.next), ""),
+        waiting=sum(entry.status == "waiting" for entry in queue.entries),
+        next=next((entry.specimen for entry in queue.entries if entry.id == queue.next), ""),
         automatic_by=queue.automatic_by,
     )
 

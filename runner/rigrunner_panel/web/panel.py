@@ -1,4 +1,4 @@
-"""What the requests work with: the rigs, and what they have in common."""
+"""The rigs, and what they have in common."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from rigrunner_panel.sequence import Sequence
 from rigrunner_panel.view.alarms import alarms_of_rigs
 from rigrunner_panel.view.board import Board
 from rigrunner_panel.view.sections import FileLink
-from rigrunner_panel.web.asked import API
+from rigrunner_panel.web.operation import API
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -39,26 +39,26 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Settings:
-    """What `rigrunner panel` was told."""
+    """The options of `rigrunner panel`."""
 
     runs: Path = Path("runs")
     procedures: Path = Path()
     stations: tuple[str, ...] = ()
-    """Those that may be used, by their names in the lists; all of them where none is named."""
+    """Names of the stations that may be used; all of them if empty."""
     letterhead: Path = Path("letterhead")
     signing_key: Path | None = None
     """The laboratory's private key; None where nothing is signed here."""
     host: str = "127.0.0.1"
     token: str = ""
-    """Without one no one has to log in: then the host is this machine."""
+    """Without a token no login is needed; the host must be this machine then."""
     public_name: str = ""
-    """By which name a proxy with TLS lets others in, as a browser has it: 'rig.example.org', with
-    ':8443' behind it where the port is not 443."""
+    """The host name of a proxy with TLS, as a browser has it: 'rig.example.org', with ':8443'
+    behind it if the port is not 443."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class LookedAt:
-    """The files of the last preflight, by which a start knows that they are the same."""
+class CheckedFiles:
+    """The files of the last preflight, to check at a start that they are still the same."""
 
     digest: str
     at_s: float
@@ -71,12 +71,12 @@ class Rig:
         self.panel = panel
         self.station = station
         self.board = Board()
-        self.board.wake = panel.changed
+        self.board.wake = panel.notify
         self.control = Control(self.board)
         self.desk = Desk(self.board, panel.settings.runs, self._left_energised)
         self.queue = Queue(panel.settings.runs)
         self.sequence = Sequence()
-        self.looked_at: LookedAt | None = None
+        self.checked_files: CheckedFiles | None = None
 
     @property
     def name(self) -> str:
@@ -89,7 +89,7 @@ class Rig:
 
     def _left_energised(self) -> tuple[AlarmView, ...]:
         """Return an alarm where this rig, or one that the panel does not show, is energised."""
-        others = {each.station.id for each in self.panel.opened() if each is not self}
+        others = {rig.station.id for rig in self.panel.open_rigs() if rig is not self}
         return alarms_of_rigs(lambda station: station not in others - {self.station.id})
 
 
@@ -103,74 +103,74 @@ class Panel:
     def __post_init__(self) -> None:
         self.catalogue = Catalogue(self.settings.procedures, self.settings.stations)
         self.files = ProcedureFiles(self.settings.procedures, self.catalogue)
-        self.editing = Editing(self._tell_editing, self.files)
+        self.editing = Editing(self._publish_editing, self.files)
         self.history = History(self.settings.runs)
         self.archiving = threading.Lock()
         self.pictures: dict[str, Path] = {}
         self.wake: Callable[[], None] = lambda: None
-        """The functions that `changed` calls: they update the screens."""
+        """The functions that `notify` calls: they update the screens."""
         self._rigs: dict[str, Rig] = {}
         self._opening = threading.Lock()
         self._secret = secrets.token_bytes(32)
         self.rigs()
 
-    def changed(self) -> None:
+    def notify(self) -> None:
         """Take note, in any thread, that something of a rig has changed."""
         self.wake()
 
-    def opened(self) -> tuple[Rig, ...]:
+    def open_rigs(self) -> tuple[Rig, ...]:
         """Return the rigs that were shown or used since the start, by name; reads no file."""
         return tuple(rig for _, rig in sorted(self._rigs.copy().items()))
 
     def rigs(self) -> tuple[Rig, ...]:
         """Return all rigs: those named or of the lab, others in use, and those with a queue."""
-        with suppress(DataError):  # its station says so where its queue is shown
+        with suppress(DataError):  # shown with the queue of its station
             queued = Queue(self.settings.runs).stations()
             self._open(name for name in queued if name not in self._rigs)
         self._open(self.catalogue.rigs())
-        return self.opened()
+        return self.open_rigs()
 
     def rig(self, name: str) -> Rig:
         """Return the rig of that station; raise PanelError for one that is not in the lists."""
-        known = self._rigs.get(name)  # without the lock, and without looking for files
-        if known is not None:
-            return known
+        rig = self._rigs.get(name)  # without the lock, and without looking for files
+        if rig is not None:
+            return rig
         with self._opening:
             if name not in self._rigs:
                 self._rigs[name] = Rig(self, self.catalogue.station(name))
             return self._rigs[name]
 
     def only_rig(self) -> Rig | None:
-        """Return the rig that is meant where none is named; None if there are several, or none."""
-        found = self.opened()
-        return found[0] if len(found) == 1 else None
+        """Return the rig if there is only one, or else None."""
+        rigs = self.open_rigs()
+        return rigs[0] if len(rigs) == 1 else None
 
-    def steering(self, client: str) -> str:
+    def steering_name(self, client: str) -> str:
         """Return the name of a client that has control of a rig; raise PanelError for another."""
-        rigs = self.opened()
-        held = [rig for rig in rigs if rig.control.holds(client)]
+        rigs = self.open_rigs()
+        controlled = [rig for rig in rigs if rig.control.holds(client)]
         others = [rig for rig in rigs if rig.board.get("control") is not None]
-        for rig in (*held, *others, *rigs):
-            return rig.control.required(client)
+        for rig in (*controlled, *others, *rigs):
+            return rig.control.require(client)
         raise PanelError(
             403, "not_in_control", "nobody has control", "take it first: POST /api/v1/control"
         )
 
     def name_of(self, client: str) -> str:
         """Return how a client is called on record: by name if it has control of a rig."""
-        names = (rig.control.holds(client) for rig in self.opened())
-        other = f"panel client {short_name(client)}" if client else "panel"
-        return next((name for name in names if name), other)
+        names = (rig.control.holds(client) for rig in self.open_rigs())
+        default = f"panel client {short_name(client)}" if client else "panel"
+        return next((name for name in names if name), default)
 
     def tick(self) -> None:
         """Look for what other programs changed in procedures that are edited."""
         self.editing.tick(
-            lambda client: any(rig.control.is_connected(client) for rig in self.opened()),
+            lambda client: any(rig.control.is_connected(client) for rig in self.open_rigs()),
             self.now(),
         )
 
-    def _tell_editing(self, views: tuple[EditedView, ...]) -> None:
-        for rig in self.opened():
+    def _publish_editing(self, views: tuple[EditedView, ...]) -> None:
+        for rig in self.open_rigs():
             rig.board.put(editing=views)
 
     def _open(self, names: Iterable[str]) -> None:
@@ -183,13 +183,13 @@ class Panel:
         return self.clock.utc()
 
     def ticket(self, path: str) -> str:
-        """Return what lets an address be opened without the token, which a link cannot carry."""
+        """Return a ticket that opens an address without the token, which a link cannot carry."""
         if not self.settings.token:
             return ""
         return hmac.new(self._secret, path.encode(), hashlib.sha256).hexdigest()[:32]
 
     def admits(self, path: str, ticket: str) -> bool:
-        """Say whether a ticket is that of an address."""
+        """Return whether a ticket is that of an address."""
         return bool(ticket) and hmac.compare_digest(self.ticket(path).encode(), ticket.encode())
 
     def address(self, path: str) -> str:
@@ -201,14 +201,14 @@ class Panel:
         """Return where to get files of a run."""
         return tuple(
             FileLink(
-                name=each.name,
-                url=self.address(f"{API}/runs/{run}/files/{each.name}"),
-                size=each.stat().st_size,
+                name=path.name,
+                url=self.address(f"{API}/runs/{run}/files/{path.name}"),
+                size=path.stat().st_size,
             )
-            for each in files
+            for path in files
         )
 
-    def of_run(self, run: str) -> tuple[FileLink, ...]:
+    def run_links(self, run: str) -> tuple[FileLink, ...]:
         """Return the files of a run with their addresses; none where it has no folder."""
         try:
             return self.links(run, self.history.files(run))

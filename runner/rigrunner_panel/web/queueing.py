@@ -1,4 +1,4 @@
-"""The queue of a rig at the panel: what is asked of it, and when its next run starts."""
+"""The queue of a rig at the panel: its requests, and when the next run starts."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from rigrunner.api.events import CONCLUDED
 from rigrunner.procedure import load_procedure
 from rigrunner.queue import SPECIMEN, Draft, accepted_inputs, read_list, tested_before
 from rigrunner_panel.errors import PanelError, wrong_state
-from rigrunner_panel.sequence import Wanted
+from rigrunner_panel.sequence import PendingStart
 from rigrunner_panel.view.queue import EntryView, QueueView
 from rigrunner_panel.web.answers import Added, Cleared, Done, Started
 from rigrunner_panel.web.choosing import files
@@ -20,14 +20,14 @@ from rigrunner_panel.web.running import (
     begin_preflight,
     check_inputs,
     named_runs,
-    ready_preflight,
+    preflight_passed,
     start_job,
 )
 
 if TYPE_CHECKING:
     from rigrunner.queue.entries import Entry
     from rigrunner.queue.store import Shown
-    from rigrunner_panel.web.asked import Asked
+    from rigrunner_panel.web.operation import ApiRequest
     from rigrunner_panel.web.panel import Rig
     from rigrunner_panel.web.requests import (
         AddEntries,
@@ -39,105 +39,105 @@ if TYPE_CHECKING:
     )
 
 _log = logging.getLogger("rigrunner.panel")
-MOST_OVER = 200
-"""Finished entries that are still listed."""
-_OVER = ("done", "skipped", "closed")
+MOST_FINISHED = 200
+"""The most finished entries in the list."""
+_FINISHED = ("done", "skipped", "closed")
 
 
-def queue(rig: Rig, _: Asked) -> QueueView:
+def queue(rig: Rig, _: ApiRequest) -> QueueView:
     """Return the queue."""
     return refresh(rig)
 
 
-def add(rig: Rig, asked: Asked) -> Added:
+def add(rig: Rig, request: ApiRequest) -> Added:
     """Add specimens that wait for their turn."""
-    return _add(rig, asked.body, asked.by, proposed=False)
+    return _add(rig, request.body, request.by, proposed=False)
 
 
-def propose(rig: Rig, asked: Asked) -> Added:
+def propose(rig: Rig, request: ApiRequest) -> Added:
     """Add specimens that a person has to release first."""
-    body: ProposeEntries = asked.body
-    by = body.by.strip() or rig.control.holds(asked.client)
+    body: ProposeEntries = request.body
+    by = body.by.strip() or rig.control.holds(request.client)
     if not by:
         problem = "a proposal needs a name"
         raise PanelError(422, "invalid", problem, "state in 'by' who or which program proposes it")
     return _add(rig, body, by, proposed=True)
 
 
-def move(rig: Rig, asked: Asked) -> Done:
+def move(rig: Rig, request: ApiRequest) -> Done:
     """Put an entry in front of another one."""
-    body: Move = asked.body
-    rig.queue.move(_own(rig, body.entry).id, body.before)
+    body: Move = request.body
+    rig.queue.move(_entry(rig, body.entry).id, body.before)
     refresh(rig)
     return Done()
 
 
-def hold(rig: Rig, asked: Asked) -> Done:
+def hold(rig: Rig, request: ApiRequest) -> Done:
     """Hold an entry."""
-    body: EntryBecause = asked.body
-    rig.queue.hold(_own(rig, body.entry).id, asked.by, body.reason.strip())
+    body: EntryBecause = request.body
+    rig.queue.hold(_entry(rig, body.entry).id, request.by, body.reason.strip())
     refresh(rig)
     return Done()
 
 
-def release(rig: Rig, asked: Asked) -> Done:
+def release(rig: Rig, request: ApiRequest) -> Done:
     """Release an entry that was proposed or held."""
-    body: OneEntry = asked.body
-    rig.queue.release(_own(rig, body.entry).id, asked.by)
+    body: OneEntry = request.body
+    rig.queue.release(_entry(rig, body.entry).id, request.by)
     refresh(rig)
     return Done()
 
 
-def skip(rig: Rig, asked: Asked) -> Done:
+def skip(rig: Rig, request: ApiRequest) -> Done:
     """Skip an entry, or close one whose run was interrupted."""
-    body: EntryBecause = asked.body
-    rig.queue.skip(_own(rig, body.entry).id, asked.by, body.reason.strip())
+    body: EntryBecause = request.body
+    rig.queue.skip(_entry(rig, body.entry).id, request.by, body.reason.strip())
     refresh(rig)
     return Done()
 
 
-def repeat(rig: Rig, asked: Asked) -> Added:
+def repeat(rig: Rig, request: ApiRequest) -> Added:
     """Test the specimen of an entry again."""
-    body: EntryBecause = asked.body
-    entry, reason = _own(rig, body.entry), body.reason.strip()
-    made = rig.queue.repeat(entry.id, asked.by, reason, rig.panel.now())
+    body: EntryBecause = request.body
+    entry, reason = _entry(rig, body.entry), body.reason.strip()
+    new_entry = rig.queue.repeat(entry.id, request.by, reason, rig.panel.now())
     refresh(rig)
-    return Added(entries=[made.id])
+    return Added(entries=[new_entry.id])
 
 
-def clear(rig: Rig, _: Asked) -> Cleared:
+def clear(rig: Rig, _: ApiRequest) -> Cleared:
     """Remove finished entries."""
     removed = rig.queue.clear(rig.name)
     refresh(rig)
     return Cleared(removed=removed)
 
 
-def start(rig: Rig, asked: Asked) -> Done:
+def start(rig: Rig, request: ApiRequest) -> Done:
     """Start an entry, or the next one that waits, after a preflight."""
-    body: OneEntry = asked.body
+    body: OneEntry = request.body
     with rig.sequence.lock:
-        found = rig.queue.next(rig.name)  # refuses while an interrupted entry asks
+        entry = rig.queue.next(rig.name)  # raises while an interrupted entry needs a decision
         if body.entry:
-            found = _own(rig, body.entry)
-        if found is None:
+            entry = _entry(rig, body.entry)
+        if entry is None:
             raise wrong_state("no entry of the queue is waiting", "add or release one")
-        _start(rig, found, asked.by)
+        _start(rig, entry, request.by)
     return Done()
 
 
-def automatic(rig: Rig, asked: Asked) -> Done:
-    """Let runs start by themselves, or not any more."""
-    body: SetAutomatic = asked.body
+def automatic(rig: Rig, request: ApiRequest) -> Done:
+    """Switch the automatic start of runs on or off."""
+    body: SetAutomatic = request.body
     with rig.sequence.lock:
-        rig.sequence.automatic_by = asked.by if body.on else ""
+        rig.sequence.automatic_by = request.by if body.on else ""
         rig.sequence.problem = ""
     refresh(rig)
     return Done()
 
 
-def start_run(rig: Rig, asked: Asked) -> Started:
-    """Start a run that the preflight lets start; where the rig is in use, queue it."""
-    body: StartRun = asked.body
+def start_run(rig: Rig, request: ApiRequest) -> Started:
+    """Start a run that the preflight permits; queue it if the rig is in use."""
+    body: StartRun = request.body
     procedure, _ = files(rig.panel, body)
     check_inputs(procedure, body.inputs)
     procedure_id, specimen = load_procedure(procedure).model.id, body.inputs.get(SPECIMEN, "")
@@ -145,30 +145,31 @@ def start_run(rig: Rig, asked: Asked) -> Started:
     note = notes.get(specimen, "")
     with rig.sequence.lock:
         if body.entry is not None:
-            _claim_and_start(rig, _matching(rig, body), asked.by, body)
+            _claim_and_start(rig, _matching_entry(rig, body), request.by, body)
         # A preflight that runs is no reason to queue: until it is done the start is refused.
         elif rig.desk.is_busy and rig.board.get("phase") != "checking":
-            (made,) = rig.queue.add([_draft(rig, body, body.inputs)], asked.by, rig.panel.now())
+            draft = _draft(rig, body, body.inputs)
+            (new_entry,) = rig.queue.add([draft], request.by, rig.panel.now())
             refresh(rig)
-            return Started(entry=made.id, note=note)
+            return Started(entry=new_entry.id, note=note)
         else:
-            start_job(rig, "run", body, asked.by, body.inputs)
+            start_job(rig, "run", body, request.by, body.inputs)
     return Started(note=note)
 
 
 def tick(rig: Rig) -> None:
-    """Let go of a run that is over, start what waits for its preflight, or what may start."""
+    """Finish the entry of a run that has ended; start an entry after its preflight, or the next."""
     sequence = rig.sequence
     try:
         rig.reread()
         with sequence.lock:
             if not rig.desk.is_busy:
-                _let_go(rig)
-                if sequence.wanted is not None:
+                _finish_entry(rig)
+                if sequence.pending is not None:
                     _after_preflight(rig)
                 elif sequence.automatic_by:
-                    _by_itself(rig)
-            if _made_of(rig) != sequence.shown:
+                    _start_next(rig)
+            if _queue_version(rig) != sequence.shown_version:
                 refresh(rig)
     except Exception:  # noqa: BLE001  (a thread that is not waited for)
         _log.exception("a bug in the panel: the queue has stopped")
@@ -177,21 +178,21 @@ def tick(rig: Rig) -> None:
 def refresh(rig: Rig) -> QueueView:
     """Show the queue as it is on the disk."""
     sequence = rig.sequence
-    sequence.shown = _made_of(rig)
+    sequence.shown_version = _queue_version(rig)
     try:
-        shown = rig.queue.shown(rig.name)
-        asks = any(each.status == "interrupted" for each in shown)
-        waiting = (each.entry.id for each in shown if each.status == "waiting")
-        following, problem = None if asks else next(waiting, None), sequence.problem
+        items = rig.queue.shown(rig.name)
+        is_interrupted = any(item.status == "interrupted" for item in items)
+        waiting = (item.entry.id for item in items if item.status == "waiting")
+        next_entry, problem = None if is_interrupted else next(waiting, None), sequence.problem
     except RigrunnerError as error:
-        shown, following, problem = [], None, f"{error.message} ({error.hint})"
-    over = [each for each in shown if each.status in _OVER]
-    left_out = {each.entry.id for each in over[:-MOST_OVER]}
+        items, next_entry, problem = [], None, f"{error.message} ({error.hint})"
+    finished = [item for item in items if item.status in _FINISHED]
+    left_out = {item.entry.id for item in finished[:-MOST_FINISHED]}
     view = QueueView(
-        entries=tuple(_view(rig, each) for each in shown if each.entry.id not in left_out),
+        entries=tuple(_view(rig, item) for item in items if item.entry.id not in left_out),
         left_out=len(left_out),
-        next=following,
-        starting=sequence.wanted.entry if sequence.wanted else None,
+        next=next_entry,
+        starting=sequence.pending.entry if sequence.pending else None,
         automatic_by=sequence.automatic_by,
         problem=problem,
     )
@@ -199,14 +200,14 @@ def refresh(rig: Rig) -> QueueView:
     return view
 
 
-def _made_of(rig: Rig) -> object:
-    """Return what the displayed queue is made of; a Stop changes it without waiting for a file."""
+def _queue_version(rig: Rig) -> object:
+    """Return a value that changes with the displayed queue; a Stop changes it without a file."""
     sequence = rig.sequence
     changed_ns = rig.queue.changed_ns(rig.name)
-    return changed_ns, sequence.automatic_by, sequence.problem, sequence.wanted
+    return changed_ns, sequence.automatic_by, sequence.problem, sequence.pending
 
 
-def _own(rig: Rig, number: int) -> Entry:
+def _entry(rig: Rig, number: int) -> Entry:
     """Return an entry of this rig's queue; raise UsageError for one of another rig."""
     entry = rig.queue.get(number)
     if entry.station != rig.name:
@@ -241,7 +242,7 @@ def _add(rig: Rig, body: AddEntries, by: str, *, proposed: bool) -> Added:
         _draft(rig, body, {**common, **row}).model_copy(update={"again": body.again.strip()})
         for row in rows
     ]
-    made = rig.queue.add(
+    new_entries = rig.queue.add(
         drafts,
         by,
         rig.panel.now(),
@@ -250,7 +251,7 @@ def _add(rig: Rig, body: AddEntries, by: str, *, proposed: bool) -> Added:
         invalid=invalid,
     )
     refresh(rig)
-    return Added(entries=[each.id for each in made])
+    return Added(entries=[entry.id for entry in new_entries])
 
 
 def _draft(rig: Rig, body: AddEntries | StartRun, inputs: dict[str, str]) -> Draft:
@@ -264,11 +265,11 @@ def _draft(rig: Rig, body: AddEntries | StartRun, inputs: dict[str, str]) -> Dra
     )
 
 
-def _matching(rig: Rig, body: StartRun) -> Entry:
+def _matching_entry(rig: Rig, body: StartRun) -> Entry:
     """Return the entry that a start names; raise PanelError for another test than the entry's."""
-    entry = _own(rig, body.entry or 0)
-    asked = _draft(rig, body, body.inputs)
-    pair = (asked.procedure, asked.station, asked.specimen.strip())
+    entry = _entry(rig, body.entry or 0)
+    draft = _draft(rig, body, body.inputs)
+    pair = (draft.procedure, draft.station, draft.specimen.strip())
     if pair != (entry.procedure, entry.station, entry.specimen):
         message = f"entry {entry.id} is {entry.specimen} in {entry.procedure} on {entry.station}"
         raise PanelError(422, "invalid", message, "start that, or start without the entry")
@@ -276,19 +277,19 @@ def _matching(rig: Rig, body: StartRun) -> Entry:
 
 
 def _start(rig: Rig, entry: Entry, by: str, *, by_itself: bool = False) -> None:
-    """Start an entry if the rig was looked at just now; else look first."""
+    """Start an entry if the rig passed its preflight just now; else start the preflight."""
     body = _body(entry)
     if entry.state != "waiting":
         raise wrong_state(f"entry {entry.id} is not waiting", "release or repeat it first")
     rig.sequence.problem = ""
-    if ready_preflight(rig, body):
+    if preflight_passed(rig, body):
         _claim_and_start(rig, entry, by, body)
         return
-    rig.sequence.wanted = Wanted(entry.id, by, rig.sequence.stops, by_itself)
+    rig.sequence.pending = PendingStart(entry.id, by, rig.sequence.stops, by_itself)
     try:
         begin_preflight(rig, StartPreflight(**_pair(entry).model_dump()), by)
     except BaseException:
-        rig.sequence.wanted = None
+        rig.sequence.pending = None
         raise
     refresh(rig)
 
@@ -306,46 +307,46 @@ def _claim_and_start(rig: Rig, entry: Entry, by: str, body: StartRun) -> None:
             rig.queue.give_back(entry.id, error.view.message)
             refresh(rig)
             raise
-        sequence.entry, sequence.held = entry.id, claim.pop_all()
+        sequence.entry, sequence.entry_lock = entry.id, claim.pop_all()
     if sequence.stops != stops:  # pressed while the process was started
         rig.desk.stop(by, "stop button")
     refresh(rig)
 
 
-def _let_go(rig: Rig) -> None:
-    """Let go of the entry whose run is over; one whose run never began is held."""
+def _finish_entry(rig: Rig) -> None:
+    """Release the lock of the entry whose run has ended; hold one whose run never began."""
     sequence = rig.sequence
     if sequence.entry is None:
         return
     finished = rig.board.get("finished")
-    why = finished.reason if finished is not None else ""
-    rig.queue.give_back(sequence.entry, why or "the run did not start")
-    sequence.held.close()
+    reason = finished.reason if finished is not None else ""
+    rig.queue.give_back(sequence.entry, reason or "the run did not start")
+    sequence.entry_lock.close()
     sequence.entry = None
     refresh(rig)
 
 
 def _after_preflight(rig: Rig) -> None:
     sequence = rig.sequence
-    wanted, sequence.wanted = sequence.wanted, None
-    if wanted is None or wanted.stops != sequence.stops:
+    pending, sequence.pending = sequence.pending, None
+    if pending is None or pending.stops != sequence.stops:
         return
-    if wanted.by_itself and not sequence.automatic_by:  # switched off meanwhile
+    if pending.by_itself and not sequence.automatic_by:  # switched off meanwhile
         refresh(rig)
         return
     try:
-        if wanted.by_itself:
+        if pending.by_itself:
             _refuse_alarm(rig)
-        entry = rig.queue.get(wanted.entry)
+        entry = rig.queue.get(pending.entry)
         body = _body(entry)
-        if not ready_preflight(rig, body):
+        if not preflight_passed(rig, body):
             raise wrong_state("a check of the preflight failed", "open the entry to see it")
-        _claim_and_start(rig, entry, wanted.by, body)
+        _claim_and_start(rig, entry, pending.by, body)
     except (PanelError, RigrunnerError) as error:
         _give_up(rig, error)
 
 
-def _by_itself(rig: Rig) -> None:
+def _start_next(rig: Rig) -> None:
     """Start the next entry if its procedure, the run before and the alarms allow it."""
     finished = rig.board.get("finished")
     try:
@@ -363,14 +364,14 @@ def _by_itself(rig: Rig) -> None:
 
 
 def _refuse_alarm(rig: Rig) -> None:
-    if any(each.active or each.until_end for each in rig.board.get("alarms")):
+    if any(alarm.active or alarm.until_end for alarm in rig.board.get("alarms")):
         raise wrong_state("an alarm is active")
 
 
 def _give_up(rig: Rig, error: PanelError | RigrunnerError) -> None:
-    """Say why nothing starts, and start nothing by itself any more."""
+    """Show why nothing starts, and switch the automatic start off."""
     view = error.view if isinstance(error, PanelError) else error
-    rig.sequence.problem = "; ".join(each for each in (view.message, view.hint) if each)
+    rig.sequence.problem = "; ".join(text for text in (view.message, view.hint) if text)
     rig.sequence.automatic_by = ""
     refresh(rig)
 

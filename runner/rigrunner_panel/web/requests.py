@@ -1,4 +1,4 @@
-"""What can be asked: the bodies of requests."""
+"""The bodies of requests."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Reason = Annotated[str, Field(min_length=1, max_length=1000, pattern=r"\S"), Aft
 
 
 class Body(BaseModel):
-    """Strict, and nothing that is not known."""
+    """Strict; unknown fields are refused."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
@@ -93,23 +93,23 @@ class CheckInput(Body):
 
 
 class TakeControl(Body):
-    """Who wants to steer."""
+    """Who takes control."""
 
     name: Person
     take_over: bool = False
 
 
 class StartPreflight(Pair):
-    """What is looked at."""
+    """A procedure and a station to check before a run."""
 
     partners: Annotated[dict[Name, Name], Field(max_length=20)] = {}
-    """Partner runs by name, in place of those that are found by themselves."""
+    """Partner runs by name, in place of those found automatically."""
     safe: Words = ""
-    """What a person saw or did who says that a rig is safe that was left energised."""
+    """Why a rig that was left energised is safe, as seen or done by a person."""
 
 
 class Overridden(Body):
-    """What of the preflight is let pass, by its words there, by whom and why."""
+    """Overrides of the preflight, by the names in its items, with person and reason."""
 
     what: Annotated[list[Name], Field(min_length=1, max_length=100)]
     by: Person
@@ -117,16 +117,16 @@ class Overridden(Body):
 
 
 class StartRun(Pair):
-    """A run. Inputs that are left out are asked for."""
+    """A run. The operator is asked for missing inputs."""
 
     inputs: Annotated[dict[Name, Words], Field(max_length=200)] = {}
     operator: Annotated[str, Field(max_length=100), AfterValidator(plain)] = ""
     partners: Annotated[dict[Name, Name], Field(max_length=20)] = {}
-    """Partner runs by name, in place of those that are found by themselves."""
+    """Partner runs by name, in place of those found automatically."""
     realtime: bool = True
     override: Overridden | None = None
     entry: int | None = None
-    """The entry of the queue that it is."""
+    """The entry of the queue that is started."""
 
 
 class ResumeRun(Body):
@@ -145,7 +145,7 @@ class AddEntries(Pair):
     inputs: Annotated[dict[Name, Words], Field(max_length=200)] = {}
     operator: Annotated[str, Field(max_length=100), AfterValidator(plain)] = ""
     partners: Annotated[dict[Name, Name], Field(max_length=20)] = {}
-    """Partner runs by name, in place of those that are found by themselves."""
+    """Partner runs by name, in place of those found automatically."""
     realtime: bool = True
     again: Words = ""
     """Why specimens are tested again that have a run."""
@@ -191,7 +191,7 @@ class OpenManual(Pair):
 
     operator: Annotated[str, Field(max_length=100), AfterValidator(plain)] = ""
     partners: Annotated[dict[Name, Name], Field(max_length=20)] = {}
-    """Partner runs by name, in place of those that are found by themselves."""
+    """Partner runs by name, in place of those found automatically."""
     realtime: bool = True
     override: Overridden | None = None
 

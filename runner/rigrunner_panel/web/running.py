@@ -1,4 +1,4 @@
-"""Preflight, start, and what is asked of a run in progress."""
+"""Preflight, start, and the control of a run in progress."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ from rigrunner_panel.process.messages import Job
 from rigrunner_panel.view.sections import JobView, PreflightItem
 from rigrunner_panel.web.answers import Done, Stopped
 from rigrunner_panel.web.choosing import files
-from rigrunner_panel.web.looking import named_file
-from rigrunner_panel.web.panel import LookedAt
+from rigrunner_panel.web.panel import CheckedFiles
+from rigrunner_panel.web.stored_runs import named_file
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
     from pathlib import Path
 
     from rigrunner_panel.view.sections import Preflight
-    from rigrunner_panel.web.asked import Asked
+    from rigrunner_panel.web.operation import ApiRequest
     from rigrunner_panel.web.panel import Panel, Rig
     from rigrunner_panel.web.requests import (
         GiveAnswer,
@@ -42,34 +42,34 @@ if TYPE_CHECKING:
 
 NOTHING: Mapping[str, str] = MappingProxyType({})
 FRESH_S = 15 * 60.0
-"""How long a preflight counts."""
+"""How long a preflight is valid."""
 
 
-def take_control(rig: Rig, asked: Asked) -> Done:
+def take_control(rig: Rig, request: ApiRequest) -> Done:
     """Let this client steer."""
-    body: TakeControl = asked.body
+    body: TakeControl = request.body
     name = body.name.strip()
-    before = rig.control.take(asked.client, name, rig.panel.now(), take_over=body.take_over)
+    before = rig.control.take(request.client, name, rig.panel.now(), take_over=body.take_over)
     if before is not None:
         subject = f"control was with {before.name}"
         rig.desk.put_on_record(Interference("take over", name, subject=subject))
     return Done()
 
 
-def release_control(rig: Rig, asked: Asked) -> Done:
+def release_control(rig: Rig, request: ApiRequest) -> Done:
     """Let somebody else steer."""
-    rig.control.release(asked.client)
+    rig.control.release(request.client)
     return Done()
 
 
-def start_preflight(rig: Rig, asked: Asked) -> Done:
-    """Connect to the rig and look; what is found comes in the state."""
-    begin_preflight(rig, asked.body, asked.by)
+def start_preflight(rig: Rig, request: ApiRequest) -> Done:
+    """Connect to the rig and check it; the findings come in the state."""
+    begin_preflight(rig, request.body, request.by)
     return Done()
 
 
 def begin_preflight(rig: Rig, body: StartPreflight, by: str) -> None:
-    """Start to look at the rig; raise PanelError while it is in use."""
+    """Start the preflight; raise PanelError while the rig is in use."""
     procedure, station = files(rig.panel, body)
     digest = _digest(procedure, station)
     view = JobView(
@@ -89,11 +89,11 @@ def begin_preflight(rig: Rig, body: StartPreflight, by: str) -> None:
         reason=body.safe.strip(),
     )
     rig.desk.start(job, rig.panel)
-    rig.looked_at = LookedAt(digest=digest, at_s=time.monotonic())
+    rig.checked_files = CheckedFiles(digest=digest, at_s=time.monotonic())
 
 
-def ready_preflight(rig: Rig, body: Pair) -> bool:
-    """Say whether the last preflight was of these files, is fresh, and found nothing wrong."""
+def preflight_passed(rig: Rig, body: Pair) -> bool:
+    """Return whether the last preflight was of these files, is fresh, and found nothing wrong."""
     try:
         return _preflight(rig, body, _digest(*files(rig.panel, body))).may_start
     except PanelError:
@@ -109,7 +109,7 @@ def start_job(
     *,
     entry: int | None = None,
 ) -> None:
-    """Start a job that moves the rig; raise PanelError where the preflight does not let it."""
+    """Start a job that moves the rig; raise PanelError if the preflight does not permit it."""
     procedure, station = files(rig.panel, body)
     overridden = _overridden(_preflight(rig, body, _digest(procedure, station)), body.override)
     operator = body.operator.strip() or inputs.get("operator", "").strip() or by
@@ -137,10 +137,10 @@ def start_job(
     rig.desk.start(job, rig.panel)
 
 
-def resume_stored(rig: Rig, asked: Asked) -> Done:
+def resume_stored(rig: Rig, request: ApiRequest) -> Done:
     """Resume an interrupted run where it was interrupted; the process checks what is the same."""
-    body: ResumeRun = asked.body
-    panel, run = rig.panel, asked.path["run"]
+    body: ResumeRun = request.body
+    panel, run = rig.panel, request.path["run"]
     header = read_interrupted(panel.history.folder(run)).header
     if header.station_id != rig.station.id:
         message = f"{run} was on {header.station_id}, not on {rig.station.id}"
@@ -155,7 +155,7 @@ def resume_stored(rig: Rig, asked: Asked) -> Done:
         station=rig.name,
         run=run,
         inputs=dict(header.inputs),
-        operator=asked.by,
+        operator=request.by,
         realtime=body.realtime,
         started_utc=header.started_utc,
     )
@@ -170,89 +170,89 @@ def resume_stored(rig: Rig, asked: Asked) -> Done:
     return Done()
 
 
-def answer(rig: Rig, asked: Asked) -> Done:
+def answer(rig: Rig, request: ApiRequest) -> Done:
     """Answer the open prompt."""
-    body: GiveAnswer = asked.body
-    rig.desk.answer(body.prompt, body.text, asked.by)
+    body: GiveAnswer = request.body
+    rig.desk.answer(body.prompt, body.text, request.by)
     return Done()
 
 
-def pause(rig: Rig, asked: Asked) -> Done:
+def pause(rig: Rig, request: ApiRequest) -> Done:
     """Pause at the next safe point."""
-    rig.desk.pause(asked.by)
+    rig.desk.pause(request.by)
     return Done()
 
 
-def deciding(choice: Choice) -> Callable[[Rig, Asked], Done]:
-    """Return what decides how a paused run is resumed, with the reason or remark of the body."""
+def decision_handler(choice: Choice) -> Callable[[Rig, ApiRequest], Done]:
+    """Return a handler that resumes a paused run in this way, with the body's reason or remark."""
 
-    def decide(rig: Rig, asked: Asked) -> Done:
-        said = getattr(asked.body, "text" if choice is Choice.NOTE else "reason", "")
-        rig.desk.decide(choice, asked.by, said.strip())
+    def decide(rig: Rig, request: ApiRequest) -> Done:
+        text = getattr(request.body, "text" if choice is Choice.NOTE else "reason", "")
+        rig.desk.decide(choice, request.by, text.strip())
         return Done()
 
     return decide
 
 
-def abort(rig: Rig, asked: Asked) -> Done:
+def abort(rig: Rig, request: ApiRequest) -> Done:
     """End the run in order."""
-    body: Why = asked.body
+    body: Why = request.body
     rig.sequence.stop()
-    rig.desk.abort(asked.by, body.reason.strip())
+    rig.desk.abort(request.by, body.reason.strip())
     return Done()
 
 
-def stop(panel: Panel, asked: Asked) -> Stopped:
+def stop(panel: Panel, request: ApiRequest) -> Stopped:
     """Make the rig safe at once, for any client; all rigs if none is named."""
-    body: Why = asked.body
-    named = asked.query.get("rig", "")
-    rigs = [each for each in panel.opened() if named in ("", each.name)]
-    if not rigs and named:
-        raise not_found(f"there is no rig '{named[:80]}'", "see GET /api/v1/rigs")
-    by, reason = panel.name_of(asked.client), body.reason.strip()
-    for each in rigs:
-        each.sequence.stop()
-    # each in a thread of its own: a rig that does not take the word holds up no other
-    with ThreadPoolExecutor(max(len(rigs), 1)) as at_once:
-        stopped = list(at_once.map(lambda each: each.desk.stop(by, reason), rigs))
+    body: Why = request.body
+    name = request.query.get("rig", "")
+    rigs = [rig for rig in panel.open_rigs() if name in ("", rig.name)]
+    if not rigs and name:
+        raise not_found(f"there is no rig '{name[:80]}'", "see GET /api/v1/rigs")
+    by, reason = panel.name_of(request.client), body.reason.strip()
+    for rig in rigs:
+        rig.sequence.stop()
+    # each in its own thread: a rig that does not respond delays no other
+    with ThreadPoolExecutor(max(len(rigs), 1)) as pool:
+        stopped = list(pool.map(lambda rig: rig.desk.stop(by, reason), rigs))
     return Stopped(stopped=any(stopped))
 
 
 def _preflight(rig: Rig, body: Pair, digest: str) -> Preflight:
     """Return the preflight that lets this run start; raise PanelError if there is none."""
-    found: Preflight | None = rig.board.get("preflight")
-    looked = rig.looked_at
+    preflight: Preflight | None = rig.board.get("preflight")
+    checked = rig.checked_files
     hint = "POST /api/v1/preflight first"
-    if found is None or not found.done or looked is None:
+    if preflight is None or not preflight.done or checked is None:
         raise wrong_state("no preflight was made", hint)
-    if (found.procedure, found.station) != (body.procedure, body.station):
+    if (preflight.procedure, preflight.station) != (body.procedure, body.station):
         raise wrong_state("the preflight was of another procedure or station", hint)
-    if looked.digest != digest:
+    if checked.digest != digest:
         raise wrong_state("procedure or station has changed since the preflight", hint)
-    if time.monotonic() - looked.at_s > FRESH_S:
+    if time.monotonic() - checked.at_s > FRESH_S:
         raise wrong_state("the preflight is too old", hint)
-    return found
+    return preflight
 
 
-def _overridden(found: Preflight, override: Overridden | None) -> tuple[PreflightItem, ...]:
-    """Return what is let pass; raise PanelError for what is not, and for what needs it not."""
-    failed = [each for each in found.items if each.state == "fail"]
-    words = set(override.what) if override else set()
-    for word in words - {each.override for each in failed if each.override}:
-        message = f"'{word[:80]}' cannot be overridden here"
+def _overridden(preflight: Preflight, override: Overridden | None) -> tuple[PreflightItem, ...]:
+    """Return the overridden items; raise PanelError for other failed ones and wrong overrides."""
+    failed = [item for item in preflight.items if item.state == "fail"]
+    overrides = set(override.what) if override else set()
+    for name in overrides - {item.override for item in failed if item.override}:
+        message = f"'{name[:80]}' cannot be overridden here"
         raise PanelError(422, "invalid", message, "see override of the preflight's items")
-    left = [each for each in failed if each.override not in words]
-    if left:
-        message = "; ".join(f"{each.name}: {each.text}" for each in left)
+    remaining = [item for item in failed if item.override not in overrides]
+    if remaining:
+        message = "; ".join(f"{item.name}: {item.text}" for item in remaining)
         hint = "fix it, or override items that allow it, with a name and a reason"
         raise PanelError(409, "wrong_state", message, hint)
-    return tuple(each for each in failed if each.override in words)
+    return tuple(item for item in failed if item.override in overrides)
 
 
-def check_inputs(procedure: Path, given: Mapping[str, str]) -> None:
-    """Raise PanelError for an input that is not asked for, or not accepted."""
+def check_inputs(procedure: Path, texts: Mapping[str, str]) -> None:
+    """Raise PanelError for an unknown input, or one that is not accepted."""
     inputs = load_procedure(procedure).inputs
-    for name, text in given.items():
+    for name, text in texts.items():
         if name not in inputs:
             raise not_found(f"the procedure has no input '{name}'")
         try:

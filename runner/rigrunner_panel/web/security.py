@@ -1,4 +1,4 @@
-"""Who may ask: hosts and origins that are this server's own, a token, a client's id.
+"""Access control: the server's own hosts and origins, a token, and a client id.
 
 A page of somebody else's, open in the same browser, must get nothing and do nothing: neither by a
 request of its own (Origin, Sec-Fetch-Site), nor by a name of its own that it lets point here (Host,
@@ -19,7 +19,7 @@ from starlette.responses import JSONResponse
 
 from rigrunner.api.errors import UsageError
 from rigrunner_panel.errors import PanelError
-from rigrunner_panel.web.asked import API
+from rigrunner_panel.web.operation import API
 
 if TYPE_CHECKING:
     from starlette.types import ASGIApp, Message, Receive, Scope, Send
@@ -46,7 +46,7 @@ HEADERS = {
 
 
 class Guard:
-    """ASGI middleware: refuses what is not this server's own, and says what a page may do."""
+    """ASGI middleware: refuses foreign hosts and origins, and sets the headers of security."""
 
     def __init__(self, app: ASGIApp, panel: Panel) -> None:
         self._app = app
@@ -98,31 +98,31 @@ class Guard:
             raise PanelError(401, "no_token", "the token is missing or wrong", hint)
 
     def _is_same(self, origin: str, host: str) -> bool:
-        """Say whether a page of that origin is the panel's own, as the Host has it.
+        """Return whether a page of that origin is the panel's own, as the Host has it.
 
         By the public name it came through TLS: a page without it is from a machine on the way.
         """
-        parted = _parted(origin)
+        page = _split(origin)
         if self._is_public(host):
-            return parted.scheme == "https" and self._is_public(parted.netloc)
-        return parted.netloc.casefold() == host.casefold()
+            return page.scheme == "https" and self._is_public(page.netloc)
+        return page.netloc.casefold() == host.casefold()
 
     def _foreign(self, origin: str) -> tuple[str, str]:
         """Return what is wrong with an origin, and what to do where a proxy may be at fault."""
-        if self._is_public(_parted(origin).netloc):
+        if self._is_public(_split(origin).netloc):
             hint = "the proxy must pass the Host on: proxy_set_header Host $http_host"
             return "the host name of the request differs from that of its page", hint
         return "requests from pages of other sites are refused", ""
 
     def _is_public(self, netloc: str) -> bool:
-        """Say whether this is the public name, with its port; 443 need not be said."""
+        """Return whether this is the public name, with its port; 443 may be left out."""
         return bool(self._public) and _with_port(netloc) == _with_port(self._public)
 
     def _is_own(self, host: str) -> bool:
-        """Say whether a Host is a name or an address of this server; a port may be forwarded."""
+        """Return whether a Host is a name or an address of this server; a port may be forwarded."""
         if self._is_public(host):
             return True
-        name = (_parted(f"//{host}").hostname or "").casefold()
+        name = (_split(f"//{host}").hostname or "").casefold()
         if name in self._names:
             return True
         try:
@@ -137,14 +137,14 @@ class Guard:
         query = dict(part.split("=", 1) for part in text.split("&") if "=" in part)
         if self._panel.admits(scope["path"], query.get("ticket", "")):
             return True
-        kind, _, given = headers.get("authorization", "").partition(" ")
+        kind, _, token = headers.get("authorization", "").partition(" ")
         if kind.casefold() != "bearer":
-            given = _offered_token(headers) if scope["type"] == "websocket" else ""
-        return hmac.compare_digest(given.encode(), self._panel.settings.token.encode())
+            token = _offered_token(headers) if scope["type"] == "websocket" else ""
+        return hmac.compare_digest(token.encode(), self._panel.settings.token.encode())
 
 
 def is_loopback(host: str) -> bool:
-    """Say whether a host to listen on can be reached from this machine alone."""
+    """Return whether a host to listen on can be reached from this machine alone."""
     if host == "localhost":
         return True
     try:
@@ -173,7 +173,7 @@ def _own_names(host: str) -> frozenset[str]:
     return frozenset(names)
 
 
-def _parted(address: str) -> SplitResult:
+def _split(address: str) -> SplitResult:
     """Return the parts of an address; of another text, parts that match none."""
     try:
         return urlsplit(address)
@@ -183,14 +183,14 @@ def _parted(address: str) -> SplitResult:
 
 def _offered_token(headers: Headers) -> str:
     """Return the token among the subprotocols; empty without one."""
-    offered = (each.strip() for each in headers.get("sec-websocket-protocol", "").split(","))
-    found = (each for each in offered if each.startswith(_TOKEN_PROTOCOL))
-    return next(found, "").removeprefix(_TOKEN_PROTOCOL)
+    protocols = map(str.strip, headers.get("sec-websocket-protocol", "").split(","))
+    tokens = (protocol for protocol in protocols if protocol.startswith(_TOKEN_PROTOCOL))
+    return next(tokens, "").removeprefix(_TOKEN_PROTOCOL)
 
 
 async def _refuse(error: PanelError, scope: Scope, receive: Receive, send: Send) -> None:
     if scope["type"] == "websocket":
-        # ASGI wants the connection taken in before it may be refused.
+        # ASGI requires that the connection is received before it is refused.
         await receive()
         await send({"type": "websocket.close", "code": 4000 + error.status, "reason": ""})
         return

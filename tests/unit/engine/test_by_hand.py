@@ -49,16 +49,16 @@ def by_hand(steps, device=None, *, stop=None, interlocks=(), listener=None):
 
 
 def test_steps_are_done_as_they_come_and_the_rig_is_safe_in_the_end():
-    seen = []
+    positions = []
 
     def steps(session):
         yield SET
-        seen.append(session.rig.standing("tester", "frequency"))
+        positions.append(session.rig.standing("tester", "frequency"))
         yield RECORD
 
     summary, listener, device = by_hand(steps)
-    assert (summary.outcome, summary.safe, seen) == (Outcome.COMPLETED, True, [10.0])
-    assert [(each.index, each.ok) for each in listener.of(StepEnded)] == [(0, True), (1, True)]
+    assert (summary.outcome, summary.safe, positions) == (Outcome.COMPLETED, True, [10.0])
+    assert [(event.index, event.ok) for event in listener.of(StepEnded)] == [(0, True), (1, True)]
     assert device.drives_at["frequency"] == 0.0
     assert listener.of(MadeSafe)
     assert listener.of(RunEnded)[0].outcome is Outcome.COMPLETED
@@ -87,7 +87,7 @@ def test_a_stop_ends_it_between_steps_and_inside_of_one():
 
     summary, listener, device = by_hand(steps, stop=stop)
     assert summary.outcome is Outcome.ABORTED
-    assert [each.action for each in listener.of(Intervention)] == ["abort"]
+    assert [event.action for event in listener.of(Intervention)] == ["abort"]
     assert len(listener.of(StepStarted)) == 1
     assert device.drives_at["frequency"] == 0.0
 

@@ -67,16 +67,16 @@ def done(plan, device=None, resume_at=None, **inputs):
 
 
 def steps_of(events):
-    return [each.step for each in events if isinstance(each, StepStarted)]
+    return [event.step for event in events if isinstance(event, StepStarted)]
 
 
 def notes_of(events):
-    return [each.text for each in events if isinstance(each, Note)]
+    return [event.text for event in events if isinstance(event, Note)]
 
 
 def passes(events):
-    return [each.coordinates["block"] for each in events
-            if isinstance(each, StepStarted) and each.action == "record"]  # fmt: skip
+    return [event.coordinates["block"] for event in events
+            if isinstance(event, StepStarted) and event.action == "record"]  # fmt: skip
 
 
 @pytest.mark.parametrize(
@@ -161,8 +161,8 @@ def test_a_loop_that_was_interrupted_goes_on_with_its_pass(killed):
     plan = plan_of(LOOP)
     loads = (900.0, 900.0, 900.0, 1200.0)
     events = done(plan, Loaded(*loads))
-    at = next(n for n, each in enumerate(events)
-              if isinstance(each, StepStarted) and each.step == killed)  # fmt: skip
+    at = next(n for n, event in enumerate(events)
+              if isinstance(event, StepStarted) and event.step == killed)  # fmt: skip
     resume_at = find_resume_point(plan.steps, events[: at + 1], "Ada")
     assert plan.steps[resume_at.start].path == KILLED[0]
     assert passes(done(plan, Loaded(1200.0), resume_at)) == [2]
@@ -171,8 +171,8 @@ def test_a_loop_that_was_interrupted_goes_on_with_its_pass(killed):
 def test_a_loop_that_was_left_is_not_begun_again():
     plan = plan_of(LOOP)
     events = done(plan, Loaded(1200.0))
-    at = next(n for n, each in enumerate(events)
-              if isinstance(each, StepStarted) and each.step == "main[1].measure")  # fmt: skip
+    at = next(n for n, event in enumerate(events)
+              if isinstance(event, StepStarted) and event.step == "main[1].measure")  # fmt: skip
     resume_at = find_resume_point(plan.steps, events[: at + 1], "Ada")
     assert plan.steps[resume_at.start].path == "main[1].measure"
     assert resume_at.left_out == frozenset(range(3, 12))
@@ -184,8 +184,8 @@ def test_a_loop_that_was_left_is_not_begun_again():
 def test_a_look_that_was_interrupted_is_done_without_its_pass():
     plan = plan_of(LOOP)
     events = done(plan, Loaded(900.0, 900.0, 1200.0))
-    at = next(n for n, each in enumerate(events) if isinstance(each, StepStarted)
-              and each.step == "main[0].repeat[0].until")  # fmt: skip
+    at = next(n for n, event in enumerate(events) if isinstance(event, StepStarted)
+              and event.step == "main[0].repeat[0].until")  # fmt: skip
     resume_at = find_resume_point(plan.steps, events[: at + 1], "Ada")
     assert plan.steps[resume_at.start].path == "main[0].repeat[0].until"
     assert passes(done(plan, Loaded(1200.0), resume_at)) == []
@@ -215,7 +215,7 @@ main:
 )
 def test_steps_hang_on_an_answer(side, kinds):
     events = done(plan_of(ANY), side=side)
-    assert [each.action for each in events if isinstance(each, StepStarted)] == kinds
+    assert [event.action for event in events if isinstance(event, StepStarted)] == kinds
 
 
 def test_a_step_whose_question_was_never_asked_is_left_out():
@@ -227,8 +227,8 @@ def test_a_step_whose_question_was_never_asked_is_left_out():
 def test_what_a_condition_left_out_of_the_setup_stays_out_when_resumed():
     plan = plan_of(ANY)
     events = done(plan, side="left")
-    at = next(n for n, each in enumerate(events)
-              if isinstance(each, StepStarted) and each.step == "main[2].wait")  # fmt: skip
+    at = next(n for n, event in enumerate(events)
+              if isinstance(event, StepStarted) and event.step == "main[2].wait")  # fmt: skip
     resume_at = find_resume_point(plan.steps, events[: at + 1], "Ada")
     brought_back = "main[0].group.steps[2].set.tester.load"
     assert steps_of(done(plan, resume_at=resume_at, side="left")) == [brought_back, "main[2].wait"]
@@ -242,8 +242,8 @@ main:
   - wait: {time: 2 s, when: {input: warm, is: no}}
 """
     events = done(plan_of(text))
-    waited = [each.step for each in events
-              if isinstance(each, StepEnded) and each.action == "wait"]  # fmt: skip
+    waited = [event.step for event in events
+              if isinstance(event, StepEnded) and event.action == "wait"]  # fmt: skip
     assert waited == ["main[2].wait"]
 
 
@@ -261,7 +261,7 @@ main:
   - measure: {channels: [tester.load]}
 """
     plan = plan_of(text)
-    (at,) = (n for n, each in enumerate(plan.steps) if each.path == "main[0].sweep[1].set")
+    (at,) = (n for n, step in enumerate(plan.steps) if step.path == "main[0].sweep[1].set")
     assert not may_be_skipped(plan.steps, at, lambda _role, _drive: 100.0)
     assert may_be_skipped(plan.steps, at, lambda _role, _drive: 0.0)
 

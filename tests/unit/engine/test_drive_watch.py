@@ -58,8 +58,8 @@ def test_a_drive_that_falls_away_beside_a_reading_ends_the_run(bench, action):
 
 def test_a_drive_that_fell_away_between_two_steps_is_found_before_anything_is_read():
     bench = Bench("set frequency 10")
-    wanted = [LOADED, SetDrive("tester", "frequency", 10.0, "Hz"), MEASURE]
-    summary = run(bench, plan_of((), wanted, ()))
+    steps = [LOADED, SetDrive("tester", "frequency", 10.0, "Hz"), MEASURE]
+    summary = run(bench, plan_of((), steps, ()))
     assert summary.outcome is Outcome.ABORTED
     assert "read torque" not in bench.calls
 
@@ -108,12 +108,12 @@ def test_another_device_is_watched_while_one_streams():
     tester = FakeTester(before=fall)
     clock = SimulatedClock()
     tester.spoil = lambda blocks: _passing(blocks, clock)
-    wanted = [SetDrive("press", "load", 1000.0, "N"), record("001", seconds=1.0)]
+    steps = [SetDrive("press", "load", 1000.0, "N"), record("001", seconds=1.0)]
     listener = Listener()
     rig = Rig({"tester": tester, "press": press}, clock)
     rig.connect()
     bus = Bus([listener])
-    plan = plan_of((), wanted, ())
+    plan = plan_of((), steps, ())
     summary = run_plan(plan, rig, bus, clock, UnattendedAnswers(), threading.Event(), "run")
     assert summary.reason.startswith("press.load was set to 1000 N and reads back 0 N")
     assert len(listener.of(Samples)) < 10
@@ -145,7 +145,7 @@ SCAN = Scan(
     name="sweep",
     role="tester",
     drive="frequency",
-    values=tuple(float(each) for each in range(1, 11)),
+    values=tuple(float(number) for number in range(1, 11)),
     channels=(Member("tester", "torque"),),
     settle_s=0.0,
     setpoints={"tester.load": 1000.0},
@@ -168,10 +168,10 @@ def test_a_scan_that_takes_its_time_ends_at_the_point_at_which_the_drive_fell_aw
 
 
 def test_a_drive_that_fell_away_was_last_seen_in_its_place_at_the_check_before():
-    clock, device, found = SimulatedClock(), FakeTester(), []
+    clock, device, events = SimulatedClock(), FakeTester(), []
     rig = Rig({"tester": device}, clock)
     rig.connect()
-    watch = DriveWatch(rig, lambda _kind, **fields: found.append(fields))
+    watch = DriveWatch(rig, lambda _kind, **fields: events.append(fields))
     rig.set("tester", "load", 500.0)
     clock.sleep(5.0)
     watch.check()
@@ -179,4 +179,4 @@ def test_a_drive_that_fell_away_was_last_seen_in_its_place_at_the_check_before()
     device.drives_at["load"] = 0.0
     with pytest.raises(InterlockError):
         watch.look()
-    assert found[0]["latency_s"] == pytest.approx(0.25)
+    assert events[0]["latency_s"] == pytest.approx(0.25)

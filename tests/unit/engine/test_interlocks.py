@@ -45,20 +45,20 @@ HOT = Interlock(
 
 def watched(interlock, *values, step_s=1.0):
     """Return what happens when values are read one after the other: (time, change) pairs."""
-    watch, found = Watch(interlock, 0.0), []
+    watch, changes = Watch(interlock, 0.0), []
     for number, value in enumerate(values):
         now_s = number * step_s
         if value is None:
             watch.miss(now_s, "cable")
         else:
             watch.take(np.array([now_s]), np.array([float(value)]), now_s)
-        found += [(now_s, change) for change in watch.changes]
+        changes += [(now_s, change) for change in watch.changes]
         watch.changes.clear()
-    return found
+    return changes
 
 
 @pytest.mark.parametrize(
-    ("more", "values", "wanted"),
+    ("more", "values", "changes"),
     [
         ({"maximum": 5.0}, [5, 6, 6, 5], [(1, "tripped"), (3, "cleared")]),
         ({"maximum": inf, "minimum": 5.0}, [5, 4.9, 5], [(1, "tripped"), (2, "cleared")]),
@@ -80,8 +80,8 @@ def watched(interlock, *values, step_s=1.0):
         ({"maximum": 5.0}, [float("nan")], [(0, "tripped")]),
     ],
 )
-def test_what_trips_and_what_clears(more, values, wanted):
-    assert watched(replace(HOT, **more), *values) == wanted
+def test_what_trips_and_what_clears(more, values, changes):
+    assert watched(replace(HOT, **more), *values) == changes
 
 
 @pytest.mark.parametrize(
@@ -232,8 +232,8 @@ def test_ctrl_c_while_an_interlock_is_read_is_not_taken_for_a_channel_that_canno
     presses = iter([KeyboardInterrupt])
 
     def load_at(now_s):
-        for each in presses if now_s > 1.0 else ():
-            raise each
+        for press in presses if now_s > 1.0 else ():
+            raise press
         return 0.0
 
     summary, listener, _ = run_with(HOT, load_at)
@@ -247,7 +247,7 @@ def test_a_pause_by_an_interlock_aborts_where_nobody_is_there():
     summary, listener, _ = run_with(replace(HOT, does="pause"), steps_over_at(1.0))
     assert summary.outcome is Outcome.ABORTED
     assert "there is nobody to resume it" in summary.reason
-    assert [one.action for one in listener.of(Intervention)] == ["pause", "abort"]
+    assert [event.action for event in listener.of(Intervention)] == ["pause", "abort"]
 
 
 @pytest.mark.parametrize(
@@ -255,7 +255,7 @@ def test_a_pause_by_an_interlock_aborts_where_nobody_is_there():
 )
 def test_of_several_interlocks_the_gravest_decides(others, safe_first):
     clock = SimulatedClock()
-    interlocks = tuple(replace(HOT, name=each, does=each) for each in others)
+    interlocks = tuple(replace(HOT, name=name, does=name) for name in others)
     device = Rising(clock, steps_over_at(1.0))
     plan = plan_of((), [Settle(3.0)], (SetDrive("tester", "load", 0.0, "N"),))
     summary = run(device, replace(plan, interlocks=interlocks), clock=clock)
@@ -277,7 +277,7 @@ def test_a_teardown_is_done_though_an_interlock_is_tripped():
     plan = plan_of((), [Settle(2.0)], (Settle(1.0), SetDrive("tester", "load", 0.0, "N")))
     summary, listener, device = run_with(HOT, steps_over_at(1.0), plan)
     assert summary.outcome is Outcome.ABORTED
-    assert [one.ok for one in listener.of(StepEnded)] == [False, True, True]
+    assert [event.ok for event in listener.of(StepEnded)] == [False, True, True]
     assert device.calls[-1] == "make_safe"
 
 
@@ -355,7 +355,7 @@ def test_a_block_without_samples_says_nothing_of_a_watched_channel():
     guard.feed("tester", Block(1000.0, 0, 0.0, {"load": np.zeros(0)}))
     assert not guard.tripped
     guard.feed("tester", Block(1000.0, 0, 0.0, {"load": np.array([9e3])}))
-    assert [each.interlock for each in guard.tripped] == [HOT]
+    assert [watch.interlock for watch in guard.tripped] == [HOT]
 
 
 def test_every_interlock_is_read_before_each_step_also_one_that_is_not_due_yet():
@@ -370,7 +370,7 @@ def test_an_interlock_that_trips_in_the_teardown_is_put_on_record():
     plan = plan_of((), (), [Settle(2.0), SetDrive("tester", "load", 0.0, "N")])
     summary, listener, device = run_with(HOT, steps_over_at(1.0), plan)
     assert summary.outcome is Outcome.COMPLETED
-    assert [one.interlock for one in listener.of(InterlockTripped)] == ["hot"]
+    assert [event.interlock for event in listener.of(InterlockTripped)] == ["hot"]
     assert "set load 0" in device.calls
 
 
@@ -405,10 +405,10 @@ def test_a_jump_is_told_from_the_reading_before_and_not_from_the_first():
 
 def fed(interlock, blocks, value_at, *, late_s=(), read_after_s=0.1):
     """Feed blocks of so many s, some of them late, then read once; return what happened."""
-    clock, found, first, rate_hz = SimulatedClock(), [], 0, 100.0
+    clock, kinds, first, rate_hz = SimulatedClock(), [], 0, 100.0
     rig = Rig({"tester": FakeTester()}, clock)
     rig.connect()
-    guard = Guard([interlock], rig, lambda kind, **_more: found.append(kind))
+    guard = Guard([interlock], rig, lambda kind, **_more: kinds.append(kind))
     watch = Watch(interlock, 0.0)
     guard._watches = [watch]
     for index, seconds in enumerate(blocks):
@@ -443,8 +443,8 @@ def test_a_rate_is_that_of_the_samples_however_their_blocks_come(blocks, late_s,
 
 def test_a_jump_within_a_long_block_is_a_change():
     """By the means over 2 s it was 5.5 per s: 20 in 0.2 s, which single readings show."""
-    found = fed(RISING, [2.0, 2.0], lambda at_s: np.clip(100 * (at_s - 1), 0, 20))
-    assert "tripped" in found
+    trips = fed(RISING, [2.0, 2.0], lambda at_s: np.clip(100 * (at_s - 1), 0, 20))
+    assert "tripped" in trips
 
 
 def test_an_interlock_that_is_not_due_is_not_read():

@@ -42,7 +42,7 @@ def test_readings_of_several_devices_come_in_the_order_that_was_asked_for():
     session = Session(
         rig, lambda *_, **__: None, UnattendedAnswers(), threading.Event(), Guard((), rig, None)
     )
-    asked = [Member("rack", "door"), Member("box", "mode"), Member("rack", "mode")]
-    assert list(session.observe(asked).items()) == [
+    members = [Member("rack", "door"), Member("box", "mode"), Member("rack", "mode")]
+    assert list(session.observe(members).items()) == [
         ("rack.door", True), ("box.mode", "observe mode"), ("rack.mode", "observe door,mode"),
     ]  # fmt: skip

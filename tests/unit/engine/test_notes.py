@@ -26,7 +26,7 @@ def notes_with(error):
 def test_a_sink_that_fails_is_an_error_of_the_run():
     error = RuntimeError("disk")
     notes, kinds = notes_with(error)
-    notes.tell(Note, step="main[0]", text="marginal")
+    notes.try_emit(Note, step="main[0]", text="marginal")
     assert notes.first is error
     assert kinds == ["Note", "Alarm"]
 
@@ -34,6 +34,6 @@ def test_a_sink_that_fails_is_an_error_of_the_run():
 def test_ctrl_c_while_an_event_is_told_is_not_taken_for_a_sink_that_fails():
     notes, kinds = notes_with(KeyboardInterrupt())
     with pytest.raises(KeyboardInterrupt):
-        notes.tell(Note, step="main[0]", text="marginal")
+        notes.try_emit(Note, step="main[0]", text="marginal")
     assert notes.first is None
     assert kinds == ["Note"]

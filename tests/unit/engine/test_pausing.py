@@ -39,11 +39,11 @@ SCAN = Scan(
 
 
 def done(listener) -> list[tuple[str, bool]]:
-    return [(one.step.removeprefix("main[0]."), one.ok) for one in listener.of(StepEnded)]
+    return [(event.step.removeprefix("main[0]."), event.ok) for event in listener.of(StepEnded)]
 
 
 def recordings(listener) -> list[tuple[str, bool]]:
-    return [(one.recording, one.ok) for one in listener.of(StepEnded) if one.recording]
+    return [(event.recording, event.ok) for event in listener.of(StepEnded) if event.recording]
 
 
 @pytest.mark.parametrize("kind", ["setdrive", "settle", "record"])
@@ -52,8 +52,8 @@ def test_a_run_that_is_resumed_has_done_every_step(kind):
     assert (summary.outcome, summary.error) == (Outcome.COMPLETED, None)
     good = [name for name, ok in recordings(listener) if ok]
     assert len(good) == 3
-    assert [one.action for one in listener.of(Intervention)] == ["pause", "resume"]
-    assert [one.by for one in listener.of(Intervention)] == ["keyboard", "Ada"]
+    assert [event.action for event in listener.of(Intervention)] == ["pause", "resume"]
+    assert [event.by for event in listener.of(Intervention)] == ["keyboard", "Ada"]
     assert person.seen[0].step == f"{SECOND}.{kind}"
     assert device.drives_at == {"load": 0.0, "frequency": 0.0}
 
@@ -85,7 +85,7 @@ def test_a_device_that_cannot_pause_says_so():
     _, listener, person, _ = pausing_run(f"{SECOND}.record", decided(Choice.RESUME))
     text = "tester cannot pause: frequency stays at 11 Hz"
     assert person.seen[0].moving == (text,)
-    assert [(one.source, one.text) for one in listener.of(Alarm)] == [("pause", text)]
+    assert [(event.source, event.text) for event in listener.of(Alarm)] == [("pause", text)]
 
 
 def test_a_device_at_rest_has_nothing_to_pause():
@@ -146,14 +146,14 @@ def test_a_step_that_leads_a_drive_to_where_the_rest_needs_it_is_not_skipped(
     assert (summary.outcome is Outcome.COMPLETED) is offered
 
 
-@pytest.mark.parametrize(("settle_s", "told"), [(0.1, [0, 1, 2]), (0.0, [0, 0, 1, 2])])
-def test_a_scan_that_a_pause_broke_off_begins_anew(settle_s, told):
+@pytest.mark.parametrize(("settle_s", "points"), [(0.1, [0, 1, 2]), (0.0, [0, 0, 1, 2])])
+def test_a_scan_that_a_pause_broke_off_begins_anew(settle_s, points):
     """While it settles at its first point, or between that and the next one."""
     plan = plan_of((), (replace(SCAN, settle_s=settle_s), record("a", load=30.0)))
     summary, listener, _, device = pausing_run("main[0]", decided(Choice.RESUME), plan=plan)
     assert summary.outcome is Outcome.COMPLETED
-    assert [one.point for one in listener.of(Scanned)] == told
-    assert [one.setpoints["tester.load"] for one in measured(listener.events).rows] == [10, 20, 30]
+    assert [event.point for event in listener.of(Scanned)] == points
+    assert [row.setpoints["tester.load"] for row in measured(listener.events).rows] == [10, 20, 30]
     assert [c for c in device.calls if c.startswith("set load")][:4] == [
         "set load 10", "set load 10", "set load 20", "set load 30",
     ]  # fmt: skip
@@ -219,7 +219,7 @@ def test_a_note_goes_on_record_and_the_run_stays_paused():
         f"{SECOND}.record", decided(Choice.NOTE, "oil on the mandrel"), decided(Choice.RESUME)
     )
     assert summary.outcome is Outcome.COMPLETED
-    assert [one.text for one in listener.of(Note)] == ["Ada: oil on the mandrel"]
+    assert [event.text for event in listener.of(Note)] == ["Ada: oil on the mandrel"]
     assert len(person.seen) == 2
 
 
@@ -246,8 +246,8 @@ def test_a_point_whose_step_cannot_be_repeated_is_not_offered_again():
 
 def test_setup_cannot_be_skipped():
     plan = replace(sweep(), steps=tuple(
-        replace(one, phase=one.phase.SETUP) if one.phase is one.phase.MAIN else one
-        for one in sweep().steps
+        replace(step, phase=step.phase.SETUP) if step.phase is step.phase.MAIN else step
+        for step in sweep().steps
     ))  # fmt: skip
     _, _, person, _ = pausing_run(f"{SECOND}.settle", decided(Choice.RESUME), plan=plan)
     assert Choice.SKIP not in person.seen[0].choices
@@ -372,7 +372,7 @@ def test_stop_now_skips_the_teardown_and_makes_safe():
 
 
 def test_an_outer_point_has_the_inner_ones_inside():
-    inner = [replace(one, points=("outer[0]", *one.points)) for one in sweep(2).steps[:6]]
+    inner = [replace(step, points=("outer[0]", *step.points)) for step in sweep(2).steps[:6]]
     last = replace(inner[0], action=SetDrive("tester", "load", 0.0, "N"), points=("outer[0]",))
     steps = [*inner, last, replace(last, points=("outer[1]",))]
     assert point_at(steps, 1) == range(3)
@@ -386,7 +386,7 @@ class Talkative(Person):
 
     count = 0
 
-    def told(self):
+    def new_actions(self):
         self.count += 1
         return [Interference("take over", f"Ada {self.count}", subject="from Bob")]
 
@@ -397,11 +397,11 @@ def test_what_else_a_person_did_is_put_on_record_also_in_the_teardown():
     plan = Plan((*sweep(1).steps, end))
     summary = run(FakeTester(), plan, critical=[listener], pauses=person, clock=person.clock)
     assert summary.outcome is Outcome.COMPLETED
-    told = listener.of(Intervention)
-    assert [one.by for one in told] == [f"Ada {n + 1}" for n in range(person.count)]
-    assert {(one.action, one.subject) for one in told} == {("take over", "from Bob")}
-    begun = next(one for one in listener.of(StepStarted) if one.step == end.path)
-    assert any(one.seq > begun.seq for one in told)
+    changes = listener.of(Intervention)
+    assert [event.by for event in changes] == [f"Ada {n + 1}" for n in range(person.count)]
+    assert {(event.action, event.subject) for event in changes} == {("take over", "from Bob")}
+    started = next(event for event in listener.of(StepStarted) if event.step == end.path)
+    assert any(event.seq > started.seq for event in changes)
 
 
 def test_all_settling_since_the_drive_was_last_set_is_done_again():
@@ -423,10 +423,10 @@ def test_what_else_a_person_does_during_a_pause_is_put_on_record_before_it_ends(
         def decide(self, paused, watch):
             before = self.count
             decision = super().decide(paused, watch)
-            told.append(self.count - before)
+            counts.append(self.count - before)
             return decision
 
-    told: list[int] = []
+    counts: list[int] = []
     listener, person = Listener(), Asked([decided(Choice.RESUME)])
 
     def notice(event):
@@ -436,14 +436,14 @@ def test_what_else_a_person_does_during_a_pause_is_put_on_record_before_it_ends(
     listener.before = notice
     plan = sweep()
     run(FakeTester(), plan, critical=[listener], pauses=person, clock=person.clock)
-    assert told == [1]
+    assert counts == [1]
 
 
 def test_in_a_pause_an_interlock_that_is_not_due_is_not_read():
     seldom = replace(sweep(1), interlocks=(replace(COLD, every_s=1e6),))
 
     def readings(*choices):
-        decisions = [decided(each, "looked at it") for each in choices]
+        decisions = [decided(choice, "looked at it") for choice in choices]
         at = "main[0].sweep[0].settle"
         return pausing_run(at, *decisions, plan=seldom)[3].calls.count("read load")
 
@@ -461,8 +461,8 @@ def test_who_watches_sees_the_channels_while_time_passes_and_never_during_a_reco
     listener = Listener()
 
     def is_recording():
-        begun = [one for one in listener.of(StepStarted) if one.recording]
-        return len(begun) > len([one for one in listener.of(StepEnded) if one.recording])
+        started = [event for event in listener.of(StepStarted) if event.recording]
+        return len(started) > len([event for event in listener.of(StepEnded) if event.recording])
 
     person = Watcher([])
     person.looks, person.is_recording = [], is_recording

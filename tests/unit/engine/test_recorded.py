@@ -10,14 +10,15 @@ from rigrunner.engine.recorded import RecordedStatistics
 
 
 def test_statistics_are_those_of_all_blocks_of_their_own_channel():
-    taken = RecordedStatistics(["tester.torque.mean", "tester.torque.maximum", "tester.load.rms"])
+    names = ["tester.torque.mean", "tester.torque.maximum", "tester.load.rms"]
+    statistics = RecordedStatistics(names)
     for torque, load in (([1.0, 2.0], [3.0, 3.0]), ([6.0, -1.0], [4.0, 4.0])):
-        taken.take({
+        statistics.take({
             "tester.torque": np.array(torque),
             "tester.load": np.array(load),
             "tester.angle": np.array([9.0, 9.0]),
         })  # fmt: skip
-    assert taken.found() == {
+    assert statistics.found() == {
         "tester.torque.mean": 2.0,
         "tester.torque.maximum": 6.0,
         "tester.load.rms": pytest.approx(12.5**0.5),

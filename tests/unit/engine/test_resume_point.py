@@ -67,8 +67,8 @@ def test_setup_zero_and_drives_are_brought_back():
     resume_at = resume_point_at(plan, "main[5]")
     assert plan.steps[resume_at.start].action is MAIN[5]
     again = [plan.steps[index].action for index in resume_at.before]
-    asked = SETUP[1]
-    assert asked not in again  # it was answered, and a run has one answer
+    question = SETUP[1]
+    assert question not in again  # it was answered, and a run has one answer
     assert again == [SETUP[0], SETUP[2], SETUP[3], MAIN[0], MAIN[4]]
 
 
@@ -93,7 +93,7 @@ def test_a_pause_waits_until_a_resumed_run_has_brought_back_its_state():
         "setup[3]", decided(Choice.RESUME), plan=plan, resume_at=resume_point_at(plan, "main[5]")
     )
     assert summary.outcome is Outcome.COMPLETED
-    assert [each.step for each in person.seen] == ["main[5]"]
+    assert [paused.step for paused in person.seen] == ["main[5]"]
 
 
 @pytest.mark.parametrize("after", ["connect", "stream"])  # before a step, and during one
@@ -116,9 +116,9 @@ def test_an_interlock_that_pauses_while_a_run_is_taken_up_ends_it_before_anythin
     assert ("stream" in device.calls) is (after == "stream")
     assert summary.outcome is Outcome.ABORTED
     assert summary.reason.endswith(", while the run was being resumed")
-    ended = [each for each in listener.of(Intervention) if each.action == "abort"]
-    assert [each.by for each in ended] == ["interlock hot"]
-    assert not any(each.recording for each in listener.of(StepEnded))
+    ended = [event for event in listener.of(Intervention) if event.action == "abort"]
+    assert [event.by for event in ended] == ["interlock hot"]
+    assert not any(event.recording for event in listener.of(StepEnded))
     assert device.drives_at == {"load": 0.0, "frequency": 0.0}
 
 
@@ -138,10 +138,10 @@ def test_what_must_not_be_done_twice_is_kept_or_ends_the_matter():
 
 
 def test_a_drive_that_must_not_be_led_twice_is_not_taken_to_stand_where_it_stood():
-    kept = unrepeatable(plan_of(), "main[0]")
+    unrepeatable_load = unrepeatable(plan_of(), "main[0]")
     refused = r"main\[0\] must not be done twice, and what follows needs the drive where it left it"
     with pytest.raises(DataError, match=refused):
-        resume_point_at(kept, "main[5]")
+        resume_point_at(unrepeatable_load, "main[5]")
     of_the_zero = unrepeatable(plan_of(), "setup[2]")
     with pytest.raises(DataError, match=r"setup\[2\] must not be done twice"):
         resume_point_at(of_the_zero, "main[5]")
@@ -179,10 +179,10 @@ def test_the_streams_behind_the_seam_are_counted_at_their_set_points():
     assert streams == {"tester": [{"load": 1000.0, "frequency": 10.0}]}
 
 
-def resumed(plan, events, device=None, **known):
+def resumed(plan, events, device=None, **options):
     listener, device = Listener(), device or FakeTester()
     resume_at = find_resume_point(plan.steps, events, "Ada", "as it was")
-    return run(device, plan, guarded=[listener], resume_at=resume_at, **known), listener, device
+    return run(device, plan, guarded=[listener], resume_at=resume_at, **options), listener, device
 
 
 def test_a_run_that_is_taken_up_does_the_rest_and_says_so():
@@ -256,8 +256,8 @@ def test_a_run_goes_on_behind_a_step_that_failed_and_was_left():
 
     run(FakeTester(before=fail), plan, guarded=[listener])
     at = next(
-        n for n, one in enumerate(listener.events)
-        if isinstance(one, StepStarted) and one.step == "main[1]"
+        n for n, event in enumerate(listener.events)
+        if isinstance(event, StepStarted) and event.step == "main[1]"
     )  # fmt: skip
     assert find_resume_point(plan.steps, listener.events[: at + 1], "Ada").start == 1
 
@@ -285,8 +285,8 @@ def test_a_setup_step_that_failed_and_must_not_be_done_twice_is_not_taken_as_don
 
     run(FakeTester(before=fail), plan, guarded=[listener])
     at = next(
-        n for n, one in enumerate(listener.events)
-        if isinstance(one, StepStarted) and one.step == "main[3]"
+        n for n, event in enumerate(listener.events)
+        if isinstance(event, StepStarted) and event.step == "main[3]"
     )  # fmt: skip
     with pytest.raises(DataError, match=r"setup\[3\] was interrupted, and must not be done twice"):
         find_resume_point(plan.steps, listener.events[: at + 1], "Ada")
@@ -298,18 +298,18 @@ def test_what_settled_before_settles_again_where_a_run_goes_on_inside_a_set_poin
     once = replace(plan.steps[1], within=".first")
     settle = replace(sweep(1).steps[1], within=".again")
     plan = replace(plan, steps=(plan.steps[0], once, settle, *plan.steps[2:]))
-    begun = until(plan, f"{point}.record")
-    assert find_resume_point(plan.steps, begun, "Ada").start == 3
-    _, listener, _ = resumed(plan, begun)
-    steps = [each.step for each in listener.of(StepStarted)]
+    events = until(plan, f"{point}.record")
+    assert find_resume_point(plan.steps, events, "Ada").start == 3
+    _, listener, _ = resumed(plan, events)
+    steps = [event.step for event in listener.of(StepStarted)]
     assert steps.index(f"{point}.again") < steps.index(f"{point}.record")
 
 
 def test_a_run_of_which_everything_is_done_ends_without_doing_it_again():
     plan = replace(plan_of(), steps=sweep(1).steps[:3])
-    begun = until(plan, plan.steps[2].path, ended=True)
-    assert find_resume_point(plan.steps, begun, "Ada").start == 3
-    summary, listener, _ = resumed(plan, begun)
+    events = until(plan, plan.steps[2].path, ended=True)
+    assert find_resume_point(plan.steps, events, "Ada").start == 3
+    summary, listener, _ = resumed(plan, events)
     assert summary.outcome is Outcome.COMPLETED
     assert listener.of(StepStarted) == []
 
@@ -324,7 +324,7 @@ def test_drives_that_a_set_point_sets_itself_are_not_set_before_it():
             steps.append(replace(step, within=".load", action=load))
         steps.append(step)
     plan = replace(plan, steps=tuple(steps))
-    led = [each.action.drive for each in plan.steps[4:6] if isinstance(each.action, SetDrive)]
+    led = [step.action.drive for step in plan.steps[4:6] if isinstance(step.action, SetDrive)]
     assert led == ["load", "frequency"]
     resume_at = resume_point_at(plan, f"{SECOND}.record")
     assert (resume_at.start, resume_at.before) == (4, ())
@@ -351,8 +351,8 @@ def test_a_value_out_of_limits_while_a_run_is_taken_up_stops_it():
 def test_a_decision_on_record_behind_the_last_step_leaves_nothing_to_do(choice):
     plan = replace(plan_of(), steps=sweep(1).steps[:3])
     done = until(plan, plan.steps[2].path, ended=True)
-    known = {"seq": len(done), "monotonic_s": 0.0, "utc": "", "by": "Ada", "reason": "too late"}
-    late = Intervention(action=choice, **known)
+    fields = {"seq": len(done), "monotonic_s": 0.0, "utc": "", "by": "Ada", "reason": "too late"}
+    late = Intervention(action=choice, **fields)
     assert find_resume_point(plan.steps, [*done, late], "Ada").start == 3
 
 
@@ -372,7 +372,7 @@ def test_cycles_are_counted_on_from_the_last_step_that_is_on_record():
 
 def test_cycles_of_setup_are_none_of_main():
     plan = plan_of()
-    events = [replace_cycles(each, {"tester": 7.0}) for each in until(plan, "setup[3]")]
+    events = [replace_cycles(event, {"tester": 7.0}) for event in until(plan, "setup[3]")]
     assert find_resume_point(plan.steps, events, "Ada").cycles == {}
     events = [*events[:-1], *(replace_cycles(e, {"tester": 7.0}) for e in until(plan, "main[0]"))]
     assert find_resume_point(plan.steps, events, "Ada").cycles == {"tester": 7.0}

@@ -66,42 +66,42 @@ def test_run_that_completes_tells_all():
 def test_every_step_begins_and_ends_in_order():
     listener = Listener()
     run(FakeTester(), critical=[listener])
-    begun = [(one.index, one.step, one.action) for one in listener.of(StepStarted)]
-    assert begun == [(one.index, one.step, one.action) for one in listener.of(StepEnded)]
-    assert [action for _, _, action in begun] == [
+    started = [(event.index, event.step, event.action) for event in listener.of(StepStarted)]
+    assert started == [(event.index, event.step, event.action) for event in listener.of(StepEnded)]
+    assert [action for _, _, action in started] == [
         "confirm", "ask", "set", "zero", "set", "set", "settle", "record", "set", "record",
         "set", "set",
     ]  # fmt: skip
-    assert all(one.ok for one in listener.of(StepEnded))
+    assert all(event.ok for event in listener.of(StepEnded))
 
 
 def test_settle_lets_simulated_time_pass():
     listener = Listener()
     run(FakeTester(), critical=[listener])
-    (begun,) = (one for one in listener.of(StepStarted) if one.action == "settle")
-    (ended,) = (one for one in listener.of(StepEnded) if one.action == "settle")
-    assert ended.monotonic_s - begun.monotonic_s == pytest.approx(0.3)
+    (started,) = (event for event in listener.of(StepStarted) if event.action == "settle")
+    (ended,) = (event for event in listener.of(StepEnded) if event.action == "settle")
+    assert ended.monotonic_s - started.monotonic_s == pytest.approx(0.3)
 
 
 def test_questions_and_answers_are_on_record():
     listener = Listener()
     run(FakeTester(), critical=[listener])
-    assert [one.text for one in listener.of(Prompt)] == ["Guards closed?", "Serial number?"]
-    confirmed, asked = listener.of(Answer)
+    assert [event.text for event in listener.of(Prompt)] == ["Guards closed?", "Serial number?"]
+    confirmed, answered = listener.of(Answer)
     assert (confirmed.text, confirmed.into) == ("yes", "")
-    assert (asked.text, asked.into) == ("DEMO-0001", "specimen")
-    assert asked.by == "unattended answer of the procedure"
+    assert (answered.text, answered.into) == ("DEMO-0001", "specimen")
+    assert answered.by == "unattended answer of the procedure"
 
 
 def test_recording_carries_samples_conditions_setpoints_and_truth():
     listener = Listener()
     run(FakeTester(), critical=[listener])
-    blocks = [one.block for one in listener.of(Samples) if one.recording == "001_10Hz"]
+    blocks = [event.block for event in listener.of(Samples) if event.recording == "001_10Hz"]
     assert [block.first_sample for block in blocks] == [0, 100, 200]
     assert set(blocks[0].channels) == {"tester.angle", "tester.torque"}
-    (begun,) = (one for one in listener.of(StepStarted) if one.recording == "001_10Hz")
-    (ended,) = (one for one in listener.of(StepEnded) if one.recording == "001_10Hz")
-    assert begun.setpoints == {"tester.load": 1000.0, "tester.frequency": 10.0}
+    (started,) = (event for event in listener.of(StepStarted) if event.recording == "001_10Hz")
+    (ended,) = (event for event in listener.of(StepEnded) if event.recording == "001_10Hz")
+    assert started.setpoints == {"tester.load": 1000.0, "tester.frequency": 10.0}
     assert ended.values == {"tester.load": 1000.0}
     assert ended.units["tester.torque"] == "N·m"
     assert ended.truth == {"starting_torque_nm": 0.7262}
@@ -110,7 +110,7 @@ def test_recording_carries_samples_conditions_setpoints_and_truth():
 def test_zero_is_the_mean_of_what_was_streamed():
     listener = Listener()
     run(FakeTester(), critical=[listener])
-    (ended,) = (one for one in listener.of(StepEnded) if one.action == "zero")
+    (ended,) = (event for event in listener.of(StepEnded) if event.action == "zero")
     ramp = [-0.01 + 1e-6 * number for number in range(200)]
     assert ended.values == {"tester.torque": pytest.approx(sum(ramp) / 200)}
 
@@ -125,8 +125,8 @@ def test_error_at_any_call_ends_safe_and_torn_down(number):
         assert summary.outcome is Outcome.ERROR
         assert summary.reason == "tester: cable"
         assert summary.error is fault.error
-        failed = [one for one in listener.of(StepEnded) if not one.ok]
-        assert [one.source for one in listener.of(Alarm)] == [failed[0].step]
+        failed = [event for event in listener.of(StepEnded) if not event.ok]
+        assert [event.source for event in listener.of(Alarm)] == [failed[0].step]
         assert_safe_and_torn_down(device)
     assert summary.safe
     assert device.drives_at == STANDSTILL
@@ -147,10 +147,10 @@ def test_anything_raised_at_any_call_ends_safe(number, error):
     assert device.drives_at == STANDSTILL
     assert summary.safe
     if summary.error is not None:
-        wanted = Outcome.ABORTED if isinstance(error, KeyboardInterrupt) else Outcome.ERROR
-        assert summary.outcome is wanted
+        outcome = Outcome.ABORTED if isinstance(error, KeyboardInterrupt) else Outcome.ERROR
+        assert summary.outcome is outcome
         assert error in (summary.error, summary.error.__cause__)
-        assert listener.of(RunEnded)[0].outcome is wanted
+        assert listener.of(RunEnded)[0].outcome is outcome
     else:
         assert summary.outcome is Outcome.COMPLETED
 
@@ -191,9 +191,9 @@ def test_stop_is_obeyed_within_a_tenth_of_a_second_of_settling():
     listener.before = request
     summary = run(FakeTester(), critical=[listener], stop=stop)
     assert summary.outcome is Outcome.ABORTED
-    (begun,) = (one for one in listener.of(StepStarted) if one.action == "settle")
-    (ended,) = (one for one in listener.of(StepEnded) if one.action == "settle")
-    assert ended.monotonic_s - begun.monotonic_s <= 0.1
+    (started,) = (event for event in listener.of(StepStarted) if event.action == "settle")
+    (ended,) = (event for event in listener.of(StepEnded) if event.action == "settle")
+    assert ended.monotonic_s - started.monotonic_s <= 0.1
 
 
 def test_teardown_takes_its_time_also_after_a_stop():
@@ -201,7 +201,7 @@ def test_teardown_takes_its_time_also_after_a_stop():
     stop.set()
     teardown = (Settle(0.5), record("after", seconds=0.1))
     run(FakeTester(), plan_of((), (), teardown), critical=[listener], stop=stop)
-    assert [one.ok for one in listener.of(StepEnded)] == [True, True]
+    assert [event.ok for event in listener.of(StepEnded)] == [True, True]
 
 
 def test_stop_is_obeyed_between_blocks_also_where_the_device_does_not():
@@ -230,7 +230,7 @@ def test_failing_teardown_step_does_not_stop_the_next():
     summary = run(device, critical=[listener])
     assert (summary.outcome, summary.reason) == (Outcome.ERROR, "tester: cable")
     assert device.calls[-3:] == ["set load 0", "read_back load", "make_safe"]
-    assert [one.source for one in listener.of(Alarm)] == ["teardown[0]"]
+    assert [event.source for event in listener.of(Alarm)] == ["teardown[0]"]
 
 
 def test_first_error_is_kept_and_the_others_stand_beside_it():
@@ -245,7 +245,7 @@ def test_first_error_is_kept_and_the_others_stand_beside_it():
     unsafe = f"{failed}; tester: load cannot be made safe: no set load 0"
     assert summary.reason == f"tester: no stream; the rig is not safe: {unsafe}"
     assert summary.unsafe == unsafe
-    assert [(one.source, one.text) for one in listener.of(Alarm)] == [
+    assert [(event.source, event.text) for event in listener.of(Alarm)] == [
         ("setup[0]", "tester: no stream"),
         ("teardown[1]", "tester: no set load 0"),
         ("make safe", "tester: make safe failed: no make_safe"),
@@ -351,7 +351,7 @@ def test_an_answer_is_put_on_record_as_it_was_asked_for():
     listener = Listener()
     question = Ask("Side?", "side", None, "rig.png", Expected(("left", "right")))
     run(FakeTester(), plan_of((), [question], ()), critical=[listener], answers=Operator())
-    assert [(one.text, one.into) for one in listener.of(Answer)] == [("left", "side")]
+    assert [(event.text, event.into) for event in listener.of(Answer)] == [("left", "side")]
     (prompt,) = listener.of(Prompt)
     assert (prompt.choices, prompt.picture) == (("left", "right"), "rig.png")
     assert prompt.expected == "left / right"
@@ -368,16 +368,16 @@ def test_set_records_the_read_back():
 def test_how_each_device_was_made_safe_is_on_record():
     listener = Listener()
     run(FakeTester(), critical=[listener])
-    (made,) = listener.of(MadeSafe)
-    assert (made.what, made.problems) == ("tester", ())
-    assert made.read_back == {"tester.load": 0.0, "tester.frequency": 0.0}
+    (event,) = listener.of(MadeSafe)
+    assert (event.what, event.problems) == ("tester", ())
+    assert event.read_back == {"tester.load": 0.0, "tester.frequency": 0.0}
 
 
 def test_a_device_that_could_not_be_made_safe_is_on_record():
     listener = Listener()
     run(FakeTester(read_back_offset=0.5), plan_of((), (), ()), critical=[listener])
-    (made,) = listener.of(MadeSafe)
-    assert made.problems == ("frequency reads back 0.5 Hz, safe is 0 Hz",)
+    (event,) = listener.of(MadeSafe)
+    assert event.problems == ("frequency reads back 0.5 Hz, safe is 0 Hz",)
 
 
 class Impatient:

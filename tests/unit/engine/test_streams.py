@@ -46,10 +46,10 @@ def with_noise(values):
     def spoil(blocks: list[Block]) -> list[Block]:
         return [
             replace(
-                each, channels={**each.channels, "torque": values[first : first + each.samples]}
+                block, channels={**block.channels, "torque": values[first : first + block.samples]}
             )
-            for each in blocks
-            for first in [each.first_sample]
+            for block in blocks
+            for first in [block.first_sample]
         ]
 
     return spoil
@@ -150,7 +150,7 @@ def test_two_clocks_may_disagree_by_a_thousandth_and_no_more(per_second, gap_s, 
 
 def test_spoilt_block_is_not_handed_on():
     _, listener = outcome_of(with_value(np.nan))
-    assert [one.block.first_sample for one in listener.of(Samples)] == [0]
+    assert [event.block.first_sample for event in listener.of(Samples)] == [0]
 
 
 def test_duration_that_is_no_whole_number_of_samples_may_be_rounded_down():
@@ -183,7 +183,7 @@ def test_zero_states_how_its_mean_scatters():
     action = Zero("tester", "torque", "N·m", within=0.05, duration_s=0.1)
     summary, listener = outcome_of(with_noise(noise), action)
     assert summary.outcome is Outcome.COMPLETED
-    (ended,) = [each for each in listener.of(StepEnded) if each.action == "zero"]
+    (ended,) = [event for event in listener.of(StepEnded) if event.action == "zero"]
     assert ended.values == {"tester.torque": pytest.approx(noise.mean(), rel=1e-9)}
     # white noise: s/sqrt(n) with n - 1 (GUM 4.2.3), but for correlation by chance
     u, dof = ended.scatter["tester.torque"]
@@ -195,7 +195,7 @@ def test_zero_of_equal_samples_states_no_scatter():
     action = Zero("tester", "torque", "N·m", within=0.05, duration_s=0.1)
     summary, listener = outcome_of(with_noise(np.full(100, 0.01)), action)
     assert summary.outcome is Outcome.COMPLETED
-    assert [each.scatter for each in listener.of(StepEnded)] == [{}] * 1
+    assert [event.scatter for event in listener.of(StepEnded)] == [{}] * 1
 
 
 def test_zero_needs_samples():
@@ -211,8 +211,8 @@ def test_numbers_of_other_kinds_are_handed_on_as_float64(of):
         lambda blocks: [*with_samples(lambda torque: (100 * torque).astype(of))(blocks), blocks[2]]
     )
     assert summary.outcome is Outcome.COMPLETED
-    found = [one.block.channels["tester.torque"].dtype for one in listener.of(Samples)]
-    assert found == [np.dtype("<f8")] * 3
+    dtypes = [event.block.channels["tester.torque"].dtype for event in listener.of(Samples)]
+    assert dtypes == [np.dtype("<f8")] * 3
 
 
 class _Endless:
@@ -234,9 +234,9 @@ def test_so_many_blocks_in_a_row_may_be_empty_and_no_more(monkeypatch, empty, ou
     def spoil(blocks: list[Block]) -> list[Block]:
         nothing = {name: np.zeros(0) for name in blocks[0].channels}
         return [
-            each
+            piece
             for block in blocks
-            for each in [*[replace(block, channels=nothing)] * empty, block]
+            for piece in [*[replace(block, channels=nothing)] * empty, block]
         ]
 
     monkeypatch.setattr(streams, "MOST_EMPTY", 3)

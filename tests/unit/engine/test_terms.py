@@ -47,7 +47,7 @@ READ_MEAN = Measure("table", (Member("tester", "load"),), 0.5, {}, {"tester.load
 
 def steps(*actions):
     """Return a plan of these steps, each an action or an action with its terms."""
-    pairs = [each if isinstance(each, tuple) else (each, Terms()) for each in actions]
+    pairs = [step if isinstance(step, tuple) else (step, Terms()) for step in actions]
     return Plan(
         tuple(
             PlannedStep(f"main[{n}]", Phase.MAIN, action, "", 1.0, terms)
@@ -71,9 +71,9 @@ def test_a_failure_is_tried_again_and_put_on_record():
     summary, listener = done(FakeTester(before=fault), (LOAD, Terms(attempts=2)))
 
     assert (summary.outcome, summary.reason) == (Outcome.COMPLETED, "")
-    assert [one.ok for one in listener.of(StepEnded)] == [False, True]
+    assert [event.ok for event in listener.of(StepEnded)] == [False, True]
     assert len(listener.of(StepStarted)) == 2
-    assert [one.text for one in listener.of(Alarm)] == ["tester: cable; try 1 of 2"]
+    assert [event.text for event in listener.of(Alarm)] == ["tester: cable; try 1 of 2"]
 
 
 def test_each_try_of_a_recording_is_a_recording_of_its_own():
@@ -81,7 +81,7 @@ def test_each_try_of_a_recording_is_a_recording_of_its_own():
     summary, listener = done(FakeTester(before=fault), (record("001"), Terms(attempts=3)))
 
     assert summary.outcome is Outcome.COMPLETED
-    assert [(one.recording, one.ok) for one in listener.of(StepEnded)] == [
+    assert [(event.recording, event.ok) for event in listener.of(StepEnded)] == [
         ("001", False),
         ("001_try2", True),
     ]
@@ -95,7 +95,7 @@ def test_the_last_failure_ends_the_run():
     summary, listener = done(FakeTester(before=refuse), (LOAD, Terms(attempts=3)), LOAD)
 
     assert (summary.outcome, summary.reason) == (Outcome.ERROR, "tester: late")
-    assert [one.ok for one in listener.of(StepEnded)] == [False] * 3
+    assert [event.ok for event in listener.of(StepEnded)] == [False] * 3
     assert len(listener.of(Alarm)) == 3
 
 
@@ -106,8 +106,8 @@ def test_the_run_goes_on_where_the_procedure_says_so_and_says_so_itself():
     assert (summary.outcome, summary.error) == (Outcome.COMPLETED, None)
     assert summary.passed_over == ("main[0]: tester: cable",)
     assert summary.reason == "passed over: main[0]: tester: cable"
-    assert [one.ok for one in listener.of(StepEnded)] == [False, True]
-    assert [one.text for one in listener.of(Alarm)] == ["tester: cable; the run continues"]
+    assert [event.ok for event in listener.of(StepEnded)] == [False, True]
+    assert [event.text for event in listener.of(Alarm)] == ["tester: cable; the run continues"]
 
 
 @pytest.mark.parametrize("terms", [Terms(attempts=2), Terms(continues=True)])
@@ -130,7 +130,7 @@ def test_neither_a_person_nor_a_bug_is_tried_again(error):
     )
 
     assert summary.error is error
-    assert [one.ok for one in listener.of(StepEnded)] == [False]
+    assert [event.ok for event in listener.of(StepEnded)] == [False]
 
 
 def test_a_stop_is_no_failure_that_is_passed_over():
@@ -154,14 +154,14 @@ def test_samples_that_cannot_be_kept_end_the_run_whatever_the_step_allows(terms)
         if isinstance(event, Samples):
             raise full
 
-    other = Listener()
+    sink = Listener()
     plan = steps((record("001"), terms), LOAD)
-    summary = run(FakeTester(), plan, critical=[Listener(keep), other])
+    summary = run(FakeTester(), plan, critical=[Listener(keep), sink])
 
     assert (summary.outcome, summary.error) == (Outcome.ERROR, full)
-    assert [one.step for one in other.of(StepStarted)] == ["main[0]"]
-    assert [one.resumable for one in other.of(RunEnded)] == [True]
-    assert [one.source for one in other.of(Alarm)] == ["main[0]"]
+    assert [event.step for event in sink.of(StepStarted)] == ["main[0]"]
+    assert [event.resumable for event in sink.of(RunEnded)] == [True]
+    assert [event.source for event in sink.of(Alarm)] == ["main[0]"]
 
 
 @pytest.mark.parametrize(
@@ -180,10 +180,10 @@ def test_a_run_that_a_lost_device_ended_may_be_resumed(error, resumable):
         if call.startswith("read"):
             raise error
 
-    other = Listener()
-    summary = run(FakeTester(before=refuse), steps(LOAD), critical=[other])
+    sink = Listener()
+    summary = run(FakeTester(before=refuse), steps(LOAD), critical=[sink])
     assert summary.resumable is resumable
-    assert [one.resumable for one in other.of(RunEnded)] == [resumable]
+    assert [event.resumable for event in sink.of(RunEnded)] == [resumable]
 
 
 def test_a_run_that_a_device_refused_is_not_one_to_go_on_with_though_it_is_not_kept_either():
@@ -195,11 +195,11 @@ def test_a_run_that_a_device_refused_is_not_one_to_go_on_with_though_it_is_not_k
         if isinstance(event, StepEnded):
             raise DataError("cannot write events: No space left on device")
 
-    other = Listener()
-    summary = run(FakeTester(before=refuse), steps(LOAD), critical=[Listener(keep), other])
+    sink = Listener()
+    summary = run(FakeTester(before=refuse), steps(LOAD), critical=[Listener(keep), sink])
 
     assert (summary.outcome, summary.reason) == (Outcome.ERROR, "tester: late")
-    assert [one.resumable for one in other.of(RunEnded)] == [False]
+    assert [event.resumable for event in sink.of(RunEnded)] == [False]
 
 
 def test_a_critical_sink_that_fails_is_not_passed_over():
@@ -267,17 +267,19 @@ def test_a_value_out_of_limits_is_kept_and_stops_the_run(terms, reason):
     assert summary.outcome is (Outcome.STOPPED_AT_LIMIT if reason else Outcome.COMPLETED)
     ended = listener.of(StepEnded)[0]
     assert (ended.ok, ended.values) == (True, {"tester.load": 1000.0})
-    assert [one.text for one in listener.of(LimitMissed)] == ([reason] if reason else [])
+    assert [event.text for event in listener.of(LimitMissed)] == ([reason] if reason else [])
     assert ("set load 7" in device.calls) is (not reason)
     assert device.calls.count("make_safe") >= 1
     (row,) = measured(listener.events).rows
     assert row.values == {"tester.load": 1000.0}
-    assert [one.passes for one in row.decisions] == [not reason]
+    assert [decision.passes for decision in row.decisions] == [not reason]
 
 
 def test_a_value_is_on_record_before_its_judgement():
     _, listener = done(FakeTester(), (LOAD, between("0 N", "5 N")))
-    order = [type(one) for one in listener.events if isinstance(one, (StepEnded, Note, RunEnded))]
+    order = [
+        type(event) for event in listener.events if isinstance(event, (StepEnded, Note, RunEnded))
+    ]
     assert order[:2] == [StepEnded, LimitMissed]
 
 
@@ -331,9 +333,8 @@ def test_a_stop_at_a_limit_does_the_teardown_and_a_limit_there_stops_nothing():
 
     assert summary.outcome is Outcome.COMPLETED
     assert "set load 7" in device.calls
-    assert [one.passes for row in measured(listener.events).rows for one in row.decisions] == [
-        False
-    ]
+    rows = measured(listener.events).rows
+    assert [decision.passes for row in rows for decision in row.decisions] == [False]
 
 
 @pytest.mark.parametrize(
@@ -355,7 +356,7 @@ def test_a_marginal_value_is_put_on_record_and_passes(terms, note):
     summary, listener = done(FakeTester(), (LOAD, terms))
 
     assert (summary.outcome, summary.reason) == (Outcome.COMPLETED, "")
-    assert [one.text for one in listener.of(Note)] == ([note] if note else [])
+    assert [event.text for event in listener.of(Note)] == ([note] if note else [])
 
 
 def test_limits_of_temperature_are_told_in_the_unit_of_the_limit():
@@ -395,7 +396,7 @@ def test_a_zero_has_limits_beside_what_it_may_be():
     assert summary.reason.startswith("tester.torque is -9.9")
     assert summary.outcome is Outcome.STOPPED_AT_LIMIT
     (row,) = measured(listener.events).rows
-    assert (row.name, [one.passes for one in row.decisions]) == ("zeroed", [False])
+    assert (row.name, [decision.passes for decision in row.decisions]) == ("zeroed", [False])
     assert row.units == {"tester.torque": "N·m"}
 
 

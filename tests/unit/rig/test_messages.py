@@ -21,14 +21,14 @@ def test_messages_wait_in_order_until_they_are_taken():
 def test_a_text_that_does_not_fit_its_values_is_told_with_them_beside_it():
     messages = DeviceMessages()
     messages.log_of("press").warning("%d s", "soon")
-    assert [each.text for each in messages.taken()] == ["%d s ('soon',)"]
+    assert [message.text for message in messages.taken()] == ["%d s ('soon',)"]
 
 
 def test_of_very_many_messages_the_first_ones_are_kept_and_that_is_told():
     messages = DeviceMessages()
     for number in range(2 * MOST):
         messages.take("press", "info", str(number))
-    found = list(messages.taken())
-    assert [each.text for each in found[:-1]] == [str(number) for number in range(MOST - 1)]
-    assert (found[-1].level, found[-1].text.partition(" ")[0]) == ("warning", str(MOST - 1))
-    assert len(found) == MOST
+    logged = list(messages.taken())
+    assert [message.text for message in logged[:-1]] == [str(number) for number in range(MOST - 1)]
+    assert (logged[-1].level, logged[-1].text.partition(" ")[0]) == ("warning", str(MOST - 1))
+    assert len(logged) == MOST

@@ -10,7 +10,7 @@ from rigrunner.api.calling import ThreadCaller
 from rigrunner.api.errors import DeviceTimeoutError
 from rigrunner.clock import SimulatedClock
 from rigrunner.rig import Patience, Pulse, Rig
-from rigrunner.rig.pulse import NotedCaller, NotedClock
+from rigrunner.rig.pulse import PulseCaller, PulseClock
 
 USUAL_S = 30.0
 
@@ -84,7 +84,7 @@ def test_a_person_may_take_any_time(pulse):
 
 
 def test_each_nap_of_a_wait_is_progress(pulse):
-    clock = NotedClock(SimulatedClock(), pulse)
+    clock = PulseClock(SimulatedClock(), pulse)
     pulse.tick(29.0)
     clock.sleep(0.1)
     assert pulse.left_s() == USUAL_S
@@ -92,7 +92,7 @@ def test_each_nap_of_a_wait_is_progress(pulse):
 
 
 def test_each_call_of_a_device_is_allowed_its_time(pulse):
-    caller = NotedCaller(ThreadCaller("test"), pulse)
+    caller = PulseCaller(ThreadCaller("test"), pulse)
     left = [call("look", pulse.left_s, 5.0) for call in (caller.call, caller.call_urgently)]
     caller.stop()
     assert left == [35.0, 35.0]
@@ -109,7 +109,7 @@ def test_a_call_of_a_rig_is_allowed_the_patience_of_its_station(pulse):
 
 def test_a_pause_is_allowed_the_time_in_which_all_drives_reach_their_ends(pulse):
     left = []
-    slow = tuple(replace(each, rate_per_s=10.0, settle_s=1.0) for each in DRIVES)
+    slow = tuple(replace(info, rate_per_s=10.0, settle_s=1.0) for info in DRIVES)
 
     class Pausing(FakeTester):
         def pause(self):
@@ -138,11 +138,11 @@ def test_a_rig_connects_what_answers_and_says_why_the_rest_does_not():
     failed = rig.connect_each()
     assert list(failed) == ["bad"]
     assert "nobody answers" in failed["bad"]
-    reports = {each.role: each for each in rig.make_safe() if not each.drive}
+    reports = {report.role: report for report in rig.make_safe() if not report.drive}
     rig.close()
     assert reports["good"].safe
 
 
 def test_the_date_and_time_are_those_of_the_clock(pulse):
     clock = SimulatedClock()
-    assert NotedClock(clock, pulse).utc() == clock.utc()
+    assert PulseClock(clock, pulse).utc() == clock.utc()

@@ -57,11 +57,11 @@ def test_connect_gives_who_answered():
 
 
 @pytest.mark.parametrize(
-    "given", [None, "ACME", Identity(None, "x", "1"), Identity("ACME", "x", 5)]
+    "identity", [None, "ACME", Identity(None, "x", "1"), Identity("ACME", "x", 5)]
 )
-def test_who_answered_is_told_in_words(given):
+def test_who_answered_is_told_in_words(identity):
     tester = FakeTester()
-    tester.connect = lambda _: given
+    tester.connect = lambda _: identity
     with pytest.raises(DeviceRejectedError, match="tester: connect gave"):
         Rig({"tester": tester}, SimulatedClock()).connect()
     assert tester.calls == ["make_safe", "close"]
@@ -194,12 +194,12 @@ def test_stream_gives_the_blocks(non_blocking):
 
 @pytest.mark.parametrize("non_blocking", [True, False])
 def test_stream_that_is_left_early_is_ended_on_the_device_before_anything_else(non_blocking):
-    kept = []  # or else the collector of garbage might end the stream for us
+    streams = []  # or else the collector of garbage might end the stream for us
 
     class Tidy(FakeTester):
         def stream(self, channels, duration_s, stop):
-            kept.append(self._tidy(channels, duration_s, stop))
-            return kept[0]
+            streams.append(self._tidy(channels, duration_s, stop))
+            return streams[0]
 
         def _tidy(self, channels, duration_s, stop):
             try:
@@ -219,16 +219,16 @@ def test_stream_that_is_left_early_is_ended_on_the_device_before_anything_else(n
 
 @pytest.mark.parametrize("non_blocking", [True, False])
 @pytest.mark.parametrize(
-    ("raised", "kind", "told"),
+    ("raised", "kind", "message"),
     [
         (TimeoutError(), DeviceTimeoutError, "tester: set load: no answer in time"),
         (TimeoutError("3 s"), DeviceTimeoutError, r"tester: set load: no answer in time \(3 s\)"),
         (ConnectionResetError("gone"), DeviceLostError, r"the connection broke \(gone\)"),
     ],
 )
-def test_what_python_has_for_a_device_error_becomes_one(raised, kind, told, non_blocking):
+def test_what_python_has_for_a_device_error_becomes_one(raised, kind, message, non_blocking):
     device = FakeTester(before=raising(raised, at="set load 1"), non_blocking=non_blocking)
-    with rig_of(device) as rig, pytest.raises(kind, match=told) as caught:
+    with rig_of(device) as rig, pytest.raises(kind, match=message) as caught:
         rig.set("tester", "load", 1.0)
     assert caught.value.__cause__ is raised
 
@@ -253,8 +253,8 @@ def test_an_identity_and_messages_of_a_driver_steer_no_terminal():
     device = FakeTester()
     device.connect = lambda _: Identity("F\x1b[2J", "\u202eX", "1\r", "v\x00", parts={"cell": part})
     rig = rig_of(device)
-    found = rig.connect()["tester"]
-    assert found == Identity(
+    identity = rig.connect()["tester"]
+    assert identity == Identity(
         r"F\x1b[2J",
         r"\u202eX",
         r"1\r",
@@ -262,7 +262,7 @@ def test_an_identity_and_messages_of_a_driver_steer_no_terminal():
         parts={"cell": Identity("Fakes", "cell", r"7\x9b")},
     )
     rig.messages.log_of("tester").warning("read %s", "\x1b[8m")
-    assert [each.text for each in rig.messages.taken()] == [r"read \x1b[8m"]
+    assert [message.text for message in rig.messages.taken()] == [r"read \x1b[8m"]
 
 
 def test_hanging_device_is_abandoned_and_all_are_still_made_safe():
@@ -285,9 +285,9 @@ def test_hanging_device_is_abandoned_and_all_are_still_made_safe():
 
 def test_make_safe_goes_on_past_every_failure_and_reports_it():
     broken = FakeTester(before=raising(ZeroDivisionError("bug"), at="make_safe"))
-    lost = FakeTester(before=raising(DeviceLostError("cable"), at="make_safe"))
+    tester = FakeTester(before=raising(DeviceLostError("cable"), at="make_safe"))
     fine = FakeTester()
-    reports = rig_of(broken, lost, fine).make_safe()
+    reports = rig_of(broken, tester, fine).make_safe()
     assert [report.safe for report in reports] == [False, False, True]
     assert reports[0].problems == ("make safe failed: ZeroDivisionError: bug",)
     assert reports[1].problems == ("make safe failed: cable",)
@@ -350,30 +350,30 @@ def test_a_drive_is_looked_up_anew_once_its_device_is_connected():
         rig.set("tester", "load", 900.0)
 
 
-@pytest.mark.parametrize("given", [np.float32(1000), np.int64(1000), 1000, Decimal(1000)])
-def test_numbers_of_other_kinds_become_floats(given):
+@pytest.mark.parametrize("number", [np.float32(1000), np.int64(1000), 1000, Decimal(1000)])
+def test_numbers_of_other_kinds_become_floats(number):
     device = FakeTester()
-    device.read_back = lambda _: given
-    device.read = lambda channels: dict.fromkeys(channels, given)
-    device.make_safe = lambda: {"load": given}
+    device.read_back = lambda _: number
+    device.read = lambda channels: dict.fromkeys(channels, number)
+    device.make_safe = lambda: {"load": number}
     rig = rig_of(device)
-    found = [
+    values = [
         rig.set("tester", "load", 1000.0),
         rig.read("tester", ["load"])["tester.load"],
         rig.make_safe()[0].read_back["load"],
     ]
-    assert [(type(one), one) for one in found] == [(float, 1000.0)] * 3
+    assert [(type(value), value) for value in values] == [(float, 1000.0)] * 3
 
 
 @pytest.mark.parametrize(
-    "given",
+    "answer",
     [None, "1000", 1000 + 0j, np.complex128(1000), np.complex64(1000), 10**400, np.arange(2.0), {}],
 )
-def test_what_is_no_number_is_the_drivers_fault_and_names_the_role(given):
+def test_what_is_no_number_is_the_drivers_fault_and_names_the_role(answer):
     device = FakeTester()
-    device.read_back = lambda _: given
-    device.read = lambda channels: dict.fromkeys(channels, given)
-    device.make_safe = lambda: {"load": given, "frequency": 0.0}
+    device.read_back = lambda _: answer
+    device.read = lambda channels: dict.fromkeys(channels, answer)
+    device.make_safe = lambda: {"load": answer, "frequency": 0.0}
     rig = rig_of(device)
     for call in (
         lambda: rig.set("tester", "load", 1000.0),
@@ -387,18 +387,18 @@ def test_what_is_no_number_is_the_drivers_fault_and_names_the_role(given):
     assert "the driver gave" in report.problems[0]
 
 
-@pytest.mark.parametrize("given", [None, [1.0], 5])
-def test_a_reading_that_is_no_mapping_is_the_drivers_fault(given):
+@pytest.mark.parametrize("answer", [None, [1.0], 5])
+def test_a_reading_that_is_no_mapping_is_the_drivers_fault(answer):
     device = FakeTester()
-    device.read = lambda _: given
+    device.read = lambda _: answer
     with pytest.raises(DeviceRejectedError, match=r"^tester: the driver gave "):
         rig_of(device).read("tester", ["load"])
 
 
-@pytest.mark.parametrize("given", [float("nan"), float("inf")])
-def test_where_a_drive_stands_must_be_known_to_say_what_leads_away_from_safe(given):
+@pytest.mark.parametrize("position", [float("nan"), float("inf")])
+def test_where_a_drive_stands_must_be_known_to_say_what_leads_away_from_safe(position):
     device = FakeTester()
-    device.read_back = lambda _: given
+    device.read_back = lambda _: position
     with pytest.raises(DeviceRejectedError, match="position is unknown"):
         rig_of(device).leads_away("tester", "load", 3000.0)
 
@@ -464,9 +464,18 @@ def test_what_a_device_found_of_its_stream_is_named_by_its_role():
         def stream_conditions(self):
             return {"angle_alignment": (np.float32(0.25), "rad")}
 
-    found = rig_of(Knowing()).stream_conditions("tester")
-    assert found == ({"tester.angle_alignment": 0.25}, {"tester.angle_alignment": "rad"})
+    conditions = rig_of(Knowing()).stream_conditions("tester")
+    assert conditions == ({"tester.angle_alignment": 0.25}, {"tester.angle_alignment": "rad"})
     assert rig_of(FakeTester()).stream_conditions("tester") == ({}, {})
+
+
+def test_a_value_of_a_stream_that_is_no_number_is_refused_with_the_role():
+    class Wrong(FakeTester):
+        def stream_conditions(self):
+            return {"alignment": ("good", "rad")}
+
+    with pytest.raises(DeviceRejectedError, match=r"^tester: the driver gave 'good', which is not"):
+        rig_of(Wrong()).stream_conditions("tester")
 
 
 def test_drives_that_were_made_safe_stand_where_they_are_read_back():
@@ -476,7 +485,7 @@ def test_drives_that_were_made_safe_stand_where_they_are_read_back():
     assert rig.standing("tester", "load") == 500.0
     rig.make_safe()
     assert rig.standing("tester", "load") == 0.0
-    assert list(rig.drives_astray()) == []
+    assert list(rig.deviating_drives()) == []
 
 
 def test_what_was_paused_counts_its_cycles_again_once_it_is_resumed():
@@ -519,21 +528,21 @@ class Observes(FakeTester):
         ReadingInfo("door", "boolean", "Door"),
         ReadingInfo("spectrum", "array", "Spectrum", "V"),
     )
-    given: object = None
+    answers: object = None
 
     def observe(self, names):  # noqa: ARG002
-        return self.given
+        return self.answers
 
 
-def observed(given):
+def observed(readings):
     device = Observes()
-    device.given = given
-    return rig_of(device).observe("tester", list(given))
+    device.answers = readings
+    return rig_of(device).observe("tester", list(readings))
 
 
 def test_readings_that_are_no_numbers_are_of_their_kind():
-    given = {"firmware": "FW2.1", "door": True, "spectrum": [1, Decimal("2.5")]}
-    assert observed(given) == {
+    readings = {"firmware": "FW2.1", "door": True, "spectrum": [1, Decimal("2.5")]}
+    assert observed(readings) == {
         "tester.firmware": "FW2.1",
         "tester.door": True,
         "tester.spectrum": (1.0, 2.5),

@@ -22,12 +22,12 @@ OTHER_DRIVES = (replace(DRIVES[0], name="heater", safe_value=20.0, maximum=200.0
 class Oven(FakeTester):
     """A second device, without a motion in cycles."""
 
-    def __init__(self, told: list[str], **more: object) -> None:
+    def __init__(self, log: list[str], **more: object) -> None:
         super().__init__(**more)
-        self.told, self.drives, self.drives_at = told, OTHER_DRIVES, {"heater": 90.0}
+        self.log, self.drives, self.drives_at = log, OTHER_DRIVES, {"heater": 90.0}
 
     def _record_call(self, call: str) -> None:
-        self.told.append(f"oven {call}")
+        self.log.append(f"oven {call}")
         super()._record_call(call)
 
     def make_safe(self):
@@ -37,45 +37,46 @@ class Oven(FakeTester):
 
 
 class Bench(FakeTester):
-    def __init__(self, told: list[str], **more: object) -> None:
+    def __init__(self, log: list[str], **more: object) -> None:
         super().__init__(**more)
-        self.told = told
+        self.log = log
 
     def _record_call(self, call: str) -> None:
-        self.told.append(f"tester {call}")
+        self.log.append(f"tester {call}")
         super()._record_call(call)
 
 
 def made_safe(order, **more):
     """Return what the devices were told in which order, and the reports."""
-    told: list[str] = []
+    calls: list[str] = []
     rig = Rig(
-        {"oven": Oven(told), "tester": Bench(told, **more)},
+        {"oven": Oven(calls), "tester": Bench(calls, **more)},
         SimulatedClock(),
         Patience(answer_s=0.05),
         order,
     )
     rig.connect()
-    told.clear()
+    calls.clear()
     reports = rig.make_safe()
-    return [call for call in told if "read_back" not in call], reports
+    return [call for call in calls if "read_back" not in call], reports
 
 
 def test_unless_told_what_moves_in_cycles_is_made_safe_first():
-    told, reports = made_safe(())
-    assert told == ["tester make_safe", "oven make_safe"]
-    assert [(one.what, one.safe) for one in reports] == [("tester", True), ("oven", True)]
+    calls, reports = made_safe(())
+    assert calls == ["tester make_safe", "oven make_safe"]
+    assert [(report.what, report.safe) for report in reports] == [("tester", True), ("oven", True)]
 
 
 def test_the_stations_order_goes_through_drives_and_devices():
-    told, reports = made_safe((Member("tester", "frequency"), "oven", Member("tester", "load")))
-    assert told == [
+    calls, reports = made_safe((Member("tester", "frequency"), "oven", Member("tester", "load")))
+    assert calls == [
         "tester set frequency 0",
         "oven make_safe",
         "tester set load 0",
         "tester make_safe",
     ]
-    assert [one.what for one in reports] == ["tester.frequency", "oven", "tester.load", "tester"]
+    what = [report.what for report in reports]
+    assert what == ["tester.frequency", "oven", "tester.load", "tester"]
     assert reports[0].read_back == {"frequency": 0.0}
 
 
@@ -85,16 +86,16 @@ def test_a_drive_that_fails_does_not_stop_the_next(error):
         if call == "set frequency 0":
             raise error
 
-    told, reports = made_safe(
+    calls, reports = made_safe(
         (Member("tester", "frequency"), Member("tester", "load")), before=refuse
     )
-    assert told == [
+    assert calls == [
         "tester set frequency 0",
         "tester set load 0",
         "tester make_safe",
         "oven make_safe",
     ]
-    assert [one.safe for one in reports] == [False, True, True, True]
+    assert [report.safe for report in reports] == [False, True, True, True]
 
 
 def test_a_drive_that_hangs_is_abandoned_and_the_others_follow():
@@ -104,11 +105,11 @@ def test_a_drive_that_hangs_is_abandoned_and_the_others_follow():
         if call == "set frequency 0":
             release.wait()
 
-    told: list[str] = []
-    tester = Bench(told, before=hang, non_blocking=False)
+    calls: list[str] = []
+    tester = Bench(calls, before=hang, non_blocking=False)
     tester.drives = tuple(replace(info, rate_per_s=None) for info in DRIVES)
     rig = Rig(
-        {"oven": Oven(told), "tester": tester},
+        {"oven": Oven(calls), "tester": tester},
         SimulatedClock(),
         Patience(answer_s=0.05),
         (Member("tester", "frequency"), Member("tester", "load")),
@@ -117,7 +118,7 @@ def test_a_drive_that_hangs_is_abandoned_and_the_others_follow():
     rig._roles["tester"].caller.grace_s = 0.02
     reports = rig.make_safe()
     release.set()
-    assert [(one.what, one.safe) for one in reports] == [
+    assert [(report.what, report.safe) for report in reports] == [
         ("tester.frequency", False),
         ("tester.load", True),
         ("tester", True),
@@ -138,18 +139,18 @@ def test_no_device_waits_for_one_that_does_not_confirm_that_it_is_safe(order):
 
     class OvenThatTells(Oven):
         def make_safe(self):
-            told = super().make_safe()
+            read_back = super().make_safe()
             oven_is_safe.set()
-            return told
+            return read_back
 
-    told: list[str] = []
+    calls: list[str] = []
     devices = {
-        "oven": OvenThatTells(told, non_blocking=False),
-        "tester": Bench(told, before=slow, non_blocking=False),
+        "oven": OvenThatTells(calls, non_blocking=False),
+        "tester": Bench(calls, before=slow, non_blocking=False),
     }
     rig = Rig(devices, SimulatedClock(), Patience(answer_s=1.0), order)
     rig.connect()
-    reports = {each.what: each for each in rig.make_safe()}
+    reports = {report.what: report for report in rig.make_safe()}
     assert reports["tester"].safe
     assert reports["oven"].safe
     rig.close()
@@ -161,10 +162,10 @@ def test_a_drive_that_reads_back_something_else_is_not_safe():
 
 
 def test_drives_of_a_device_that_never_answered_are_left_to_its_own_make_safe():
-    told: list[str] = []
-    rig = Rig({"tester": Bench(told)}, SimulatedClock(), None, (Member("tester", "frequency"),))
-    assert [one.what for one in rig.make_safe()] == ["tester"]
-    assert told == ["tester make_safe"]
+    calls: list[str] = []
+    rig = Rig({"tester": Bench(calls)}, SimulatedClock(), None, (Member("tester", "frequency"),))
+    assert [report.what for report in rig.make_safe()] == ["tester"]
+    assert calls == ["tester make_safe"]
 
 
 def test_a_device_that_was_not_connected_is_not_set_drive_by_drive():
@@ -175,8 +176,8 @@ def test_a_device_that_was_not_connected_is_not_set_drive_by_drive():
 
 
 def test_a_drive_of_the_order_is_set_to_its_own_safe_value():
-    told, reports = made_safe((Member("oven", "heater"),))
-    assert told[0] == "oven set heater 20"
+    calls, reports = made_safe((Member("oven", "heater"),))
+    assert calls[0] == "oven set heater 20"
     assert reports[0].read_back == {"heater": 20.0}
 
 
@@ -318,16 +319,16 @@ class StopsHalfWay(FakeTester):
 @pytest.mark.parametrize("non_blocking", [True, False])
 @pytest.mark.parametrize("error", [IndexError("bug"), SystemExit(1), DeviceLostError("cable")])
 def test_what_make_safe_of_a_device_raises_keeps_no_drive_from_its_safe_value(error, non_blocking):
-    told: list[str] = []
+    calls: list[str] = []
     tester = StopsHalfWay(error, non_blocking=non_blocking)
-    rig = Rig({"tester": tester, "oven": Oven(told)}, SimulatedClock(), Patience(answer_s=5.0))
+    rig = Rig({"tester": tester, "oven": Oven(calls)}, SimulatedClock(), Patience(answer_s=5.0))
     rig.connect()
     rig.set("tester", "frequency", 10.0)
     rig.set("tester", "load", 500.0)
     reports = rig.make_safe()
     assert tester.drives_at == {"frequency": 0.0, "load": 0.0}
-    assert told[-1] == "oven make_safe"
-    report = next(each for each in reports if each.role == "tester")
+    assert calls[-1] == "oven make_safe"
+    report = next(report for report in reports if report.role == "tester")
     assert report.read_back == {"frequency": 0.0, "load": 0.0}
     assert len(report.problems) == 1  # the device did not confirm all that it does to be safe
     assert str(error) in report.problems[0]
@@ -366,12 +367,12 @@ def test_a_device_of_the_order_that_fails_is_set_drive_by_drive_in_its_second_tu
             self._record_call("make_safe")
             raise IndexError("bug")
 
-    told: list[str] = []
-    rig = Rig({"tester": Fails(told), "oven": Oven(told)}, SimulatedClock(), None, ("tester",))
+    calls: list[str] = []
+    rig = Rig({"tester": Fails(calls), "oven": Oven(calls)}, SimulatedClock(), None, ("tester",))
     rig.connect()
-    told.clear()
+    calls.clear()
     rig.make_safe()
-    assert [call for call in told if "read_back" not in call] == [
+    assert [call for call in calls if "read_back" not in call] == [
         "tester make_safe",
         "tester make_safe",
         "tester set load 0",
@@ -413,7 +414,7 @@ def test_without_a_thread_left_each_device_is_made_safe_all_the_same(monkeypatch
     monkeypatch.setattr(threading.Thread, "start", start)
     rig = Rig({"tester": FakeTester(non_blocking=False), "oven": Oven([])}, SimulatedClock())
     rig.connect()
-    assert [each.safe for each in rig.make_safe()] == [True, True]
+    assert [report.safe for report in rig.make_safe()] == [True, True]
     rig.close()
 
 
@@ -477,8 +478,8 @@ def test_ctrl_c_while_drives_are_set_one_by_one_begins_making_safe_anew():
 
     def press(call):
         if call.startswith("set load"):
-            for each in presses:
-                raise each
+            for press in presses:
+                raise press
 
     tester.before = press
     (report,) = rig.make_safe()
@@ -498,16 +499,16 @@ def test_a_device_that_cannot_list_its_drives_is_reported_and_the_others_are_mad
                 raise error
             return super().__getattribute__(name)
 
-    told: list[str] = []
+    calls: list[str] = []
     mute = Mute()
-    rig = Rig({"mute": mute, "oven": Oven(told)}, SimulatedClock())
+    rig = Rig({"mute": mute, "oven": Oven(calls)}, SimulatedClock())
     rig.connect()
     mute.broken = True
     try:
-        reports = {each.role: each for each in rig.make_safe()}
+        reports = {report.role: report for report in rig.make_safe()}
     finally:
         mute.broken = False  # pytest looks at it, should this fail
-    assert told[-1] == "oven make_safe"
+    assert calls[-1] == "oven make_safe"
     assert reports["oven"].safe
     assert not reports["mute"].safe
     if not isinstance(error, KeyboardInterrupt):
@@ -537,10 +538,10 @@ def test_every_device_is_closed_whatever_one_of_them_raises():
 
 
 def test_a_drive_of_the_order_that_is_not_there_is_told_and_the_others_are_made_safe():
-    told, reports = made_safe((Member("tester", "laod"), Member("tester", "load")))
+    calls, reports = made_safe((Member("tester", "laod"), Member("tester", "load")))
     assert reports[0].problems == ("make safe failed: there is no drive 'laod' that can be set",)
-    assert told[0] == "tester set load 0"
-    assert [one.safe for one in reports] == [False, True, True, True]
+    assert calls[0] == "tester set load 0"
+    assert [report.safe for report in reports] == [False, True, True, True]
 
 
 def test_a_set_that_comes_back_while_it_is_waited_for_is_followed_by_making_safe_again(

@@ -39,8 +39,8 @@ def test_a_file_that_is_refused_does_not_stay_open(tmp_path, monkeypatch):
     (tmp_path / "press.lock").hardlink_to(tmp_path / "ours")
     opened, really = [], os.open
 
-    def remembered(*given):
-        opened.append(really(*given))
+    def remembered(*args):
+        opened.append(really(*args))
         return opened[-1]
 
     monkeypatch.setattr(os, "open", remembered)

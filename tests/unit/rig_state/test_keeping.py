@@ -38,7 +38,7 @@ def folder(tmp_path, monkeypatch):
 
 
 @pytest.fixture
-def told():
+def messages():
     return []
 
 
@@ -76,15 +76,15 @@ def is_refused(lock):
 
 @pytest.mark.parametrize("removed", ["lock", "all files", "the folder"])
 def test_a_rig_whose_files_are_removed_stays_taken_and_marked(
-    energised, folder, lock, told, removed
+    energised, folder, lock, messages, removed
 ):
     marks, rig = energised
-    with keeping.keeping(marks, told.append):
+    with keeping.keeping(marks, messages.append):
         if removed == "lock":
             lock.unlink()
         elif removed == "all files":
-            for each in folder.iterdir():
-                each.unlink()
+            for path in folder.iterdir():
+                path.unlink()
         else:
             shutil.rmtree(folder)
         until(lock.exists)
@@ -93,66 +93,66 @@ def test_a_rig_whose_files_are_removed_stays_taken_and_marked(
         assert read_marker("press").set_points == "tester.load 40 N"
         rig.set("tester", "load", 50.0)
         assert read_marker("press").set_points == "tester.load 50 N"
-    assert any("press.lock was removed during the run and made anew" in each for each in told)
+    assert any("press.lock was removed during the run and made anew" in text for text in messages)
     assert locks.is_held(lock) is False
     rig.make_safe()
     assert read_marker("press") is None
 
 
-def test_files_of_a_rig_in_use_do_not_grow_old(energised, folder, lock, told):
+def test_files_of_a_rig_in_use_do_not_grow_old(energised, folder, lock, messages):
     marks, _ = energised
     files = [lock, folder / "press.json", folder / "press.energised"]
-    for each in files:
-        os.utime(each, (time.time() - OLD_S,) * 2)
-    with keeping.keeping(marks, told.append):
-        until(lambda: all(time.time() - each.stat().st_mtime < 3600.0 for each in files))
-    assert told == []
+    for path in files:
+        os.utime(path, (time.time() - OLD_S,) * 2)
+    with keeping.keeping(marks, messages.append):
+        until(lambda: all(time.time() - path.stat().st_mtime < 3600.0 for path in files))
+    assert messages == []
 
 
-def test_a_marker_alone_is_written_again(energised, folder, told):
+def test_a_marker_alone_is_written_again(energised, folder, messages):
     marks, _ = energised
-    with keeping.keeping(marks, told.append):
+    with keeping.keeping(marks, messages.append):
         (folder / "press.energised").unlink()
         until(lambda: read_marker("press") is not None)
     assert read_marker("press").owner == OWNER
 
 
-def test_a_rig_that_is_safe_gets_no_marker(energised, folder, lock, told):
+def test_a_rig_that_is_safe_gets_no_marker(energised, folder, lock, messages):
     marks, rig = energised
     rig.make_safe()
-    with keeping.keeping(marks, told.append):
+    with keeping.keeping(marks, messages.append):
         lock.unlink()
         until(lambda: locks.is_held(lock))
     assert not (folder / "press.energised").exists()
 
 
-def test_that_another_process_has_taken_the_rig_is_told_once(energised, lock, told):
+def test_that_another_process_has_taken_the_rig_is_told_once(energised, lock, messages):
     marks, _ = energised
     lock.unlink()
-    with hold([lock], OTHER), keeping.keeping(marks, told.append):
-        until(lambda: told)
+    with hold([lock], OTHER), keeping.keeping(marks, messages.append):
+        until(lambda: messages)
         time.sleep(0.1)
-    (text,) = told
+    (text,) = messages
     assert "CREEP, process 4712" in text
     assert "two programs may drive the rig" in text
 
 
-def test_trouble_is_told_once_and_its_end_not_at_all(energised, told, monkeypatch):
-    found = iter(["", "a lock was removed", "a lock was removed", "", ""])
+def test_trouble_is_told_once_and_its_end_not_at_all(energised, messages, monkeypatch):
+    texts = iter(["", "a lock was removed", "a lock was removed", "", ""])
     looks = []
 
     def made_anew(*_):
         looks.append(1)
-        return next(found, "")
+        return next(texts, "")
 
-    monkeypatch.setattr(keeping, "_made_anew", made_anew)
-    with keeping.keeping(energised[0], told.append):
+    monkeypatch.setattr(keeping, "_recreate_removed", made_anew)
+    with keeping.keeping(energised[0], messages.append):
         until(lambda: len(looks) > 5)
-    assert told == ["a lock was removed"]
+    assert messages == ["a lock was removed"]
 
 
 def test_without_a_marker_the_lock_stays_away_so_that_the_guardian_takes_it_for_energised(
-    energised, folder, lock, told, monkeypatch
+    energised, folder, lock, messages, monkeypatch
 ):
     marks, _ = energised
 
@@ -160,12 +160,12 @@ def test_without_a_marker_the_lock_stays_away_so_that_the_guardian_takes_it_for_
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("rigrunner.rig_state.marks.overwrite", full)
-    with keeping.keeping(marks, told.append):
+    with keeping.keeping(marks, messages.append):
         shutil.rmtree(folder)
-        until(lambda: told)
+        until(lambda: messages)
         time.sleep(0.1)
         assert not lock.exists()
-        assert len(told) == 1
+        assert len(messages) == 1
         monkeypatch.setattr("rigrunner.rig_state.marks.overwrite", overwrite)
         until(lock.exists)
         assert read_marker("press").set_points == "tester.load 40 N"

@@ -85,9 +85,9 @@ def test_ctrl_c_while_it_is_read_who_holds_a_lock_is_not_taken_for_nobody(lock, 
 def test_all_of_several_locks_are_held_and_forgotten_afterwards(lock, tmp_path):
     other = tmp_path / "oven.lock"
     with hold([lock, other], RUN):
-        assert [is_held(each) for each in (lock, other)] == [True, True]
+        assert [is_held(path) for path in (lock, other)] == [True, True]
         assert locks.holder_of(other) == RUN
-    assert [locks.holder_of(each) for each in (lock, other)] == [None, None]
+    assert [locks.holder_of(path) for path in (lock, other)] == [None, None]
 
 
 @POSIX

@@ -56,9 +56,9 @@ def test_of_a_held_rig_whose_files_were_removed_nothing_is_known(folder):
     assert read_marker_of_held("press", lock).drives[0].set_point == 500.0
     shutil.rmtree(folder)
     assert read_marker("press") is None
-    found = read_marker_of_held("press", lock)
-    assert found.owner is None
-    assert found.set_points == "set-points not known"
+    marker = read_marker_of_held("press", lock)
+    assert marker.owner is None
+    assert marker.set_points == "set-points not known"
 
 
 def rig_with(marks, *devices):
@@ -70,11 +70,11 @@ def marks_of(*roles):
 
 
 def test_the_marker_is_there_before_the_first_set_and_names_run_and_set_point():
-    seen = []
+    markers = []
 
     def look(call):
         if call.startswith("set"):
-            seen.append(read_marker("press"))
+            markers.append(read_marker("press"))
 
     marks = marks_of()
     rig = rig_with(marks, FakeTester(before=look))
@@ -82,7 +82,7 @@ def test_the_marker_is_there_before_the_first_set_and_names_run_and_set_point():
     marks.describe(run="/lab/runs/2026-03-01_wear")
     assert read_marker("press") is None
     rig.set("tester", "load", 40.0)
-    (marker,) = seen
+    (marker,) = markers
     assert marker.set_points == "tester.load 40 N"
     assert "energised by WEAR (run 2026-03-01_wear), process 4711, begun 2026-03-01" in marker.text
     assert "nothing has confirmed since that it is safe" in marker.text
@@ -210,9 +210,9 @@ def test_a_marker_of_an_earlier_run_that_is_torn_stays_until_the_rig_was_read_ba
     cut_off(monkeypatch)
     with pytest.raises(DeviceError, match="the disk is full"):
         rig.set("tester", "load", 40.0)
-    found = read_marker("press")
-    assert found.owner is None
-    assert found.text == (
+    marker = read_marker("press")
+    assert marker.owner is None
+    assert marker.text == (
         "the rig of station press may be energised: its marker cannot be read, as after a full disk"
         " or a power cut while it was written; nothing has confirmed since that it is safe"
     )
@@ -268,7 +268,7 @@ def test_a_safe_drive_confirms_no_device_whose_other_drive_is_not_safe():
     rig = Rig({"tester": Stuck()}, SimulatedClock(), None, order, marks=marks)
     rig.connect()
     rig.set("tester", "load", 40.0)
-    assert [each.safe for each in rig.make_safe()] == [True, False]
+    assert [report.safe for report in rig.make_safe()] == [True, False]
     assert read_marker("press") is not None
 
 
@@ -277,12 +277,12 @@ def test_a_marker_that_was_cut_off_means_an_energised_rig(folder):
     rig.connect()
     rig.set("tester", "load", 40.0)
     path = folder / "press.energised"
-    whole = path.read_bytes()
-    for length in (1, 100, len(whole) - 8):
-        path.write_bytes(whole[:length])
-        found = read_marker("press")
-        assert found is not None
-        assert "nothing has confirmed since that it is safe" in found.text
+    content = path.read_bytes()
+    for length in (1, 100, len(content) - 8):
+        path.write_bytes(content[:length])
+        marker = read_marker("press")
+        assert marker is not None
+        assert "nothing has confirmed since that it is safe" in marker.text
     path.write_bytes(b"")
     assert read_marker("press") is None
 
@@ -304,7 +304,7 @@ os.kill(os.getpid(), signal.SIGKILL)
 
 @POSIX
 def test_a_killed_process_leaves_its_last_set_point():
-    path = os.pathsep.join(each for each in sys.path if each)
+    path = os.pathsep.join(folder for folder in sys.path if folder)
     done = subprocess.run(
         [sys.executable, "-c", KILLED], env={**os.environ, "PYTHONPATH": path}, check=False
     )
@@ -362,7 +362,7 @@ def test_a_rig_is_in_use_only_while_the_process_holds_it_that_energised_it(folde
 
 def test_the_marker_is_on_the_disk_before_a_drive_is_first_set(folder, monkeypatch):
     """A power cut right after the set must not take the marker with it."""
-    on_disk, seen = {}, []
+    on_disk, sizes = {}, []
 
     def synced(descriptor):
         on_disk[os.fstat(descriptor).st_ino] = os.fstat(descriptor).st_size
@@ -370,13 +370,13 @@ def test_the_marker_is_on_the_disk_before_a_drive_is_first_set(folder, monkeypat
     def look(call):
         if call.startswith("set"):
             path = folder / "press.energised"
-            seen.append((on_disk.get(path.stat().st_ino), path.stat().st_size))
+            sizes.append((on_disk.get(path.stat().st_ino), path.stat().st_size))
 
     monkeypatch.setattr(os, "fsync", synced)
     rig = rig_with(marks_of(), FakeTester(before=look))
     rig.connect()
     rig.set("tester", "load", 40.0)
-    ((synced_size, size),) = seen
+    ((synced_size, size),) = sizes
     assert synced_size == size
 
 
@@ -419,7 +419,7 @@ def test_the_rigs_of_a_machine_are_listed_by_station():
         rig = rig_with(RigMarks(replace(OWNER, station=station), ["tester"]), FakeTester())
         rig.connect()
         rig.set("tester", "load", 40.0)
-    assert [each.station for each in read_markers()] == ["bench", "press"]
+    assert [marker.station for marker in read_markers()] == ["bench", "press"]
 
 
 def test_looking_for_a_marker_makes_no_file(folder):

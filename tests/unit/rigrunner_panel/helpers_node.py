@@ -30,13 +30,13 @@ def answering(folder, program):
         words, cwd=folder, stdin=subprocess.PIPE, stdout=subprocess.PIPE, encoding="utf-8"
     ) as process:
 
-        def ask(asked):
-            process.stdin.write(f"{json.dumps(asked)}\n")
+        def ask(question):
+            process.stdin.write(f"{json.dumps(question)}\n")
             process.stdin.flush()
             assert select([process.stdout], [], [], WITHIN_S)[0], "Node does not answer"
-            told = json.loads(process.stdout.readline())
-            assert "error" not in told, told["error"]
-            return told.get("value")
+            answer = json.loads(process.stdout.readline())
+            assert "error" not in answer, answer["error"]
+            return answer.get("value")
 
         try:
             yield ask

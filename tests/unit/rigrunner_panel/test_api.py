@@ -20,7 +20,7 @@ from rigrunner.run.locate import find_station
 from rigrunner.tools.labfolder import make_lab
 from rigrunner_panel.web import app, queueing
 from rigrunner_panel.web.app import make_app
-from rigrunner_panel.web.asked import SHORT
+from rigrunner_panel.web.operation import SHORT
 from rigrunner_panel.web.operations import OPERATIONS
 from rigrunner_panel.web.panel import Panel, Settings
 from rigrunner_panel.web.security import PAGE_POLICY
@@ -41,55 +41,55 @@ def folder(tmp_path):
 
 
 def client_of(folder, **settings):
-    known = {"runs": folder / "runs", "procedures": folder / "lab", **settings}
-    panel = Panel(settings=Settings(**known))
+    options = {"runs": folder / "runs", "procedures": folder / "lab", **settings}
+    panel = Panel(settings=Settings(**options))
     panel.rig("simulated")
     return TestClient(make_app(panel), base_url="http://127.0.0.1:8750", headers=ANN), panel
 
 
 @pytest.fixture
 def client(folder):
-    found, _ = client_of(folder)
-    with found:
-        yield found
+    test_client, _ = client_of(folder)
+    with test_client:
+        yield test_client
 
 
 def test_what_is_there_to_choose_can_be_searched(client):
-    names = [each["name"] for each in client.get("/api/v1/procedures").json()["items"]]
+    names = [item["name"] for item in client.get("/api/v1/procedures").json()["items"]]
     assert "starting_torque_1000n" in names
-    found = client.get("/api/v1/procedures", params={"search": "TORQUE STT-1000"}).json()["items"]
-    assert [each["id"] for each in found] == ["SSPB-STT-1000"]
+    items = client.get("/api/v1/procedures", params={"search": "TORQUE STT-1000"}).json()["items"]
+    assert [item["id"] for item in items] == ["SSPB-STT-1000"]
     stations = client.get("/api/v1/stations", params={"search": "bench"}).json()["items"]
-    assert [each["name"] for each in stations] == ["simulated_bench", "simulated_loaded_bench"]
+    assert [item["name"] for item in stations] == ["simulated_bench", "simulated_loaded_bench"]
 
 
 def test_a_lab_s_own_files_come_by_their_path_and_a_broken_one_says_why(client, folder):
     (folder / "lab/station.yaml").write_text("rigrunner: station/1\nid: mine\n", encoding="utf-8")
     (folder / "lab/notes.yaml").write_text("anything: else\n", encoding="utf-8")
     items = client.get("/api/v1/stations").json()["items"]
-    own = next(each for each in items if each["name"] == "station.yaml")
-    assert not own["shipped"]
-    assert "station.yaml" in own["problem"]
-    assert not any("notes" in each["name"] for each in items)
+    station = next(item for item in items if item["name"] == "station.yaml")
+    assert not station["shipped"]
+    assert "station.yaml" in station["problem"]
+    assert not any("notes" in item["name"] for item in items)
 
 
 def test_a_plan_says_what_a_run_would_do(client):
     plan = client.post("/api/v1/plan", json=PAIR).json()
     assert plan["procedure"]["id"] == "SSPB-NLI"
     assert plan["station"]["simulated"]
-    assert plan["estimated_s"] == pytest.approx(sum(each["estimated_s"] for each in plan["steps"]))
-    torques = [each for each in plan["readings"] if each["channel"] == "tester.torque"]
-    assert [each["cycle_frequency_hz"] for each in torques][-1] == 35
-    assert all(0 < each["share"] < 1 for each in torques)
+    assert plan["estimated_s"] == pytest.approx(sum(step["estimated_s"] for step in plan["steps"]))
+    torques = [reading for reading in plan["readings"] if reading["channel"] == "tester.torque"]
+    assert [reading["cycle_frequency_hz"] for reading in torques][-1] == 35
+    assert all(0 < reading["share"] < 1 for reading in torques)
     assert plan["partners"] == []
 
 
 def test_a_plan_that_needs_a_no_load_run_says_that_there_is_none(client):
-    found = client.post("/api/v1/plan", json={**PAIR, "procedure": "starting_torque_1000n"}).json()
-    (partner,) = found["partners"]
+    plan = client.post("/api/v1/plan", json={**PAIR, "procedure": "starting_torque_1000n"}).json()
+    (partner,) = plan["partners"]
     assert (partner["name"], partner["words"], partner["run"]) == ("no_load", "no-load run", "")
     assert "SSPB-NLI" in partner["problem"] + partner["hint"]
-    assert [each["name"] for each in found["inputs"]] == ["specimen", "type", "lot", "operator"]
+    assert [item["name"] for item in plan["inputs"]] == ["specimen", "type", "lot", "operator"]
 
 
 def test_problems_of_files_come_with_their_places(client, folder):
@@ -97,7 +97,7 @@ def test_problems_of_files_come_with_their_places(client, folder):
     (folder / "lab/p.yaml").write_text(text, encoding="utf-8")
     answer = client.post("/api/v1/plan", json={"procedure": "p.yaml", "station": "simulated"})
     assert (answer.status_code, answer.json()["code"]) == (422, "invalid")
-    assert any("p.yaml:6" in each["where"] for each in answer.json()["problems"])
+    assert any("p.yaml:6" in problem["where"] for problem in answer.json()["problems"])
 
 
 @pytest.mark.parametrize(
@@ -110,17 +110,17 @@ def test_a_path_is_no_name(client, name):
 
 def test_no_request_reaches_a_station_that_the_panel_does_not_serve(folder):
     client, _ = client_of(folder, stations=("simulated",))
-    other = "simulated_bench"
+    bench = "simulated_bench"
     with client:
-        asked = {**PAIR, "station": other}
+        body = {**PAIR, "station": bench}
         answers = [
-            client.get("/api/v1/state", params={"rig": other}),
-            client.get("/api/v1/procedures/schema", params={"station": other}),
-            client.post("/api/v1/plan", json=asked),
-            client.post("/api/v1/queue/propose", json={**asked, "list": "SN-1", "by": "LIMS"}),
-            client.post("/api/v1/control", json={"name": "Ann"}, params={"rig": other}),
+            client.get("/api/v1/state", params={"rig": bench}),
+            client.get("/api/v1/procedures/schema", params={"station": bench}),
+            client.post("/api/v1/plan", json=body),
+            client.post("/api/v1/queue/propose", json={**body, "list": "SN-1", "by": "LIMS"}),
+            client.post("/api/v1/control", json={"name": "Ann"}, params={"rig": bench}),
         ]
-    assert [each.status_code for each in answers] == [404] * 5
+    assert [answer.status_code for answer in answers] == [404] * 5
 
 
 def test_an_input_is_looked_at_as_it_is_typed(client):
@@ -139,7 +139,7 @@ def test_a_watcher_without_an_id_is_told_so(client):
     assert closed.value.code == 4400
 
 
-STEERING = [each for each in OPERATIONS if each.steers]
+STEERING = [operation for operation in OPERATIONS if operation.steers]
 BODIES = {
     "/api/v1/preflight": PAIR,
     "/api/v1/run/start": PAIR,
@@ -163,7 +163,7 @@ BODIES = {
 }
 
 
-@pytest.mark.parametrize("operation", STEERING, ids=lambda each: each.path)
+@pytest.mark.parametrize("operation", STEERING, ids=lambda operation: operation.path)
 def test_nobody_steers_without_control(client, operation):
     body = BODIES.get(operation.path, {})
     assert client.post("/api/v1/control", json={"name": "Bob"}, headers=BOB).status_code == 200
@@ -174,7 +174,7 @@ def test_nobody_steers_without_control(client, operation):
 
 @pytest.mark.parametrize(
     "path",
-    sorted(each.path for each in STEERING if each.path.startswith(("/api/v1/run/", "/api/v1/m"))),
+    sorted(op.path for op in STEERING if op.path.startswith(("/api/v1/run/", "/api/v1/m"))),
 )
 def test_what_needs_a_run_is_refused_without_one(client, path):
     client.post("/api/v1/control", json={"name": "Ann"})
@@ -199,7 +199,7 @@ def test_control_is_taken_over_only_on_purpose(client):
 
 
 @pytest.mark.parametrize(
-    ("content", "told"),
+    ("content", "words"),
     [
         (b"", "JSON"),
         (b"{", "JSON"),
@@ -212,12 +212,12 @@ def test_control_is_taken_over_only_on_purpose(client):
         (b"[" * 50_000, "JSON"),
     ],
 )
-def test_a_body_that_is_not_as_it_must_be_is_refused_with_words(client, content, told):
+def test_a_body_that_is_not_as_it_must_be_is_refused_with_words(client, content, words):
     answer = client.post(
         "/api/v1/control", content=content, headers={"Content-Type": "application/json"}
     )
     assert (answer.status_code, answer.json()["code"]) == (400, "bad_request")
-    assert told in answer.json()["message"]
+    assert words in answer.json()["message"]
 
 
 JSON = st.recursive(
@@ -232,7 +232,7 @@ JSON = st.recursive(
     max_leaves=5,
 )
 TEXT = st.one_of(st.text(max_size=20), st.sampled_from(["simulated", "10 Hz", "../x", "\0"]))
-POSTS = [each for each in OPERATIONS if each.body is not None and each.path != "/api/v1/control"]
+POSTS = [op for op in OPERATIONS if op.body is not None and op.path != "/api/v1/control"]
 
 
 @settings(
@@ -256,12 +256,12 @@ def test_a_huge_body_is_not_read_to_its_end(client):
     headers = {"Content-Type": "application/json"}
     answer = client.post("/api/v1/control", content=content, headers=headers)
     assert (answer.status_code, answer.json()["code"]) == (413, "too_long")
-    taken = 0
+    chunks = 0
 
     def endless():
-        nonlocal taken
-        while taken < 100:
-            taken += 1
+        nonlocal chunks
+        while chunks < 100:
+            chunks += 1
             yield b"x" * 16_384
 
     answer = client.post("/api/v1/control", content=endless(), headers=headers)
@@ -277,7 +277,7 @@ def test_a_body_that_does_not_come_is_not_waited_for(client, monkeypatch):
         "headers": [(name.lower().encode(), text.encode()) for name, text in headers.items()]
         + [(b"host", b"127.0.0.1:8750")],
     }  # fmt: skip
-    sent, begun = [], []
+    messages, begun = [], []
 
     async def receive():
         if begun:
@@ -286,11 +286,11 @@ def test_a_body_that_does_not_come_is_not_waited_for(client, monkeypatch):
         return {"type": "http.request", "body": b"{", "more_body": True}
 
     async def send(message):
-        sent.append(message)
+        messages.append(message)
 
     asyncio.run(asyncio.wait_for(client.app(scope, receive, send), 20))
-    assert sent[0]["status"] == 408
-    assert json.loads(sent[1]["body"])["message"] == "the body did not come within 0.1 s"
+    assert messages[0]["status"] == 408
+    assert json.loads(messages[1]["body"])["message"] == "the body did not come within 0.1 s"
 
 
 @pytest.mark.parametrize(
@@ -313,8 +313,8 @@ def test_a_number_that_is_too_long_for_python_is_refused(client, path, query):
     ],
 )
 def test_a_post_without_what_a_foreign_form_cannot_send_is_refused(client, headers):
-    known = {"Content-Type": "application/json", **headers}
-    answer = client.post("/api/v1/stop", content=b"{}", headers=known)
+    headers_sent = {"Content-Type": "application/json", **headers}
+    answer = client.post("/api/v1/stop", content=b"{}", headers=headers_sent)
     assert (answer.status_code, answer.json()["code"]) == (400, "bad_request")
 
 
@@ -416,9 +416,9 @@ def test_a_picture_is_given_out_once_a_prompt_shows_it_and_no_other_file(folder)
 class TestWithAToken:
     @pytest.fixture
     def client(self, folder):
-        found, _ = client_of(folder, token=TOKEN, host="0.0.0.0")  # noqa: S104  (not listened to)
-        with found:
-            yield found
+        test_client, _ = client_of(folder, token=TOKEN, host="0.0.0.0")  # noqa: S104  (not listened to)
+        with test_client:
+            yield test_client
 
     @pytest.mark.parametrize(
         "given", ["", "Bearer", "Bearer wrong", f"Basic {TOKEN}", f"Bearer {TOKEN}x", "Bearer é"]
@@ -456,32 +456,32 @@ class TestWithAToken:
 
     def test_an_address_of_this_machine_is_a_name_and_a_strange_name_is_none(self, client):
         headers = {"Authorization": f"Bearer {TOKEN}"}
-        own = client.get("/api/v1/state", headers={**headers, "Host": "192.0.2.7:8750"})
+        answer = client.get("/api/v1/state", headers={**headers, "Host": "192.0.2.7:8750"})
         foreign = client.get("/api/v1/state", headers={**headers, "Host": "evil.example"})
-        assert (own.status_code, foreign.status_code) == (200, 403)
+        assert (answer.status_code, foreign.status_code) == (200, 403)
 
 
 class TestHistory:
     @pytest.fixture
     def client(self, folder, demo):
-        found, _ = client_of(folder, runs=demo.folder)
-        with found:
-            yield found
+        test_client, _ = client_of(folder, runs=demo.folder)
+        with test_client:
+            yield test_client
 
     def test_runs_are_listed_newest_first_with_what_they_found(self, client, demo):
         items = client.get("/api/v1/runs").json()["items"]
-        assert [each["run"] for each in items] == [demo.loaded.name, demo.no_load.name]
+        assert [item["run"] for item in items] == [demo.loaded.name, demo.no_load.name]
         result = json.loads((demo.loaded / "result.json").read_text(encoding="utf-8"))
-        found = result["headline"]["compensated"]
+        headline = result["headline"]["compensated"]
         assert items[0]["verdict"] == result["decision"]["verdict"] == "pass"
-        assert items[0]["headline"]["value"] == found["value"]
-        assert items[0]["headline"]["U"] == found["expanded_uncertainty_95"]
+        assert items[0]["headline"]["value"] == headline["value"]
+        assert items[0]["headline"]["U"] == headline["expanded_uncertainty_95"]
         assert (items[0]["specimen"], items[0]["operator"]) == ("DEMO-0001", "Demo operator")
 
     def test_runs_can_be_searched_filtered_and_paged(self, client, demo):
         def runs(**query):
             return [
-                each["run"] for each in client.get("/api/v1/runs", params=query).json()["items"]
+                item["run"] for item in client.get("/api/v1/runs", params=query).json()["items"]
             ]
 
         assert runs(search="demo-0001 STARTING") == [demo.loaded.name]
@@ -493,11 +493,11 @@ class TestHistory:
         assert runs(limit="-3") == runs(limit="x") == runs()
 
     def test_one_run_has_its_result_events_and_files(self, client, demo):
-        found = client.get(f"/api/v1/runs/{demo.loaded.name}").json()
-        assert found["result"]["decision"]["verdict"] == "pass"
-        assert found["sealed"]
-        assert any("run completed" in each["text"] for each in found["events"])
-        urls = {each["name"]: each["url"] for each in found["files"]}
+        detail = client.get(f"/api/v1/runs/{demo.loaded.name}").json()
+        assert detail["result"]["decision"]["verdict"] == "pass"
+        assert detail["sealed"]
+        assert any("run completed" in event["text"] for event in detail["events"])
+        urls = {file["name"]: file["url"] for file in detail["files"]}
         assert set(urls) >= {"report.html", "result.json", "run.h5", "run.log"}
         report = client.get(urls["report.html"])
         assert report.content == (demo.loaded / "report.html").read_bytes()
@@ -506,8 +506,8 @@ class TestHistory:
         assert "script" not in policy
 
     def test_the_next_specimen_is_started_with_all_but_its_name(self, client, demo):
-        found = client.get(f"/api/v1/runs/{demo.loaded.name}/again").json()
-        assert found == {
+        again = client.get(f"/api/v1/runs/{demo.loaded.name}/again").json()
+        assert again == {
             "procedure": "starting_torque_1000n",
             "station": "simulated",
             "inputs": {"type": "DEMO-GE20", "lot": "DEMO-LOT-1", "operator": "Demo operator"},
@@ -515,9 +515,9 @@ class TestHistory:
         }
 
     def test_a_specimen_that_was_tested_before_is_said_while_it_is_typed(self, client, demo):
-        asked = {"procedure": "starting_torque_1000n", "input": "specimen"}
+        body = {"procedure": "starting_torque_1000n", "input": "specimen"}
         notes = [
-            client.post("/api/v1/check-input", json={**asked, "text": text}).json()["note"]
+            client.post("/api/v1/check-input", json={**body, "text": text}).json()["note"]
             for text in ("demo-0001", "DEMO-0002")
         ]
         assert notes == [f"demo-0001 has already been tested: run {demo.loaded.name}", ""]
@@ -526,7 +526,7 @@ class TestHistory:
         self, client, demo, monkeypatch
     ):
         started = []
-        monkeypatch.setattr(queueing, "start_job", lambda *given, **_: started.append(given))
+        monkeypatch.setattr(queueing, "start_job", lambda *args, **_: started.append(args))
         assert client.post("/api/v1/control", json={"name": "Ann"}, headers=ANN).status_code == 200
         pair = {"procedure": "starting_torque_1000n", "station": "simulated"}
         for specimen, note in (
@@ -534,23 +534,23 @@ class TestHistory:
             ("DEMO-0002", ""),
         ):
             body = {**pair, "inputs": {"specimen": specimen}}
-            found = client.post("/api/v1/run/start", json=body, headers=ANN)
-            assert found.json() == {"ok": True, "entry": None, "note": note}
+            answer = client.post("/api/v1/run/start", json=body, headers=ANN)
+            assert answer.json() == {"ok": True, "entry": None, "note": note}
         assert len(started) == 2
 
     def test_of_two_stations_with_one_id_the_very_one_is_taken(self, client, demo, folder):
         text = find_station("simulated").read_text(encoding="utf-8")
-        other = text.replace("seed: 1", "seed: 2")
-        (folder / "lab" / "other.yaml").write_text(other, encoding="utf-8")
-        found = client.get(f"/api/v1/runs/{demo.loaded.name}/again").json()
-        assert found["station"] == "simulated"
+        changed = text.replace("seed: 1", "seed: 2")
+        (folder / "lab" / "other.yaml").write_text(changed, encoding="utf-8")
+        again = client.get(f"/api/v1/runs/{demo.loaded.name}/again").json()
+        assert again["station"] == "simulated"
 
     def test_two_runs_are_compared_in_words(self, client, demo):
         query = {"before": demo.no_load.name, "after": demo.loaded.name}
-        found = client.get("/api/v1/compare", params=query).json()
-        assert not found["same"]
-        assert any("specimen" in each["text"] for each in found["changes"])
-        sections = [each["section"] for each in found["changes"]]
+        comparison = client.get("/api/v1/compare", params=query).json()
+        assert not comparison["same"]
+        assert any("specimen" in change["text"] for change in comparison["changes"])
+        sections = [change["section"] for change in comparison["changes"]]
         assert (sections[0], sections.count("results") > 0) == ("results", True)
         same = dict.fromkeys(query, demo.loaded.name)
         assert client.get("/api/v1/compare", params=same).json()["same"]
@@ -594,7 +594,7 @@ class TestHistory:
         (folder / "runs/r1/link.txt").symlink_to(folder / "secret.txt")
         (folder / "runs/r1/program.py").write_text("secret", encoding="utf-8")
         client, panel = client_of(folder)
-        names = [each.name for each in panel.history.files("r1")]
+        names = [path.name for path in panel.history.files("r1")]
         assert not {"link.txt", "program.py"} & set(names)
         for name in ("link.txt", "program.py"):
             assert client.get(f"/api/v1/runs/r1/files/{name}").status_code == 404
@@ -602,8 +602,8 @@ class TestHistory:
     def test_with_a_token_files_have_tickets_that_open_nothing_else(self, folder, demo):
         client, _ = client_of(folder, runs=demo.folder, token=TOKEN)
         headers = {"Authorization": f"Bearer {TOKEN}"}
-        found = client.get(f"/api/v1/runs/{demo.loaded.name}", headers=headers).json()
-        urls = {each["name"]: each["url"] for each in found["files"]}
+        detail = client.get(f"/api/v1/runs/{demo.loaded.name}", headers=headers).json()
+        urls = {file["name"]: file["url"] for file in detail["files"]}
         assert client.get(urls["run.log"]).status_code == 200
         moved = urls["run.log"].replace("run.log", "result.json")
         assert client.get(moved).status_code == 401
@@ -636,17 +636,17 @@ class TestHistory:
             "item_condition": "new", "received": "2026-01-01",
         }  # fmt: skip
         body = {"authorised_by": "B. Boss", "not_for_certification": True, "order": order}
-        found = client.post(f"/api/v1/runs/{demo.loaded.name}/certificate", json=body).json()
-        assert found["number"].startswith("SPECIMEN"), found
-        page = next(each for each in found["files"] if each["name"].endswith(".html"))
+        issued = client.post(f"/api/v1/runs/{demo.loaded.name}/certificate", json=body).json()
+        assert issued["number"].startswith("SPECIMEN"), issued
+        page = next(file for file in issued["files"] if file["name"].endswith(".html"))
         assert "B. Boss" in client.get(page["url"]).text
 
-        for other in ({}, {"language": "de"}, {"order": {**order, "customer": "Another"}}):
-            again = client.post(f"/api/v1/runs/{demo.loaded.name}/certificate", json=body | other)
+        for changes in ({}, {"language": "de"}, {"order": {**order, "customer": "Another"}}):
+            again = client.post(f"/api/v1/runs/{demo.loaded.name}/certificate", json=body | changes)
             assert again.status_code == 422
-            assert f"{found['number']} exists" in again.json()["message"]
+            assert f"{issued['number']} exists" in again.json()["message"]
             assert "a further copy, with a reason" in again.json()["hint"]
         copy = body | {"further_copy": "in German", "language": "de"}
         further = client.post(f"/api/v1/runs/{demo.loaded.name}/certificate", json=copy).json()
-        page = next(each for each in further["files"] if each["name"].endswith(".html"))
-        assert f"Weiteres Exemplar neben {found['number']}" in client.get(page["url"]).text
+        page = next(file for file in further["files"] if file["name"].endswith(".html"))
+        assert f"Weiteres Exemplar neben {issued['number']}" in client.get(page["url"]).text

@@ -36,19 +36,19 @@ def test_a_screen_that_applies_all_deltas_shows_the_whole_state(changes):
             continue
         delta = board.delta()
         if delta is not None:
-            told = json.loads(delta)
-            assert told["seq"] == shown["seq"] + 1
-            shown |= {**told["changes"], "seq": told["seq"]}
+            message = json.loads(delta)
+            assert message["seq"] == shown["seq"] + 1
+            shown |= {**message["changes"], "seq": message["seq"]}
     assert {**shown, "now_utc": ""} == {**json.loads(board.state("me")), "now_utc": ""}
 
 
 def test_the_state_is_of_the_model_that_is_published():
-    found = json.loads(Board().state("abc"))
+    state = json.loads(Board().state("abc"))
     others = {"seq", "latest", "version", "you", "now_utc"}
-    assert set(found) == set(State.model_fields) == {*SECTIONS, *others}
-    age = datetime.now(UTC) - datetime.fromisoformat(found["now_utc"])
+    assert set(state) == set(State.model_fields) == {*SECTIONS, *others}
+    age = datetime.now(UTC) - datetime.fromisoformat(state["now_utc"])
     assert abs(age) < timedelta(seconds=60)
-    State.model_validate(found)
+    State.model_validate(state)
 
 
 def test_what_stays_the_same_is_not_told():
@@ -80,24 +80,24 @@ def test_the_first_has_control_and_the_second_is_told_who(control):
         control.take("client-b", "Bob", NOW, take_over=False)
     assert refused.value.status == 409
     with pytest.raises(PanelError, match="Ann has control") as refused:
-        control.required("client-b")
+        control.require("client-b")
     assert (refused.value.status, refused.value.view.code) == (403, "not_in_control")
-    assert control.required("client-a") == "Ann"
+    assert control.require("client-a") == "Ann"
 
 
 def test_taking_over_tells_from_whom(control):
     control.take("client-a", "Ann", NOW, take_over=False)
     assert control.take("client-b", "Bob", NOW, take_over=True).name == "Ann"
-    assert control.required("client-b") == "Bob"
+    assert control.require("client-b") == "Bob"
     assert control.take("client-b", "Bob B.", NOW, take_over=False) is None  # only a new name
     control.release("client-b")
     with pytest.raises(PanelError, match="nobody has control"):
-        control.required("client-b")
+        control.require("client-b")
 
 
 def test_the_state_does_not_give_away_by_what_somebody_could_steer(control):
     control.take("client-a", "Ann", NOW, take_over=False)
-    control.connected("client-a", 1)
+    control.count_connection("client-a", 1)
     shown = json.loads(control._board.state("x"))
     assert shown["control"] == {
         "client": short_name("client-a"),
@@ -106,6 +106,6 @@ def test_the_state_does_not_give_away_by_what_somebody_could_steer(control):
         "connected": True,
     }
     assert "client-a" not in json.dumps(shown)
-    control.connected("client-a", -1)
+    control.count_connection("client-a", -1)
     shown = json.loads(control._board.state("x"))
     assert (shown["control"]["connected"], shown["watchers"]) == (False, 0)

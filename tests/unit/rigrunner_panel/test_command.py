@@ -40,8 +40,8 @@ def test_who_comes_through_a_proxy_needs_a_token(tmp_path):
 def test_a_port_that_is_taken_is_told(tmp_path):
     import socket  # noqa: PLC0415  (this test alone listens)
 
-    with socket.create_server(("127.0.0.1", 0)) as taken:
-        port = taken.getsockname()[1]
+    with socket.create_server(("127.0.0.1", 0)) as listening:
+        port = listening.getsockname()[1]
         called = call("panel", "--no-browser", "--port", str(port), "--runs", tmp_path)
     assert called.code == 2
     assert f"cannot listen on 127.0.0.1, port {port}" in called.err

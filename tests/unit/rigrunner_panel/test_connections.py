@@ -39,9 +39,9 @@ def address(monkeypatch):
 
 
 @contextmanager
-def opened(address, said=b""):
+def opened(address, content=b""):
     with socket.create_connection(address, PATIENT_S) as connection:
-        connection.sendall(said)
+        connection.sendall(content)
         yield connection
 
 
@@ -52,9 +52,9 @@ def is_ended(connection):
         return True
 
 
-@pytest.mark.parametrize("said", [b"", HALF])
-def test_a_request_that_does_not_come_is_not_waited_for(address, said):
-    with opened(address, said) as connection:
+@pytest.mark.parametrize("content", [b"", HALF])
+def test_a_request_that_does_not_come_is_not_waited_for(address, content):
+    with opened(address, content) as connection:
         assert is_ended(connection)
 
 
@@ -76,15 +76,15 @@ def test_who_asks_is_answered_as_long_as_he_goes_on(address):
 def test_one_address_has_no_more_than_its_share(address, monkeypatch):
     monkeypatch.setattr(connections, "REQUEST_S", PATIENT_S)
     with (
-        opened(address, WHOLE) as one,
+        opened(address, WHOLE) as first,
         opened(address, WHOLE) as two,
         opened(address, WHOLE) as three,
         opened(address, WHOLE) as four,
         opened(address, WHOLE) as five,
     ):
-        kept = (one, two, three, four, five)
-        assert all(each.recv(1000).startswith(b"HTTP/1.1 204") for each in kept)
+        kept = (first, two, three, four, five)
+        assert all(connection.recv(1000).startswith(b"HTTP/1.1 204") for connection in kept)
         with pytest.raises(ConnectionError), opened(address, WHOLE) as sixth:
             assert sixth.recv(1000) == b"HTTP"
-        one.sendall(WHOLE)
-        assert one.recv(1000).startswith(b"HTTP/1.1 204")
+        first.sendall(WHOLE)
+        assert first.recv(1000).startswith(b"HTTP/1.1 204")

@@ -40,10 +40,10 @@ def test_a_column_has_the_extremes_of_its_samples_however_they_come(sizes, start
             column = int((block_s + i / rate_hz) / STEP_S)
             expected.setdefault(column, []).append(float(values[first + i]))
         first += size
-    for column, found in expected.items():
+    for column, samples_in in expected.items():
         if column >= low_at:
-            assert low[column - low_at] == np.float32(min(found))
-            assert high[column - low_at] == np.float32(max(found))
+            assert low[column - low_at] == np.float32(min(samples_in))
+            assert high[column - low_at] == np.float32(max(samples_in))
     assert len(low) <= COLUMNS
 
 
@@ -98,11 +98,11 @@ def test_a_curve_is_told_with_its_axes_and_the_time_of_its_end():
     assert header["x"] == {"name": "phase", "unit": "°", "low": 0.0, "high": 360.0}
     assert (header["t_s"], header["monotonic_s"], header["late_s"]) == (2.0, 12.5, 0.25)
     assert header["frequency_hz"] == 5.0
-    assert {name: each.tolist() for name, each in arrays.items()} == {
+    assert {name: values.tolist() for name, values in arrays.items()} == {
         "x": [0, 180, 360], "measured": [1, 2, 1], "corrected": [0.5, 1.5, 0.5],
     }  # fmt: skip
     assert curves.next_curve() is None
-    later = parse_frame(curves.whole()[1])[0]  # a screen that comes later
+    later = parse_frame(curves.all_frames()[1])[0]  # a screen that comes later
     assert later.pop("late_s") >= header.pop("late_s")
     assert later == header
 
@@ -112,15 +112,15 @@ def test_a_screen_that_comes_later_gets_the_age_of_the_curve(monkeypatch):
     monkeypatch.setattr(time, "monotonic", lambda: next(now))
     curves = Curves()
     curves.draw("001", CURVE, 12.5, 0.25)
-    assert parse_frame(curves.whole()[1])[0]["late_s"] == 60.25
+    assert parse_frame(curves.all_frames()[1])[0]["late_s"] == 60.25
 
 
 def test_of_many_curves_the_latest_are_told():
     curves = Curves()
     for number in range(20):
         curves.draw("001", CURVE, float(number))
-    told = [parse_frame(each)[0]["monotonic_s"] for each in iter(curves.next_curve, None)]
-    assert told == [16, 17, 18, 19]
+    ended_s = [parse_frame(frame)[0]["monotonic_s"] for frame in iter(curves.next_curve, None)]
+    assert ended_s == [16, 17, 18, 19]
 
 
 def test_the_trend_tells_only_what_is_new_and_a_new_screen_everything():
@@ -131,7 +131,7 @@ def test_the_trend_tells_only_what_is_new_and_a_new_screen_everything():
     curves.take(samples("001", block_of(np.ones(2000), 2000)), 1.0, {})
     header, arrays = parse_frame(curves.next_trend())
     assert (header["first"], header["reset"], len(arrays["minimum"])) == (20, False, 20)
-    header, arrays = parse_frame(curves.whole()[0])
+    header, arrays = parse_frame(curves.all_frames()[0])
     assert (header["first"], header["reset"], len(arrays["minimum"])) == (0, True, 40)
 
 

@@ -107,9 +107,9 @@ def _of(folder, program):
     ],
 )
 def test_a_value_and_its_uncertainty_have_two_digits_of_it(tmp_path, value, uncertainty, text):
-    given = "NaN" if uncertainty is None else repr(uncertainty)
+    literal = "NaN" if uncertainty is None else repr(uncertainty)
     program = f"""
       import {{ withUncertainty }} from './format.mjs';
-      console.log(JSON.stringify(withUncertainty({value!r}, {given}, 'A')));
+      console.log(JSON.stringify(withUncertainty({value!r}, {literal}, 'A')));
     """
     assert _of(tmp_path, program) == text

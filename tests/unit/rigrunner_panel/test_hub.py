@@ -40,39 +40,39 @@ def read(socket, count):
     return work()
 
 
-async def screen_told(panel, told):
-    """Return a slow socket, its screen at work, and what was told before it read a thing."""
+async def working_screen(panel, messages):
+    """Return a slow socket that has read nothing, its screen with these messages, and its work."""
     socket = SlowSocket()
     screen = Screen(socket, "client-slow-1", panel, panel.rig("simulated"))
     work = asyncio.create_task(screen.work())
     await asyncio.sleep(0)
-    for each in told:
-        screen.tell(each)
+    for message in messages:
+        screen.enqueue(message)
     return socket, screen, work
 
 
 def test_a_screen_that_does_not_read_holds_few_messages_and_then_gets_the_whole_state(panel):
     async def check():
-        told = [f"delta {n}" for n in range(10_000)]
-        socket, screen, work = await screen_told(panel, told)
+        messages = [f"delta {n}" for n in range(10_000)]
+        socket, screen, work = await working_screen(panel, messages)
         assert len(screen._waiting) <= MOST_WAITING
         panel.rig("simulated").board.put(phase="running")
         await read(socket, 4)
-        screen.tell("after")
+        screen.enqueue("after")
         await read(socket, 3)
         work.cancel()
         return socket.got
 
     got = asyncio.run(check())
-    kinds = [json.loads(each)["type"] if each[0] == "{" else each for each in got]
+    kinds = [json.loads(message)["type"] if message[0] == "{" else message for message in got]
     assert kinds == ["state", "rigs", "state", "rigs", "after"]
     assert json.loads(got[2])["state"]["phase"] == "running"
 
 
 def test_a_screen_that_keeps_up_gets_every_message_in_order(panel):
     async def check():
-        told = [f"delta {n}" for n in range(MOST_WAITING)]
-        socket, _, work = await screen_told(panel, told)
+        messages = [f"delta {n}" for n in range(MOST_WAITING)]
+        socket, _, work = await working_screen(panel, messages)
         await read(socket, MOST_WAITING + 2)
         work.cancel()
         return socket.got

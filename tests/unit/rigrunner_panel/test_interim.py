@@ -25,7 +25,7 @@ from rigrunner_panel.history import History
 from rigrunner_panel.live import analyst
 from rigrunner_panel.live.interim import interim_result
 from rigrunner_panel.process.messages import Analyse, Analysed, Drawn, Follow
-from rigrunner_panel.view.of_result import live_view
+from rigrunner_panel.view.result import live_view
 from rigrunner_panel.view.sections import LiveView
 
 
@@ -40,8 +40,8 @@ class Onlooker:
     def __call__(self, event):
         if isinstance(event, StepEnded) and event.recording:
             folder = self.runs / run_names(self.runs)[-1]
-            found = interim_result(folder, self.registry, self.partners)
-            self.after.append(None if found is None else found[0])
+            interim = interim_result(folder, self.registry, self.partners)
+            self.after.append(None if interim is None else interim[0])
 
 
 @pytest.fixture(scope="module")
@@ -61,7 +61,7 @@ def test_the_last_live_value_is_the_final_one_to_the_last_bit(watched):
     onlooker, finished = watched
     last = live_view(onlooker.after[-1], final=True)
     final = live_view(finished.result, final=True)
-    assert [each.value for each in last.results] == [each.value for each in final.results]
+    assert [result.value for result in last.results] == [result.value for result in final.results]
     assert last.headline == final.headline
     assert last.checks == final.checks
     assert len(final.results) == 5
@@ -71,10 +71,10 @@ def test_the_last_live_value_is_the_final_one_to_the_last_bit(watched):
 @pytest.mark.thorough
 def test_each_recording_adds_a_result(watched):
     onlooker, _ = watched
-    views = [live_view(each, final=False) for each in onlooker.after]
-    assert [len(each.results) for each in views] == [1, 2, 3, 4, 5]
-    assert [each.recordings for each in views] == [1, 2, 3, 4, 5]
-    assert len({each.results[0].uncorrected for each in views}) == 1
+    views = [live_view(result, final=False) for result in onlooker.after]
+    assert [len(view.results) for view in views] == [1, 2, 3, 4, 5]
+    assert [view.recordings for view in views] == [1, 2, 3, 4, 5]
+    assert len({view.results[0].uncorrected for view in views}) == 1
 
 
 @pytest.mark.thorough
@@ -82,9 +82,9 @@ def test_a_watched_stretch_is_analysed_in_place_of_the_recordings(watched):
     onlooker, finished = watched
     folder = finished.folder
     stretch = read(folder).recordings[2]
-    found, _ = interim_result(folder, onlooker.registry, onlooker.partners, watched=stretch)
+    result, _ = interim_result(folder, onlooker.registry, onlooker.partners, watched=stretch)
     expected = TorqueDetails.of(finished.result).compensations["template_inverse"].points[2]
-    (row,) = live_view(found, final=False).results
+    (row,) = live_view(result, final=False).results
     assert row.place == f"{stretch.setpoints['tester.frequency']:g} Hz"
     assert row.value == pytest.approx(expected.torque.value, abs=1e-3)
 
@@ -98,7 +98,7 @@ def test_an_uncertainty_that_the_data_do_not_tell_is_none_here_and_in_the_histor
     )
     view = live_view(finished.result, final=True)
     assert view.headline.U is None
-    assert {each.U for each in view.results} == {None}
+    assert {row.U for row in view.results} == {None}
     assert LiveView.model_validate_json(view.model_dump_json()) == view
     (item,) = History(tmp_path / "runs").items()
     assert item.headline == view.headline
@@ -113,26 +113,26 @@ def test_named_results_are_there_with_their_limits_while_the_run_goes_on(tmp_pat
     result, acceptance = interim_result(runs / run_names(runs)[0], load_registry(), {})
     view = live_view(result, final=False, acceptance=acceptance)
     assert view.verdict == ""
-    voltages = [each for each in view.results if each.name == "voltage"]
-    assert [(each.place, each.value) for each in voltages] == [
+    voltages = [row for row in view.results if row.name == "voltage"]
+    assert [(row.place, row.value) for row in voltages] == [
         ("0 A", 12.031), ("1 A", 12.022), ("2 A", 12.014), ("5 A", 11.987),
     ]  # fmt: skip
-    assert {(each.lower, each.upper, each.unit) for each in voltages} == {(11.98, 12.1, "V")}
-    (regulation,) = (each for each in view.results if each.name == "regulation")
+    assert {(row.lower, row.upper, row.unit) for row in voltages} == {(11.98, 12.1, "V")}
+    (regulation,) = (row for row in view.results if row.name == "regulation")
     assert (regulation.place, regulation.lower, regulation.upper) == ("", None, 50.0)
     (figure,) = view.figures
     assert [point.x for point in figure.series[0].points] == [0, 1, 2, 5]
-    given = Figure("given", Axis("x"), Axis("y"), (Series.over([1, 2], [2, 3], kind="line"),))
-    view = live_view(replace(result, figures=(given,)), final=True, acceptance=acceptance)
-    assert view.figures == (figure, given)
+    drawn = Figure("given", Axis("x"), Axis("y"), (Series.over([1, 2], [2, 3], kind="line"),))
+    view = live_view(replace(result, figures=(drawn,)), final=True, acceptance=acceptance)
+    assert view.figures == (figure, drawn)
     assert LiveView.model_validate_json(view.model_dump_json()) == view
     (item,) = History(runs).items()
     assert (item.headline, item.result) == (None, "regulation: 44.0 ± 3.1 mV")
 
 
 def test_live_views_do_not_wait_for_the_analysis_of_finished_recordings(monkeypatch, tmp_path):
-    goes_on, told, runs = threading.Event(), queue.Queue(), tmp_path / "runs"
-    here = analyst.Analyst(told.put)
+    goes_on, messages, runs = threading.Event(), queue.Queue(), tmp_path / "runs"
+    here = analyst.Analyst(messages.put)
 
     def slow(*_):
         if threading.current_thread() is not threading.main_thread():
@@ -147,12 +147,12 @@ def test_live_views_do_not_wait_for_the_analysis_of_finished_recordings(monkeypa
 
     monkeypatch.setattr(analyst, "interim_result", slow)
     run(quick_procedure(tmp_path, "no_load_inertia_sweep"), runs, listeners=[listen])
-    drawn = {each.recording for each in told.queue if isinstance(each, Drawn)}
-    assert len(drawn) == 5
-    assert not [each for each in told.queue if isinstance(each, Analysed)]
+    curves = {message.recording for message in messages.queue if isinstance(message, Drawn)}
+    assert len(curves) == 5
+    assert not [message for message in messages.queue if isinstance(message, Analysed)]
     goes_on.set()
-    answers = iter(lambda: told.get(timeout=60), None)
-    assert next(each for each in answers if isinstance(each, Analysed))
+    answers = iter(lambda: messages.get(timeout=60), None)
+    assert next(message for message in answers if isinstance(message, Analysed))
 
 
 IN_HDF5 = """
@@ -177,8 +177,8 @@ def test_the_process_ends_with_the_run_though_a_thread_is_in_hdf5(quick, tmp_pat
     command = [sys.executable, "-c", IN_HDF5, str(begun)]
     messages = (Follow(quick.loaded, find_station("simulated")), Analyse())
     with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.DEVNULL) as process:
-        for each in messages:
-            process.stdin.write(pickle.dumps(each))
+        for message in messages:
+            process.stdin.write(pickle.dumps(message))
         process.stdin.flush()
         while not begun.exists():
             time.sleep(0.05)

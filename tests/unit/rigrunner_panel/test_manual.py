@@ -26,25 +26,26 @@ from unit.engine.helpers_pausing import Person
 
 def done_by_hand(device, *wishes):
     """Return how the session ended, and what its page showed after each wish."""
-    clock, told, left = SimulatedClock(), [], [*wishes, CloseManual("me")]
+    clock, messages, left = SimulatedClock(), [], [*wishes, CloseManual("me")]
     planned = plan_run(
         find_procedure("starting_torque_1000n"), find_station("simulated"), load_registry(), clock
     )
     planned = replace(planned, plan=Plan(()), devices={"tester": device})
     commands = SimpleNamespace(by_hand=lambda: left.pop(0), has_by_hand=lambda: bool(left))
-    link = Link(commands, SimpleNamespace(send=told.append), Switch())
-    hand = Hand(planned, record("by hand"), link, WatchedChannels(told.append, planned.devices))
+    link = Link(commands, SimpleNamespace(send=messages.append), Switch())
+    hand = Hand(planned, record("by hand"), link, WatchedChannels(messages.append, planned.devices))
     rig = Rig({"tester": device}, clock)
     rig.connect()
     summary = run_by_hand(
         hand.steps, rig, Bus([hand]), clock, threading.Event(), "R1", interlocks=(),
         pauses=Person([]),
     )  # fmt: skip
-    return summary, [each.sections["manual"] for each in told if isinstance(each, Show)]
+    shows = (message for message in messages if isinstance(message, Show))
+    return summary, [show.sections["manual"] for show in shows]
 
 
 def standing(views, drive="tester.frequency"):
-    return [{each.name: each.set for each in view.drives}[drive] for view in views]
+    return [{row.name: row.set for row in view.drives}[drive] for view in views]
 
 
 def test_it_shows_where_a_drive_was_set():
@@ -64,6 +65,6 @@ def test_it_says_how_many_points_were_recorded():
     wishes = (SetDrive("tester.frequency", 5.0, "me"), RecordPoint(5, "me"), RecordPoint(5, "me"))
     summary, shown = done_by_hand(FakeTester(), *wishes)
     assert summary.outcome is Outcome.COMPLETED
-    told = [(view.recording, view.points, view.last) for view in shown]
-    one, two = "001_5Hz", "002_5Hz"
-    assert told[2:] == [(one, 0, ""), ("", 1, one), (two, 1, one), ("", 2, two)]
+    state = [(view.recording, view.points, view.last) for view in shown]
+    first, second = "001_5Hz", "002_5Hz"
+    assert state[2:] == [(first, 0, ""), ("", 1, first), (second, 1, first), ("", 2, second)]

@@ -35,9 +35,9 @@ EVENTS = "ws://127.0.0.1:8750/api/v1/events?client=client-ann"
 @pytest.fixture
 def panel(tmp_path):
     (tmp_path / "lab").mkdir()
-    found = Panel(settings=Settings(runs=tmp_path / "runs", procedures=tmp_path / "lab"))
-    found.rig("simulated")
-    return found
+    panel = Panel(settings=Settings(runs=tmp_path / "runs", procedures=tmp_path / "lab"))
+    panel.rig("simulated")
+    return panel
 
 
 @pytest.fixture
@@ -47,80 +47,80 @@ def app(panel):
 
 @pytest.fixture
 def client(app):
-    with TestClient(app, base_url="http://127.0.0.1:8750", headers=ANN) as found:
-        yield found
+    with TestClient(app, base_url="http://127.0.0.1:8750", headers=ANN) as client:
+        yield client
 
 
 @pytest.fixture
-def found(client):
+def description(client):
     return client.get("/api/v1/openapi.json").json()
 
 
-def test_every_route_is_described_once_under_one_version_and_no_reference_hangs(app, found):
-    assert found["openapi"] == "3.1.0"
+def test_every_route_is_described_once_under_one_version_and_no_reference_hangs(app, description):
+    assert description["openapi"] == "3.1.0"
     served = {
-        (method, each.path)
-        for each in app.routes
-        if isinstance(each, Route)
-        for method in each.methods - {"HEAD"}
+        (method, route.path)
+        for route in app.routes
+        if isinstance(route, Route)
+        for method in route.methods - {"HEAD"}
     }
-    paths = {(method.upper(), path) for path, each in found["paths"].items() for method in each}
+    paths = {(method.upper(), path) for path, ops in description["paths"].items() for method in ops}
     assert paths == served
     assert len(served) == 1 + len(OPERATIONS)
     assert all(path.startswith("/api/v1/") for _, path in served)
-    names = [one["operationId"] for each in found["paths"].values() for one in each.values()]
+    names = [op["operationId"] for ops in description["paths"].values() for op in ops.values()]
     assert len(set(names)) == len(names)
-    references = set(re.findall(r'"#/components/schemas/([^"]+)"', json.dumps(found)))
-    assert references <= set(found["components"]["schemas"])
-    sockets = [each.path for each in app.routes if isinstance(each, WebSocketRoute)]
+    references = set(re.findall(r'"#/components/schemas/([^"]+)"', json.dumps(description)))
+    assert references <= set(description["components"]["schemas"])
+    sockets = [route.path for route in app.routes if isinstance(route, WebSocketRoute)]
     assert sockets == ["/api/v1/events", "/{path:path}"]
-    socket = found["paths"]["/api/v1/events"]["get"]
-    assert {"client", "rig"} < {each["name"] for each in socket["parameters"]}
+    socket = description["paths"]["/api/v1/events"]["get"]
+    assert {"client", "rig"} < {parameter["name"] for parameter in socket["parameters"]}
     assert set(socket["responses"]["101"]["content"]) == {
         "application/json",
         "application/octet-stream",
     }
 
 
-def test_it_is_valid_by_its_own_schemas(found, client):
-    schemas = found["components"]["schemas"]
+def test_it_is_valid_by_its_own_schemas(description, client):
+    schemas = description["components"]["schemas"]
     assert set(schemas["State"]["required"]) == set(client.get("/api/v1/state").json())
     assert schemas["StartRun"]["additionalProperties"] is False
 
 
-def test_each_message_of_the_socket_is_one_that_is_described(found, client, panel):
-    schemas = found["components"]["schemas"]
-    texts = {each["properties"]["type"]["const"]: each for each in schemas["Message"]["oneOf"]}
+def test_each_message_of_the_socket_is_one_that_is_described(description, client, panel):
+    schemas = description["components"]["schemas"]
+    texts = {one["properties"]["type"]["const"]: one for one in schemas["Message"]["oneOf"]}
     job = JobView(kind="run", procedure="p", station="s")
     story = Story(panel.rig("simulated").board, job, panel)
-    seen = set()
+    kinds = set()
     with client.websocket_connect(EVENTS) as socket:
         story.take(Show({"plan": PlanView(estimated_s=1.0, steps=())}))
         story.take(Note(seq=0, monotonic_s=0, utc="", step="main[0]", text="a note"))
-        while seen != set(texts):
+        while kinds != set(texts):
             message = socket.receive_json()
             described = texts[message["type"]]
             assert set(message) == set(described["required"])
             if message["type"] == "delta":
                 changes = described["properties"]["changes"]
                 assert set(message["changes"]) <= set(changes["properties"])
-            seen.add(message["type"])
+            kinds.add(message["type"])
 
 
-def test_each_binary_frame_has_a_header_that_is_described(found):
-    schemas = found["components"]["schemas"]
+def test_each_binary_frame_has_a_header_that_is_described(description):
+    schemas = description["components"]["schemas"]
     headers = {
-        each["properties"]["kind"]["const"]: each for each in schemas["FrameHeader"]["oneOf"]
+        header["properties"]["kind"]["const"]: header for header in schemas["FrameHeader"]["oneOf"]
     }
     curves = Curves()
     block = Block(10.0, 0, 0.1, {"c.air": np.ones(9)})
-    known = {"seq": 0, "monotonic_s": 1.0, "utc": "", "recording": "001"}
-    curves.take(Samples(block=block, **known), 0.0, {})
+    fields = {"seq": 0, "monotonic_s": 1.0, "utc": "", "recording": "001"}
+    curves.take(Samples(block=block, **fields), 0.0, {})
     at = np.ones(2)
-    drawn = Curve(title="c", x=Axis("x"), y=Axis("y"), at=at, series={"": at}, end_s=1.0)
-    curves.draw("001", drawn, 1.0)
-    shown = [parse_frame(each)[0] for each in curves.whole()]
-    assert {each["kind"] for each in shown} == set(headers)
+    curve = Curve(title="c", x=Axis("x"), y=Axis("y"), at=at, series={"": at}, end_s=1.0)
+    curves.draw("001", curve, 1.0)
+    shown = [parse_frame(frame_bytes)[0] for frame_bytes in curves.all_frames()]
+    assert {header["kind"] for header in shown} == set(headers)
     for header in shown:
         described = headers[header["kind"]]
         assert set(described["required"]) <= set(header) <= set(described["properties"])
@@ -174,37 +174,37 @@ _VALUE = re.compile(r"const (\w+) = `([^`]*)`")
 
 def _routes(module, text):
     """Return what a path in a script may be as a route: each unknown part of it is '*'."""
-    known = dict(_VALUE.findall(module))
+    values = dict(_VALUE.findall(module))
     while named := re.search(r"\$\{(\w+)\}", text):
-        text = text.replace(named[0], known.get(named[1], "*"))
+        text = text.replace(named[0], values.get(named[1], "*"))
     return re.sub(r"\$\{[^}]*\}", "*", text)
 
 
 def _is_one(path, method=None):
-    pattern = "".join("[^/]+" if each == "*" else re.escape(each) for each in path)
-    operations = [each for each in OPERATIONS if method in (None, each.method)]
-    return any(re.fullmatch(f"/api/v1/{pattern}", each.path) for each in operations)
+    pattern = "".join("[^/]+" if part == "*" else re.escape(part) for part in path)
+    operations = [operation for operation in OPERATIONS if method in (None, operation.method)]
+    return any(re.fullmatch(f"/api/v1/{pattern}", operation.path) for operation in operations)
 
 
 def test_whatever_the_screen_asks_is_a_request_of_the_description():
     """The screen has no other way to ask: its requests go through two functions and one socket."""
-    firsts = {each.path.split("/")[3] for each in OPERATIONS}
-    asked = set()
+    firsts = {operation.path.split("/")[3] for operation in OPERATIONS}
+    requested = set()
     for script in SCRIPTS:
         module = script.read_text(encoding="utf-8")
         beyond = re.findall(r"\b(fetch|WebSocket|XMLHttpRequest|EventSource|sendBeacon)\(", module)
         mine = {"client.js": ["fetch"] * 2, "texts.js": ["fetch"], "link.js": ["WebSocket"]}
         assert beyond == mine.get(script.name, []), script
-        for function, given in _CALL.findall(module):
-            if given[0] in '"`':
-                path = _routes(module, given[1:-1])
-                assert _is_one(path, METHODS[function]), f"{script.name}: {function}({given})"
-                asked.add(path)
+        for function, argument in _CALL.findall(module):
+            if argument[0] in '"`':
+                path = _routes(module, argument[1:-1])
+                assert _is_one(path, METHODS[function]), f"{script.name}: {function}({argument})"
+                requested.add(path)
             elif script.name != "steer.js":  # a variable: then every text that may be a path is one
                 begun = {text for _, text in _VALUE.findall(module)}
-                texts = ("".join(each) for each in _TEXT.findall(module))
-                whole = [_routes(module, each) for each in texts if each not in begun]
-                paths = [each for each in whole if each.split("/")[0] in firsts and "/" in each]
+                texts = ("".join(match) for match in _TEXT.findall(module))
+                routes = [_routes(module, text) for text in texts if text not in begun]
+                paths = [path for path in routes if path.split("/")[0] in firsts and "/" in path]
                 assert all(map(_is_one, paths)), f"{script.name}: {paths}"
-                asked |= set(paths)
-    assert {"stop", "queue/hold", "run/repeat", "runs/*/certificates/*/sign", "*s"} <= asked
+                requested |= set(paths)
+    assert {"stop", "queue/hold", "run/repeat", "runs/*/certificates/*/sign", "*s"} <= requested

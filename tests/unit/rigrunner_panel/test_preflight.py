@@ -16,7 +16,7 @@ from rigrunner.plan.actions import Interlock
 from rigrunner.run.locate import find_procedure, find_station
 from rigrunner.run.planning import planned_run
 from rigrunner_panel.jobs import preflight
-from rigrunner_panel.jobs.preflight_paper import calibrations
+from rigrunner_panel.jobs.preflight_calibrations import calibrations
 from rigrunner_panel.jobs.preflight_rig import rig_items
 
 Usage = namedtuple("Usage", "total used free")  # noqa: PYI024  (as shutil has it)
@@ -27,7 +27,7 @@ def shipped():
     return planned_run(find_procedure("no_load_inertia_sweep"), find_station("simulated"))
 
 
-def looked_at(shipped, device, *interlocks):
+def items_of(shipped, device, *interlocks):
     plan = Plan(shipped.plan.steps, interlocks)
     return rig_items(replace(shipped, devices={"tester": device}, plan=plan))
 
@@ -41,9 +41,9 @@ def load_lock(maximum, **more):
 
 def test_a_good_rig_is_green_and_left_safe_and_closed(shipped):
     device = FakeTester()
-    items = list(looked_at(shipped, device, load_lock(2000.0)))
-    found = [(each.kind, each.name, each.state) for each in items]
-    assert found == [
+    items = list(items_of(shipped, device, load_lock(2000.0)))
+    kinds = [(item.kind, item.name, item.state) for item in items]
+    assert kinds == [
         ("device", "tester", "ok"), ("interlock", "load", "ok"), ("zero", "tester.torque", "ok"),
     ]  # fmt: skip
     assert items[0].text == "Fakes tester 1 (simulated)"
@@ -54,32 +54,32 @@ def test_a_good_rig_is_green_and_left_safe_and_closed(shipped):
 @pytest.mark.parametrize("overridable", [True, False])
 def test_a_tripped_interlock_is_red_with_what_it_would_do(shipped, overridable):
     lock = load_lock(500.0, does="make_safe", overridable=overridable)
-    (found,) = [each for each in looked_at(shipped, FakeTester(), lock) if each.kind == "interlock"]
-    assert found.state == "fail"
-    assert found.text == "tester.load is 1000 N, above it"
-    assert "make safe" in found.fix
-    assert found.override == ("interlock load" if overridable else "")
+    (item,) = [item for item in items_of(shipped, FakeTester(), lock) if item.kind == "interlock"]
+    assert item.state == "fail"
+    assert item.text == "tester.load is 1000 N, above it"
+    assert "make safe" in item.fix
+    assert item.override == ("interlock load" if overridable else "")
 
 
 def test_a_zero_that_is_off_is_red_and_says_how_far(shipped):
     def off(blocks):
-        return [replace(one, channels={"torque": one.channels["torque"] + 0.2}) for one in blocks]
+        return [replace(b, channels={"torque": b.channels["torque"] + 0.2}) for b in blocks]
 
-    (found,) = [each for each in looked_at(shipped, FakeTester(spoil=off)) if each.kind == "zero"]
-    assert (found.state, found.override) == ("fail", "zero tester.torque")
-    assert found.text.startswith("reads 0.19")
-    assert "adjust" in found.fix
+    (item,) = [item for item in items_of(shipped, FakeTester(spoil=off)) if item.kind == "zero"]
+    assert (item.state, item.override) == ("fail", "zero tester.torque")
+    assert item.text.startswith("reads 0.19")
+    assert "adjust" in item.fix
 
 
 @pytest.mark.parametrize("call", ["connect", "stream", "read load"])
 def test_a_device_that_fails_is_red_and_still_made_safe(shipped, call):
-    def fails(told):
-        if told == call:
+    def fails(command):
+        if command == call:
             raise DeviceTimeoutError("no answer", hint="look at its cable")
 
     device = FakeTester(before=fails)
-    items = list(looked_at(shipped, device, load_lock(2000.0)))
-    (failed,) = [each for each in items if each.state == "fail"]
+    items = list(items_of(shipped, device, load_lock(2000.0)))
+    (failed,) = [item for item in items if item.state == "fail"]
     assert "no answer" in failed.text
     assert failed.fix == "look at its cable"
     assert "make_safe" in device.calls or call == "connect"
@@ -88,7 +88,7 @@ def test_a_device_that_fails_is_red_and_still_made_safe(shipped, call):
 
 def test_a_preflight_that_is_interrupted_leaves_the_rig_safe_too(shipped):
     device = FakeTester()
-    items = looked_at(shipped, device)
+    items = items_of(shipped, device)
     next(items)
     items.close()
     assert device.calls[-2:] == ["make_safe", "close"]
@@ -97,9 +97,9 @@ def test_a_preflight_that_is_interrupted_leaves_the_rig_safe_too(shipped):
 def test_the_disk_is_looked_at(shipped, monkeypatch, tmp_path):
     for free, state, override in ((1, "fail", "disk"), (2e8, "warn", ""), (1e12, "ok", "")):
         monkeypatch.setattr(preflight.shutil, "disk_usage", lambda _, b=free: Usage(0, 0, b))
-        found = preflight._disk(shipped, tmp_path / "not" / "there" / "yet")
-        assert (found.state, found.override) == (state, override)
-        assert bool(found.fix) == (state != "ok")
+        item = preflight._disk(shipped, tmp_path / "not" / "there" / "yet")
+        assert (item.state, item.override) == (state, override)
+        assert bool(item.fix) == (state != "ok")
 
 
 def test_a_calibration_that_is_soon_due_is_yellow(tmp_path):
@@ -109,5 +109,5 @@ def test_a_calibration_that_is_soon_due_is_yellow(tmp_path):
     changed = f"certificate: C-1\n    laboratory: L\n    calibrated: 2020-01-01\n    due: {soon}"
     (tmp_path / "s.yaml").write_text(text.replace("calibration: simulated", changed))
     planned = planned_run(find_procedure("no_load_inertia_sweep"), tmp_path / "s.yaml")
-    (found,) = calibrations(planned)
-    assert (found.state, found.text) == ("warn", f"SIM-TQ-01: certificate C-1, due {soon}")
+    (item,) = calibrations(planned)
+    assert (item.state, item.text) == ("warn", f"SIM-TQ-01: certificate C-1, due {soon}")

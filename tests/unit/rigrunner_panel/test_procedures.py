@@ -44,8 +44,8 @@ def panel(lab):
 def client(panel):
     panel.rig("simulated")
     app = make_app(panel)
-    with TestClient(app, base_url="http://127.0.0.1:8750", headers=ANN) as found:
-        yield found
+    with TestClient(app, base_url="http://127.0.0.1:8750", headers=ANN) as client:
+        yield client
 
 
 def opened(client, name=NAME):
@@ -65,9 +65,10 @@ def sha256(path):
 
 
 def test_a_text_comes_with_the_digest_of_its_file(client, lab):
-    found = opened(client).json()
-    assert (found["text"], found["digest"]) == (TEXT, sha256(lab / NAME))
-    assert (found["shipped"], found["state"], found["changed_by"]) == (False, "draft", "")
+    procedure = opened(client).json()
+    assert (procedure["text"], procedure["digest"]) == (TEXT, sha256(lab / NAME))
+    assert (procedure["shipped"], procedure["changed_by"]) == (False, "")
+    assert procedure["state"] == "draft"
     assert opened(client, SHIPPED).json()["shipped"]
 
 
@@ -79,7 +80,7 @@ def test_what_is_saved_stands_in_the_file_and_who_saved_it_is_known(client, lab)
     assert answer.json()["digest"] == sha256(lab / NAME)
     assert (lab / NAME).stat().st_mode & 0o777 == 0o640
     assert opened(client).json()["changed_by"] == "Ann"
-    assert [each.name for each in (lab / "procedures").iterdir()] == ["sweep.yaml"]
+    assert [path.name for path in (lab / "procedures").iterdir()] == ["sweep.yaml"]
 
 
 def test_a_file_that_was_changed_since_is_not_replaced(client, lab):
@@ -103,10 +104,10 @@ def test_of_two_who_save_at_once_one_is_refused(client):
         codes.append(save(client, TEXT + f"# {number}\n", digest, f"P{number}").status_code)
 
     threads = [threading.Thread(target=write, args=(n,)) for n in range(8)]
-    for each in threads:
-        each.start()
-    for each in threads:
-        each.join()
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
     assert sorted(codes) == [200] + 7 * [409]
 
 
@@ -120,7 +121,7 @@ def test_no_other_name_is_written(client, lab, name):
     answer = save(client, TEXT, "", procedure=name)
     assert (answer.status_code, answer.json()["code"]) == (422, "invalid")
     assert opened(client, name).status_code == (200 if name == SHIPPED else 404)
-    assert sorted(each.name for each in lab.parent.rglob("*.y*ml")) == ["sweep.yaml"]
+    assert sorted(path.name for path in lab.parent.rglob("*.y*ml")) == ["sweep.yaml"]
 
 
 def test_what_a_link_leads_to_outside_is_neither_read_nor_written(client, lab, tmp_path):
@@ -177,8 +178,8 @@ def test_a_link_that_waits_for_a_save_or_an_approval_is_not_followed(client, lab
     assert save(client, TEXT + "# more\n", digest).status_code == 200
     file = approval_file(lab / NAME)
     file.with_name(f".{file.name}.part").symlink_to(outside)
-    seen = opened(client).json()["sha256"]
-    assert post(client, "approve", sha256=seen, by="Ann").status_code == 200
+    sha256_seen = opened(client).json()["sha256"]
+    assert post(client, "approve", sha256=sha256_seen, by="Ann").status_code == 200
     assert opened(client).json()["state"] == "approved"
     assert outside.read_text(encoding="utf-8") == "mine"
 
@@ -186,13 +187,13 @@ def test_a_link_that_waits_for_a_save_or_an_approval_is_not_followed(client, lab
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no named pipes on Windows")
 def test_a_pipe_in_the_folder_holds_nobody_up(client, lab):
     os.mkfifo(lab / "pipe.yaml")
-    found = []
+    answers = []
     ask = threading.Thread(
-        target=lambda: found.append(client.get("/api/v1/procedures")), daemon=True
+        target=lambda: answers.append(client.get("/api/v1/procedures")), daemon=True
     )
     ask.start()
     ask.join(30)
-    assert [each.status_code for each in found] == [200]
+    assert [answer.status_code for answer in answers] == [200]
 
 
 def test_lone_surrogates_do_not_end_in_a_bug(client):
@@ -207,12 +208,12 @@ def test_lone_surrogates_do_not_end_in_a_bug(client):
 def test_a_check_finds_what_rigrunner_check_finds_at_its_line(client, lab):
     (lab / NAME).write_text(WRONG, encoding="utf-8")
     printed = call("check", lab / NAME).err
-    found = post(client, "check", text=WRONG).json()
-    assert not found["ok"]
-    assert {(each["line"], each["file"]) for each in found["problems"]} >= {(4, "")}
-    for each in found["problems"]:
-        assert f"sweep.yaml:{each['line']}:{each['column']}: " in printed
-        assert each["message"] in printed
+    check = post(client, "check", text=WRONG).json()
+    assert not check["ok"]
+    assert {(problem["line"], problem["file"]) for problem in check["problems"]} >= {(4, "")}
+    for problem in check["problems"]:
+        assert f"sweep.yaml:{problem['line']}:{problem['column']}: " in printed
+        assert problem["message"] in printed
 
 
 def test_a_text_is_checked_and_planned_before_it_is_saved(client, lab):
@@ -226,11 +227,11 @@ def test_a_text_is_checked_and_planned_before_it_is_saved(client, lab):
     assert plan["estimated_s"] == pytest.approx(expected)
     assert (lab / NAME).read_text(encoding="utf-8") == TEXT
     heavy = TEXT.replace("channel: tester.torque", "channel: tester.torqu", 1)
-    found = post(client, "check", text=heavy, station="simulated").json()
+    check = post(client, "check", text=heavy, station="simulated").json()
     with pytest.raises(InvalidFileError) as refused:
         planned_run(lab / NAME, find_station("simulated"), text=heavy)
-    assert [each["message"] for each in found["problems"]] == [
-        each.message for each in refused.value.problems
+    assert [problem["message"] for problem in check["problems"]] == [
+        problem.message for problem in refused.value.problems
     ]
 
 
@@ -241,73 +242,75 @@ def test_changes_are_told_against_the_last_run_and_then_against_the_approved_one
     words = ("run", lab / NAME, "--station", "simulated", "--runs", lab / "runs", "--unattended")
     assert call("approve", lab / NAME, "--by", "Ann").code == 0
     call(*words)
-    (approved,) = (each.name for each in (lab / "runs").iterdir())
+    (approved,) = (path.name for path in (lab / "runs").iterdir())
     (lab / NAME).write_text(TEXT.replace("cycles: 30", "cycles: 20"), encoding="utf-8")
     call(*words)
-    found = post(client, "compare", text=TEXT.replace("cycles: 30", "cycles: 10")).json()
-    assert (found["against"], found["run"], found["same"]) == ("approved", approved, False)
-    assert any("30" in each["text"] and "10" in each["text"] for each in found["changes"])
+    comparison = post(client, "compare", text=TEXT.replace("cycles: 30", "cycles: 10")).json()
+    assert (comparison["against"], comparison["run"]) == ("approved", approved)
+    assert not comparison["same"]
+    texts = [change["text"] for change in comparison["changes"]]
+    assert any("30" in text and "10" in text for text in texts)
     same = post(client, "compare", text=TEXT + "# only a remark\n").json()
     assert (same["same"], same["changes"]) == (True, [])
     assert same["verdict"].startswith("the only differences")
     (lab / "procedures" / "sweep.approval.json").unlink()
-    found = post(client, "compare", text=TEXT.replace("cycles: 30", "cycles: 10")).json()
-    assert found["against"] == "run"
-    assert found["run"] != approved
-    assert any("20" in each["text"] for each in found["changes"])
+    comparison = post(client, "compare", text=TEXT.replace("cycles: 30", "cycles: 10")).json()
+    assert comparison["against"] == "run"
+    assert comparison["run"] != approved
+    assert any("20" in change["text"] for change in comparison["changes"])
     mine = post(client, "compare", text=TEXT, against="file").json()
     assert (mine["against"], mine["same"]) == ("file", False)
 
 
 def test_what_was_seen_is_approved_and_nothing_else(client, lab):
-    seen = opened(client).json()
+    procedure = opened(client).json()
     (lab / NAME).write_text(TEXT + "# later\n", encoding="utf-8")
-    answer = post(client, "approve", sha256=seen["sha256"], by="Cora")
+    answer = post(client, "approve", sha256=procedure["sha256"], by="Cora")
     assert (answer.status_code, answer.json()["code"]) == (409, "changed")
     assert opened(client).json()["state"] == "draft"
-    seen = opened(client).json()
-    assert post(client, "approve", sha256=seen["sha256"], by="Cora").status_code == 200
+    procedure = opened(client).json()
+    assert post(client, "approve", sha256=procedure["sha256"], by="Cora").status_code == 200
     assert "approved by Cora" in opened(client).json()["approval"]
     assert "approved by Cora" in call("approve", lab / NAME, "--show").out
 
 
 def test_a_shipped_procedure_is_not_approved(client):
-    seen = opened(client, SHIPPED).json()
-    answer = post(client, "approve", procedure=SHIPPED, sha256=seen["sha256"], by="Cora")
+    procedure = opened(client, SHIPPED).json()
+    answer = post(client, "approve", procedure=SHIPPED, sha256=procedure["sha256"], by="Cora")
     assert answer.status_code == 422
 
 
 def test_two_who_edit_one_file_know_of_each_other(client, panel, lab):
     assert post(client, "edit", by="").status_code == 200
     client.post("/api/v1/procedures/edit", json={"procedure": NAME, "by": "Bob"}, headers=BOB)
-    (told,) = panel.rig("simulated").board.get("editing")
-    assert [each.name for each in told.editors] == ["", "Bob"]
-    assert (told.procedure, told.digest) == (NAME, sha256(lab / NAME))
-    save(client, TEXT + "#\n", told.digest)
-    (told,) = panel.rig("simulated").board.get("editing")
-    assert (told.digest, told.changed_by) == (sha256(lab / NAME), "Ann")
+    (edited,) = panel.rig("simulated").board.get("editing")
+    assert [editor.name for editor in edited.editors] == ["", "Bob"]
+    assert (edited.procedure, edited.digest) == (NAME, sha256(lab / NAME))
+    save(client, TEXT + "#\n", edited.digest)
+    (edited,) = panel.rig("simulated").board.get("editing")
+    assert (edited.digest, edited.changed_by) == (sha256(lab / NAME), "Ann")
     (lab / NAME).write_text(TEXT, encoding="utf-8")
     panel.tick()
-    (told,) = panel.rig("simulated").board.get("editing")
-    assert (told.digest, told.changed_by) == (sha256(lab / NAME), "")
-    assert told.approved_utc == ""
+    (edited,) = panel.rig("simulated").board.get("editing")
+    assert (edited.digest, edited.changed_by) == (sha256(lab / NAME), "")
+    assert edited.approved_utc == ""
     assert (
         post(client, "approve", sha256=opened(client).json()["sha256"], by="C").status_code == 200
     )
     panel.tick()
-    (told,) = panel.rig("simulated").board.get("editing")
-    assert told.approved_utc.startswith("20")
+    (edited,) = panel.rig("simulated").board.get("editing")
+    assert edited.approved_utc.startswith("20")
     client.post("/api/v1/procedures/leave", json={}, headers=BOB)
-    (told,) = panel.rig("simulated").board.get("editing")
-    assert len(told.editors) == 1
+    (edited,) = panel.rig("simulated").board.get("editing")
+    assert len(edited.editors) == 1
 
 
 def test_the_schema_is_that_of_the_command(client):
-    found = client.get("/api/v1/procedures/schema").json()
+    schema = client.get("/api/v1/procedures/schema").json()
     shipped = Path(__file__).parents[3] / "procedures/procedure.schema.json"
-    assert found.keys() >= {"$defs", "properties"}
+    assert schema.keys() >= {"$defs", "properties"}
     assert shipped.read_text(encoding="utf-8").count("settle") > 0
-    assert "settle" in found["$defs"]["Step"]["properties"]
+    assert "settle" in schema["$defs"]["Step"]["properties"]
 
 
 def test_a_file_that_is_gone_can_be_made_again(client, lab):

@@ -40,28 +40,28 @@ class Ends:
         files = [(os.fdopen(r, "rb"), os.fdopen(w, "wb")) for r, w in pipes]
         self.panel = Channel(files[0][0], files[1][1])
         self.run = Channel(files[1][0], files[0][1])
-        self.files = [each for pair in files for each in pair]
+        self.files = [file for pair in files for file in pair]
 
     def close(self):
-        for each in self.files[1::2]:
-            each.close()
+        for file in self.files[1::2]:
+            file.close()
         time.sleep(0.05)
-        for each in self.files[::2]:
-            each.close()
+        for file in self.files[::2]:
+            file.close()
 
 
 @pytest.fixture
 def ends():
-    found = Ends()
-    yield found
-    found.close()
+    ends = Ends()
+    yield ends
+    ends.close()
 
 
 @pytest.fixture
 def commands(ends):
-    found = Commands(ends.run, Switch())
-    found.start()
-    return found
+    commands = Commands(ends.run, Switch())
+    commands.start()
+    return commands
 
 
 def wait_for(condition):
@@ -110,11 +110,11 @@ def test_an_answer_is_waited_for_and_says_who_gave_it(ends, commands):
     ends.panel.send(Answer(99, "no", "an older prompt's"))
     ends.panel.send(Answer(1, "yes", BY))
     assert confirm(commands, sent) == (True, BY)
-    asked, answered = sent
-    prompt = asked.sections["prompt"]
+    shown, hidden = sent
+    prompt = shown.sections["prompt"]
     assert (prompt.id, prompt.choices) == (1, ("yes", "no"))
     assert prompt.accepts.accept("YES") == "yes"
-    assert answered == Show({"prompt": None})
+    assert hidden == Show({"prompt": None})
 
 
 def test_neither_a_stop_nor_a_pause_waits_for_an_answer(ends, commands):
@@ -132,7 +132,7 @@ PAUSED = Paused("s", "p", "why", (), (Choice.RESUME, Choice.SKIP, Choice.ABORT))
 
 
 def test_a_second_click_does_not_end_the_next_pause(ends, commands):
-    sent, looked = [], []
+    sent, looks = [], []
     pauses = PanelPauses(link_of(commands, sent))
     ends.panel.send(Pause(BY))
     wait_for(pauses.wanted)
@@ -141,11 +141,11 @@ def test_a_second_click_does_not_end_the_next_pause(ends, commands):
     wait_for(lambda: commands._decisions.qsize() == 2)
     decided = threading.Timer(0.3, lambda: ends.panel.send(Decide(Decision(Choice.SKIP, BY, WHY))))
     decided.start()
-    assert pauses.decide(PAUSED, lambda: looked.append(1)).choice is Choice.SKIP
-    (paused, went_on) = (each.sections for each in sent)
+    assert pauses.decide(PAUSED, lambda: looks.append(1)).choice is Choice.SKIP
+    (paused, went_on) = (message.sections for message in sent)
     assert paused["pause"].choices == ("resume", "skip", "abort")
     assert went_on == {"pause": None}
-    assert (pauses.wanted(), len(looked) > 1) == ("", True)
+    assert (pauses.wanted(), len(looks) > 1) == ("", True)
     decided.join()
 
 
@@ -158,7 +158,7 @@ def test_a_decision_that_came_with_the_pause_is_taken_at_once_if_it_can_be(ends,
     wait_for(pauses.wanted)
     ends.panel.send(PutOnRecord(Interference("take over", BY)))
     wait_for(lambda: not commands._records.empty())
-    assert list(pauses.told()) == [Interference("take over", BY)]
+    assert list(pauses.new_actions()) == [Interference("take over", BY)]
     later = threading.Timer(0.2, lambda: ends.panel.send(Decide(Decision(Choice.RESUME, BY))))
     later.start()
     assert pauses.decide(PAUSED, lambda: None).choice is Choice.RESUME
@@ -282,7 +282,7 @@ def test_a_panel_that_does_not_read_loses_curves_and_no_event_and_the_run_never_
     assert time.monotonic() - began_s < 10
     pipe.free.set()
     sender.close()
-    sizes = [len(each) for each in pipe.sent]
+    sizes = [len(message) for message in pipe.sent]
     assert sum(size > 4000 for size in sizes) <= MOST_BLOCKS + 1
     assert sum(size < 4000 for size in sizes) == 1000
 
@@ -297,13 +297,13 @@ def test_of_a_quick_scan_a_panel_is_told_some_points_and_the_last(monkeypatch):
         sender(Scanned(seq=point, **row, **KNOWN))
     sender(Note(seq=1000, step="s", text="t", **KNOWN))
     sender.close()
-    told, channel = [], Channel(io.BytesIO(pipe.getvalue()), io.BytesIO())
+    numbers, channel = [], Channel(io.BytesIO(pipe.getvalue()), io.BytesIO())
     with suppress(ChannelClosedError):
         while True:
-            told.append(channel.receive().seq)
-    assert (told[0], told[-2:]) == (0, [999, 1000])
-    assert told == sorted(told)
-    assert len(told) == pytest.approx(1000 * 0.001 / 0.05 + 2, abs=1)
+            numbers.append(channel.receive().seq)
+    assert (numbers[0], numbers[-2:]) == (0, [999, 1000])
+    assert numbers == sorted(numbers)
+    assert len(numbers) == pytest.approx(1000 * 0.001 / 0.05 + 2, abs=1)
 
 
 def test_a_curve_is_what_was_recorded_in_half_the_bytes():

@@ -9,7 +9,7 @@ import pytest
 from filelock import FileLock
 from starlette.testclient import TestClient
 
-from rigrunner_panel.sequence import Wanted
+from rigrunner_panel.sequence import PendingStart
 from rigrunner_panel.view.sections import AlarmView
 from rigrunner_panel.web import queueing
 from rigrunner_panel.web.app import make_app
@@ -30,9 +30,9 @@ def panel(tmp_path):
 def client(panel):
     panel.rig("simulated")
     app = make_app(panel)
-    with TestClient(app, base_url="http://127.0.0.1:8750", headers=ANN) as found:
-        assert found.post("/api/v1/control", json={"name": "Ann"}).status_code == 200
-        yield found
+    with TestClient(app, base_url="http://127.0.0.1:8750", headers=ANN) as client:
+        assert client.post("/api/v1/control", json={"name": "Ann"}).status_code == 200
+        yield client
 
 
 def post(client, path, status=200, headers=ANN, **body):
@@ -42,9 +42,8 @@ def post(client, path, status=200, headers=ANN, **body):
 
 
 def entries(client):
-    return [
-        (each["specimen"], each["status"]) for each in client.get("/api/v1/queue").json()["entries"]
-    ]
+    listed = client.get("/api/v1/queue").json()["entries"]
+    return [(entry["specimen"], entry["status"]) for entry in listed]
 
 
 def test_a_list_is_added_moved_held_released_and_skipped(client):
@@ -56,7 +55,7 @@ def test_a_list_is_added_moved_held_released_and_skipped(client):
     post(client, "release", entry=1)
     post(client, "repeat", entry=2, reason="found")
     state = client.get("/api/v1/state").json()["queue"]
-    assert [each["status"] for each in state["entries"]] == [
+    assert [entry["status"] for entry in state["entries"]] == [
         "waiting", "waiting", "skipped", "waiting",
     ]  # fmt: skip
     assert (state["next"], state["entries"][3]["repeats"]) == (3, 2)
@@ -78,15 +77,15 @@ def test_a_program_names_itself_and_the_person_in_control_is_named(client):
     refused = post(client, "propose", status=422, **PAIR, list="SN-1", headers=PROGRAM)
     assert refused["message"] == "a proposal needs a name"
     post(client, "propose", **PAIR, list="SN-2")
-    assert [each["by"] for each in client.get("/api/v1/queue").json()["entries"]] == ["Ann"]
+    assert [entry["by"] for entry in client.get("/api/v1/queue").json()["entries"]] == ["Ann"]
 
 
 def test_an_entry_is_started_by_no_other_way_than_its_release_by_its_rig(client, panel):
     panel.rig("simulated_bench")
     ours, theirs = {"rig": "simulated"}, {"rig": "simulated_bench"}
     client.post("/api/v1/control", json={"name": "Lims"}, params=theirs, headers=PROGRAM)
-    asked = {**PAIR, "list": "SN-1", "by": "LIMS"}
-    client.post("/api/v1/queue/propose", json=asked, params=ours, headers=PROGRAM)
+    body = {**PAIR, "list": "SN-1", "by": "LIMS"}
+    client.post("/api/v1/queue/propose", json=body, params=ours, headers=PROGRAM)
     refused = client.post(
         "/api/v1/queue/release", json={"entry": 1}, params=theirs, headers=PROGRAM
     )
@@ -114,7 +113,7 @@ def test_a_partner_run_is_one_of_the_folder_of_runs_and_no_path(client, run):
 def test_invalid_lines_of_a_list_are_told_with_the_others(client):
     post(client, "add", **PAIR, list="SN-1")
     refused = post(client, "add", status=422, **PAIR, list="sn-1\na\x00b\nSN-2")
-    assert [each["where"] for each in refused["problems"]] == ["list:2", ""]
+    assert [problem["where"] for problem in refused["problems"]] == ["list:2", ""]
     post(client, "add", status=422, **PAIR, list="a\x00b")
     assert entries(client) == [("SN-1", "waiting")]
 
@@ -190,14 +189,14 @@ def test_stop_takes_back_what_was_to_start(client, panel):
     client.post("/api/v1/stop", json={})
     assert client.get("/api/v1/queue").json()["automatic_by"] == ""
     queueing.tick(panel.rig("simulated"))
-    assert panel.rig("simulated").sequence.wanted is None
+    assert panel.rig("simulated").sequence.pending is None
 
 
 def test_what_stop_takes_back_is_told_to_every_screen(client, panel):
     rig = panel.rig("simulated")
     post(client, "add", **PAIR, list="SN-1")
     post(client, "automatic", on=True)
-    rig.sequence.wanted = Wanted(1, "Ann", rig.sequence.stops)
+    rig.sequence.pending = PendingStart(1, "Ann", rig.sequence.stops)
     queueing.refresh(rig)
     client.post("/api/v1/stop", json={})
     queueing.tick(rig)
@@ -205,13 +204,13 @@ def test_what_stop_takes_back_is_told_to_every_screen(client, panel):
     assert (shown.automatic_by, shown.starting) == ("", None)
 
 
-@pytest.mark.parametrize("kept", ["active", "until_end"])
-def test_nothing_starts_by_itself_after_an_interlock_that_never_cleared(client, panel, kept):
+@pytest.mark.parametrize("field", ["active", "until_end"])
+def test_nothing_starts_by_itself_after_an_interlock_that_never_cleared(client, panel, field):
     post(client, "add", **PAIR, list="SN-1")
     post(client, "automatic", on=True)
     rig = panel.rig("simulated")
-    known = {"seq": 1, "utc": "2026", "source": "interlock hot", "text": "hot", "active": False}
-    rig.board.put(alarms=(AlarmView(**{**known, kept: True}),))
+    alarm = {"seq": 1, "utc": "2026", "source": "interlock hot", "text": "hot", "active": False}
+    rig.board.put(alarms=(AlarmView(**{**alarm, field: True}),))
     queueing.tick(rig)
     state = client.get("/api/v1/queue").json()
     assert (state["problem"], state["automatic_by"]) == ("an alarm is active", "")
@@ -231,12 +230,12 @@ def test_what_happens_during_the_preflight_of_an_automatic_start_counts(  # noqa
 ):
     post(client, "add", **PAIR, list="SN-1")
     rig, started = panel.rig("simulated"), []
-    monkeypatch.setattr(queueing, "ready_preflight", lambda *_: True)
+    monkeypatch.setattr(queueing, "preflight_passed", lambda *_: True)
     monkeypatch.setattr(queueing, "_claim_and_start", lambda _, entry, *__: started.append(entry))
-    rig.sequence.wanted = Wanted(1, "Ann", rig.sequence.stops, by_itself)
+    rig.sequence.pending = PendingStart(1, "Ann", rig.sequence.stops, by_itself)
     rig.sequence.automatic_by = "Ann" if switched_on else ""
-    known = {"seq": 1, "utc": "2026", "source": "rig", "text": "energised", "active": alarm}
-    rig.board.put(alarms=(AlarmView(**known),))
+    fields = {"seq": 1, "utc": "2026", "source": "rig", "text": "energised", "active": alarm}
+    rig.board.put(alarms=(AlarmView(**fields),))
     with rig.sequence.lock:
         queueing._after_preflight(rig)
     assert (client.get("/api/v1/queue").json()["problem"], len(started)) == (problem, int(starts))

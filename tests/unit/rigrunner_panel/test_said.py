@@ -29,7 +29,7 @@ from rigrunner.steps.confirm import Confirm
 from rigrunner_bearings.compensations.checks import LIMITS as METHOD_LIMITS
 from rigrunner_bearings.torque.checks import LIMITS
 from rigrunner_bearings.torque.one_setup import LIMITS as SETUP_LIMITS
-from rigrunner_panel.jobs.preflight_paper import calibrations
+from rigrunner_panel.jobs.preflight_calibrations import calibrations
 from rigrunner_panel.jobs.preflight_rig import rig_items
 from unit.rigrunner_panel.helpers_node import answering
 
@@ -51,7 +51,7 @@ def nodes_of(path: Path) -> list[ast.AST]:
 def sentences(path: Path) -> list[tuple[int, str]]:
     """Return line and text of what a module says to people."""
     nodes = nodes_of(path)
-    left = {each.value for each in nodes if isinstance(each, ast.Expr)}  # docstrings
+    left = {node.value for node in nodes if isinstance(node, ast.Expr)}  # docstrings
     for node in nodes:
         if isinstance(node, ast.JoinedStr):
             left |= {*ast.walk(node)} - {node}
@@ -64,22 +64,22 @@ def sentences(path: Path) -> list[tuple[int, str]]:
         (node.lineno, text)
         for node in nodes
         if isinstance(node, (ast.Constant, ast.JoinedStr)) and node not in left
-        for text in _said(node)
+        for text in _texts(node)
         if " " in text.strip() and _A_SENTENCE.search(text)
     ]
 
 
-def _said(node: ast.AST) -> list[str]:
+def _texts(node: ast.AST) -> list[str]:
     """Return a literal in all that it may be."""
     match node:
         case ast.Constant(value=str(text)):
             return [text]
         case ast.JoinedStr(values=values):
-            return ["".join(parts) for parts in itertools.product(*map(_said, values))]
+            return ["".join(parts) for parts in itertools.product(*map(_texts, values))]
         case ast.FormattedValue(value=ast.IfExp(body=body, orelse=other)):
-            return [*_said(body), *_said(other)]
+            return [*_texts(body), *_texts(other)]
         case ast.FormattedValue(value=ast.Constant() | ast.JoinedStr() as value):
-            return _said(value)
+            return _texts(value)
     return [UNKNOWN]
 
 
@@ -95,27 +95,27 @@ ADVICE = [t for key, t in ENGLISH.items() if key.startswith("instead.") and key.
 SAYS = [*ADVICE, *itertools.chain.from_iterable(GERMAN.values())]
 CHECKER = [
     *(
-        str(each.relative_to(ROOT))
+        str(path.relative_to(ROOT))
         for room in ("yamlfile", "procedure", "station", "plan", "steps", "signal/expression")
-        for each in sorted((ROOT / room).glob("*.py"))
+        for path in sorted((ROOT / room).glob("*.py"))
     ),
-    *(f"api/{each}.py" for each in (
+    *(f"api/{name}.py" for name in (
         "accuracy", "calibration", "conditions", "filters", "fit_choice", "instruments", "labels",
         "member", "places", "plugin_refs", "quantity", "settings", "texts",
     )),
     "interlock.py",
     *(
-        f"../../plugins/{each.relative_to(PLUGINS)}"
+        f"../../plugins/{path.relative_to(PLUGINS)}"
         for room in ("rigrunner_plugins/analyses", "rigrunner_plugins/fits",
                      "rigrunner_plugins/devices", "rigrunner_bearings/devices")
-        for each in sorted((PLUGINS / room).rglob("settings.py"))
+        for path in sorted((PLUGINS / room).rglob("settings.py"))
     ),
-    *(f"../../plugins/rigrunner_plugins/{each}.py" for each in (
+    *(f"../../plugins/rigrunner_plugins/{name}.py" for name in (
         "analyses/equation/kinds", "analyses/equation/text", "devices/declared",
         "devices/composite/routes",
     )),
-    *(f"../../plugins/rigrunner_bearings/api/{each}.py" for each in ("measurand", "rig")),
-    *(f"../../plugins/rigrunner_bearings/torque/{each}.py" for each in (
+    *(f"../../plugins/rigrunner_bearings/api/{name}.py" for name in ("measurand", "rig")),
+    *(f"../../plugins/rigrunner_bearings/torque/{name}.py" for name in (
         "contradictions", "planning", "requirements_of_plan", "requirers", "settings",
     )),
 ]  # fmt: skip
@@ -127,17 +127,17 @@ SILENT = {  # modules of the panel that speak to the terminal, or to programs th
 SPEAKERS = [
     *CHECKER,
     *sorted(
-        f"../{each.relative_to(ROOT.parent)}"
-        for each in PANEL.rglob("*.py")
-        if not each.as_posix().endswith(tuple(SILENT))
+        f"../{path.relative_to(ROOT.parent)}"
+        for path in PANEL.rglob("*.py")
+        if not path.as_posix().endswith(tuple(SILENT))
     ),
     "engine/breaks.py", "engine/interlocks.py",
     "engine/watching.py", "run/calibration.py", "run/partners.py",
     "run/rig_lock.py", "queue/intake.py", "queue/store.py",
-    *sorted(f"documents/verifying/{each.name}" for each in ROOT.glob("documents/verifying/*.py")),
-    *(f"documents/certifying/{each}.py" for each in ("amend", "certify", "office", "sign")),
+    *sorted(f"documents/verifying/{path.name}" for path in ROOT.glob("documents/verifying/*.py")),
+    *(f"documents/certifying/{name}.py" for name in ("amend", "certify", "office", "sign")),
     "certificate/order.py",
-    *(f"../rigrunner_fleet/{each}.py" for each in (
+    *(f"../rigrunner_fleet/{name}.py" for name in (
         "monitoring/observing", "monitoring/trending", "trends/charting",
         "trends/charts", "trends/rules",
     )),
@@ -185,7 +185,7 @@ def shape(pattern: str) -> str:
     places |= dict.fromkeys(("said", "got", "all", "any"), r"(?:Qs?|\w+)")
     pieces = re.split(r"\{([a-z]+)\d*\}", pattern)
     pieces[::2] = map(re.escape, pieces[::2])
-    pieces[1::2] = [places.get(each, places[""]) for each in pieces[1::2]]
+    pieces[1::2] = [places.get(kind, places[""]) for kind in pieces[1::2]]
     return "".join(pieces)
 
 
@@ -194,13 +194,13 @@ SHAPES = re.compile("|".join(map(shape, SAYS)))
 
 def parts(text: str) -> list[str]:
     """Return what is known of a sentence or of a piece of one."""
-    known = [each.strip() for each in re.split(rf"{UNKNOWN}|\{{\w+\}}", text)]
-    return [each for each in known if re.search("[a-z]", each)]
+    pieces = [piece.strip() for piece in re.split(rf"{UNKNOWN}|\{{\w+\}}", text)]
+    return [piece for piece in pieces if re.search("[a-z]", piece)]
 
 
 def is_piece(text: str) -> bool:
     """Say whether all that is known of it stands in one sentence that has a German text."""
-    inside = ".*".join(rf"(?<![a-z]){re.escape(each)}(?![a-z])" for each in parts(text))
+    inside = ".*".join(rf"(?<![a-z]){re.escape(piece)}(?![a-z])" for piece in parts(text))
     return re.search(inside, "\n".join(SAYS)) is not None
 
 
@@ -223,33 +223,33 @@ def written(path: Path) -> Iterator[str]:
     }  # fmt: skip
     for node in nodes:
         if node not in inner and isinstance(node, (ast.Constant, ast.JoinedStr)):
-            yield from _said(node)
+            yield from _texts(node)
 
 
 def test_every_sentence_of_the_table_is_still_said():
     """Half of the longest run of words of each: many sentences are put together."""
     folders = ("runner", "plugins", "reports")
-    modules = [each for name in folders for each in (ROOT.parents[1] / name).rglob("*.py")]
+    modules = [path for name in folders for path in (ROOT.parents[1] / name).rglob("*.py")]
     files = [
-        each for name in (*folders, "procedures", "stations")
-        for each in (ROOT.parents[1] / name).rglob("*.yaml")
+        path for name in (*folders, "procedures", "stations")
+        for path in (ROOT.parents[1] / name).rglob("*.yaml")
     ]  # fmt: skip
-    texts = [text for each in modules for text in written(each)]
-    said = "\n".join([*texts, *(each.read_text(encoding="utf-8") for each in files)])
+    texts = [text for module in modules for text in written(module)]
+    everything = "\n".join([*texts, *(file.read_text(encoding="utf-8") for file in files)])
 
     def is_said(sentence: str) -> bool:
-        words = max((each.split() for each in re.split(r"\{\w+\}", sentence)), key=len)
+        words = max((piece.split() for piece in re.split(r"\{\w+\}", sentence)), key=len)
         half = max(len(words) // 2, 1)
         runs = (" ".join(words[at : at + half]) for at in range(len(words) - half + 1))
-        return any(run.strip("':;,.() ") in said for run in runs)
+        return any(run.strip("':;,.() ") in everything for run in runs)
 
     others = GERMAN["words of PyYAML and of the system"]
-    assert [each for each in SAYS if each not in others and not is_said(each)] == []
+    assert [sentence for sentence in SAYS if sentence not in others and not is_said(sentence)] == []
 
 
 def test_what_is_left_out_is_still_said_somewhere():
-    said = {text for module in SPEAKERS for _, text in sentences(ROOT / module)}
-    assert said >= PIECES | NAMES
+    spoken = {text for module in SPEAKERS for _, text in sentences(ROOT / module)}
+    assert spoken >= PIECES | NAMES
 
 
 @pytest.fixture(scope="module")
@@ -601,15 +601,15 @@ PIECES_OF_CHECKS = {  # put together with others, or not for people who read the
 
 def test_what_a_failing_check_found_is_said_in_german(translated):
     """Each sentence with numbers in its places; those above are put together with others."""
-    found = [
+    texts = [
         text.replace("Q", "12")
         for module in CHECKS
         for _, text in sentences(ROOT.parents[1] / module)
         if text not in PIECES_OF_CHECKS
     ]
-    assert len(found) > 100
+    assert len(texts) > 100
     assert [
-        text for text, said in zip(found, translated(*found), strict=True) if said == text
+        text for text, german in zip(texts, translated(*texts), strict=True) if german == text
     ] == []
 
 
@@ -617,11 +617,11 @@ def answers():
     """What is told of wrong answers, and what is allowed."""
     low, high = parse_quantity("15 °C"), parse_quantity("30 °C")
     for limits in ({}, {"minimum": low}, {"maximum": high}, {"minimum": low, "maximum": high}):
-        asked = Expected(unit="°C", **limits)
-        yield asked.words
+        expected = Expected(unit="°C", **limits)
+        yield expected.words
         for wrong in ("warm", "5 ", "41", "23 N", "22,5", "1,000 K", "1 2 K", "1 quux", "1e999 K"):
             try:
-                asked.accept(wrong)
+                expected.accept(wrong)
             except AnswerError as error:
                 yield from (error.message, error.hint)
     for wrong in ("lef", "\0"):
@@ -638,7 +638,7 @@ def plans():
         planned = planned_run(find_procedure(name), station)
         own_words = (Confirm, Ask)
         yield from (s.text for s in planned.plan.steps if not isinstance(s.action, own_words))
-        yield from (each.text for each in (*calibrations(planned), *rig_items(planned)))
+        yield from (item.text for item in (*calibrations(planned), *rig_items(planned)))
 
 
 def put_together():
@@ -666,8 +666,8 @@ def put_together():
 
 def checks():
     """What every check is called, what it says where it finds nothing, and its advice."""
-    for each in (*LIMITS, *SETUP_LIMITS, *METHOD_LIMITS):
-        yield from (each.name, each.good, each.advice)
+    for check in (*LIMITS, *SETUP_LIMITS, *METHOD_LIMITS):
+        yield from (check.name, check.good, check.advice)
 
 
 def names_of_devices():
@@ -675,8 +675,8 @@ def names_of_devices():
     for name in ("no_load_inertia_sweep", "loaded_breakaway"):
         station = find_station("simulated" if name.startswith("no") else "simulated_loaded_bench")
         for device in planned_run(find_procedure(name), station).devices.values():
-            yield from (each.long_name for each in device.channels)
-            yield from (each.long_name for each in getattr(device, "drives", ()))
+            yield from (channel.long_name for channel in device.channels)
+            yield from (drive.long_name for drive in getattr(device, "drives", ()))
 
 
 SPOILED = {
@@ -707,8 +707,8 @@ def problems_of_a_text():
         try:
             planned_run(path, station, text=text.replace(right, wrong, 1))
         except InvalidFileError as error:
-            for each in error.problems:
-                yield from (each.message, each.hint)
+            for problem in error.problems:
+                yield from (problem.message, problem.hint)
 
 
 def quantities():
@@ -749,15 +749,15 @@ def problems_of_a_station():
             try:
                 planned_run(procedure, station)
             except InvalidFileError as error:
-                for each in error.problems:
-                    yield from (each.message, each.hint)
+                for problem in error.problems:
+                    yield from (problem.message, problem.hint)
 
 
 def names_in_procedures():
     """What shipped procedures ask for, and what they measure."""
     for path in sorted(Path(find_procedure("gauge_rr")).parent.glob("*.yaml")):
         procedure = yaml.safe_load(path.read_text("utf-8"))
-        yield from (each["ask"] for each in procedure.get("inputs", {}).values())
+        yield from (definition["ask"] for definition in procedure.get("inputs", {}).values())
         yield procedure.get("measurand", {}).get("name", "")
         yield from re.findall(r"result: {.*?text: (.*?)[,}]", path.read_text("utf-8"))
 
@@ -777,7 +777,7 @@ def names_in_procedures():
     ],
 )
 def test_what_is_really_said_is_said_in_german(translated, source):
-    texts = [each for each in source() if each]
+    texts = [text for text in source() if text]
     assert len(texts) > 10
     unchanged = {text for text, now in zip(texts, translated(*texts), strict=True) if text == now}
     assert unchanged <= {"in °C"}  # the same in both languages

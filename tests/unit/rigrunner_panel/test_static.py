@@ -31,24 +31,24 @@ def test_both_languages_say_the_same_with_the_same_values():
     english, german = words("en"), words("de")
     assert list(english) == list(german)
     for key, text in english.items():
-        names, told = (
-            sorted(re.findall(r"\{(?!article|list)(\w+)\}", each))  # German may do without
-            for each in (text, german[key])
+        names, german_names = (
+            sorted(re.findall(r"\{(?!article|list)(\w+)\}", language))  # German may do without
+            for language in (text, german[key])
         )
-        assert told == names, key
+        assert german_names == names, key
         assert german[key].strip(), key
 
 
 def test_what_the_server_says_is_one_sentence_with_the_same_values_in_german():
     rooms = words("said.de")
-    sentences = [each for room in rooms.values() for each in room.items()]
+    sentences = [pair for room in rooms.values() for pair in room.items()]
     assert len(dict(sentences)) == len(sentences)
     for english, german in sentences:
-        names, told = (
-            sorted(re.findall(r"\{(?!article)(\w+)\}", each))  # German does without articles
-            for each in (english, german)
+        names, german_names = (
+            sorted(re.findall(r"\{(?!article)(\w+)\}", sentence))  # German does without articles
+            for sentence in (english, german)
         )
-        assert told == names, english
+        assert german_names == names, english
         assert german.strip(), english
     assert not [key for key in words("en") if key.startswith("says.")]  # where they stood before
 
@@ -61,16 +61,16 @@ def test_what_puts_a_question_away_is_not_called_as_what_aborts_a_run(language):
 
 
 def test_no_word_is_unused_and_none_is_missing():
-    code = "\n".join(each.read_text(encoding="utf-8") for each in MODULES)
-    known = set(words("en"))
-    asked = set(re.findall(r'\bt\("([^"]+)"', code))
-    assert asked <= known
+    code = "\n".join(path.read_text(encoding="utf-8") for path in MODULES)
+    keys = set(words("en"))
+    used_keys = set(re.findall(r'\bt\("([^"]+)"', code))
+    assert used_keys <= keys
     named = set(LITERAL.findall(code))
     prefixes = tuple(re.findall(r"`((?:\w+\.)+\w*)\$\{", code))
     tails = set(re.findall(r"`\$\{key\}\.(\w+)`", code))
     unused = {
         key
-        for key in known - named
+        for key in keys - named
         if not key.startswith((*prefixes, "instead.")) and key.rpartition(".")[2] not in tails
     }
     assert unused == set()
@@ -79,10 +79,10 @@ def test_no_word_is_unused_and_none_is_missing():
 def test_the_page_has_nothing_inline_and_asks_nobody_else():
     page = (STATIC / "index.html").read_text(encoding="utf-8")
     assert not re.search(r"<style|\sstyle=|\son\w+=|<script(?![^>]*\ssrc=)", page)
-    for each in [STATIC / "index.html", *MODULES, *sorted((STATIC / "css").glob("*.css"))]:
-        text = each.read_text(encoding="utf-8")
-        assert not re.search(r"https?://", text), each
-        assert not re.search(r"\b(innerHTML|outerHTML|insertAdjacentHTML|eval)\b", text), each
+    for path in [STATIC / "index.html", *MODULES, *sorted((STATIC / "css").glob("*.css"))]:
+        text = path.read_text(encoding="utf-8")
+        assert not re.search(r"https?://", text), path
+        assert not re.search(r"\b(innerHTML|outerHTML|insertAdjacentHTML|eval)\b", text), path
 
 
 @pytest.fixture(scope="module")
@@ -97,7 +97,7 @@ def scripts(tmp_path_factory):
 
 
 def test_every_module_parses(scripts):
-    files = [str(each) for each in sorted(scripts.rglob("*.js"))]
+    files = [str(path) for path in sorted(scripts.rglob("*.js"))]
     assert len(files) > 20
     program = (
         "import { SourceTextModule } from 'node:vm'; import { readFileSync } from 'node:fs';"
@@ -151,12 +151,12 @@ def test_numbers_are_shown_as_people_read_them(evaluated, expression, expected):
 
 
 def test_the_screen_reads_the_frames_that_the_server_writes(evaluated):
-    sent = frame(
+    content = frame(
         {"kind": "curve", "recording": "ä", "t_s": 1.5},
         {"x": np.array([1.5, -2.25]), "y": np.array([0.5])},
     )
-    assert struct.unpack_from("<I", sent)[0] % 4 == 0
-    buffer = f"new Uint8Array({list(sent)}).buffer"
+    assert struct.unpack_from("<I", content)[0] % 4 == 0
+    buffer = f"new Uint8Array({list(content)}).buffer"
     read = evaluated(
         "link",
         f"(f => ({{...f, curves: Object.fromEntries("
@@ -181,8 +181,8 @@ def test_columns_of_the_trend_are_joined_filled_in_and_bounded(evaluated):
         last: trend.maximum.at(-1), start: trend.minimum[0] };
     })()"""
     read = evaluated("store", expression)
-    known = {"first": 0, "stepS": 0.1, "channel": "a.b", "unit": "V", "minimum": [1, -2, 5]}
-    assert read["early"] == {**known, "maximum": [3, 9, 6]}
+    expected = {"first": 0, "stepS": 0.1, "channel": "a.b", "unit": "V", "minimum": [1, -2, 5]}
+    assert read["early"] == {**expected, "maximum": [3, 9, 6]}
     assert (read["length"], read["first"]) == (1200, 303)
     assert (read["start"], read["last"]) == (300, 1499)
 
@@ -190,8 +190,8 @@ def test_columns_of_the_trend_are_joined_filled_in_and_bounded(evaluated):
 def test_no_script_imports_itself_by_way_of_others():
     left = {
         path: {
-            (path.parent / found).resolve()
-            for found in re.findall(r'from "(\.[^"]+)"', path.read_text(encoding="utf-8"))
+            (path.parent / name).resolve()
+            for name in re.findall(r'from "(\.[^"]+)"', path.read_text(encoding="utf-8"))
         }
         for path in MODULES
     }
@@ -202,15 +202,15 @@ def test_no_script_imports_itself_by_way_of_others():
     assert [path.name for path in left] == []
 
 
-@pytest.mark.parametrize(("job", "kept"), [("{run: 'A', title: 'x'}", True), ("{run: ''}", False)])
-def test_a_curve_of_an_earlier_job_does_not_stay(evaluated, job, kept):
+@pytest.mark.parametrize(("job", "stays"), [("{run: 'A', title: 'x'}", True), ("{run: ''}", False)])
+def test_a_curve_of_an_earlier_job_does_not_stay(evaluated, job, stays):
     done = (
         "m.takeState({job: {run: 'A'}})",
         "m.takeFrame({kind: 'curve', recording: '001'})",
         f"m.takeChanges(2, {{job: {job}}})",
         "m.store.lastCurve !== null",
     )
-    assert evaluated("store", f"({', '.join(done)})") is kept
+    assert evaluated("store", f"({', '.join(done)})") is stays
 
 
 @pytest.mark.parametrize(
@@ -290,8 +290,8 @@ def test_a_key_comes_with_what_it_needs_and_its_help(evaluated):
     place = json.dumps({"path": ["main", 0], "kind": "key"})
     first = evaluated("editor/schema", f"m.offered({SCHEMA}, {place})[0]")
     assert (first["needed"], first["description"]) == (["time"], "Time passes.")
-    asked = f"m.explained({SCHEMA}, {place}, 'wait')"
-    assert evaluated("editor/schema", asked) == "Time passes."
+    expression = f"m.explained({SCHEMA}, {place}, 'wait')"
+    assert evaluated("editor/schema", expression) == "Time passes."
     rule = json.dumps({"path": ["rule"], "kind": "value"})
     assert evaluated("editor/schema", f"m.explained({SCHEMA}, {rule}, 'v')") == "V."
 
@@ -306,8 +306,8 @@ def test_the_built_editor_has_what_is_used_and_its_parts_are_pinned():
     assert "MIT License" in (folder / "LICENSE").read_text(encoding="utf-8")
     used = re.search(r"import \{([^}]*)\}", (STATIC / "js/editor/editor.js").read_text("utf-8"))[1]
     built = (folder / "codemirror.js").read_text(encoding="utf-8")
-    given = set(re.findall(r"\b\w+(?=[,}])", built[built.rindex("export{") :]))
-    assert {each.strip() for each in used.split(",") if each.strip()} <= given
+    exported = set(re.findall(r"\b\w+(?=[,}])", built[built.rindex("export{") :]))
+    assert {name.strip() for name in used.split(",") if name.strip()} <= exported
 
 
 AMEND = (
@@ -316,30 +316,30 @@ AMEND = (
 
 
 @pytest.mark.parametrize(
-    ("language", "said"),
+    ("language", "advice"),
     [
         ("en", "amend it under Certificates, or give the reason for a further copy"),
         ("de", "unter Zertifikate ändern, oder den Grund für eine weitere Ausfertigung angeben"),
     ],
 )
-def test_advice_of_the_command_line_is_said_as_the_screen_has_it(evaluated, language, said):
+def test_advice_of_the_command_line_is_said_as_the_screen_has_it(evaluated, language, advice):
     english, chosen = json.dumps(words("en")), json.dumps(words(language))
     say = "m.advice(en)" if language == "en" else f"m.translator({{}}, en, {chosen})"
     shown = f"((en) => [{json.dumps(AMEND)}, 'no advice'].map({say}))({english})"
-    assert evaluated("said", shown) == [said, "no advice"]
+    assert evaluated("said", shown) == [advice, "no advice"]
 
 
 def test_what_is_said_otherwise_on_the_screen_is_said_by_the_program():
     sources = [
-        each.read_text(encoding="utf-8")
+        path.read_text(encoding="utf-8")
         for package in ("rigrunner", "rigrunner_panel", "rigrunner_fleet")
-        for each in (ROOT / "runner" / package).rglob("*.py")
+        for path in (ROOT / "runner" / package).rglob("*.py")
     ]
     joined = re.sub(r'"\s*f?"', "", "\n".join(sources))
     english = words("en")
-    told = {key for key in english if key.startswith("instead.") and key.endswith(".of")}
-    assert len(told) >= 10
-    for key in told:
+    advice = {key for key in english if key.startswith("instead.") and key.endswith(".of")}
+    assert len(advice) >= 10
+    for key in advice:
         literal = max(re.split(r"\{\w+\}", english[key]), key=len)
         assert literal in joined, key
         assert not re.search(r"rigrunner \w|--\w", english[key.removesuffix(".of")])

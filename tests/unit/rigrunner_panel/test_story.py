@@ -52,7 +52,7 @@ class NoLinks:
     def picture(self, path):
         return f"/api/v1/pictures/{path}"
 
-    def of_run(self, _run):
+    def run_links(self, _run):
         return ()
 
 
@@ -67,8 +67,8 @@ PLAN = PlanView(estimated_s=40.0, steps=(step(0, ""), step(1, "a"), step(2, "a")
 
 
 def event(kind, **fields):
-    known = {"seq": next(numbers), "monotonic_s": 0.0, "utc": "2026"}
-    return kind(**{**known, **fields})
+    common = {"seq": next(numbers), "monotonic_s": 0.0, "utc": "2026"}
+    return kind(**{**common, **fields})
 
 
 def planned(plan):
@@ -76,8 +76,8 @@ def planned(plan):
 
 
 def begun(index, recording=""):
-    known = {"step": f"main[{index}]", "index": index, "action": "record", "text": f"step {index}"}
-    return event(StepStarted, **known, recording=recording)
+    common = {"step": f"main[{index}]", "index": index, "action": "record", "text": f"step {index}"}
+    return event(StepStarted, **common, recording=recording)
 
 
 def ended(index, *, ok=True, action="record", **more):
@@ -123,7 +123,7 @@ def test_phases_follow_what_happens(board, story):
     assert board.get("prompt").choices == ("yes", "no")
     assert after(Show({"prompt": None})) == "running"
     assert board.get("prompt") is None
-    story.asked("pause")
+    story.request("pause")
     assert board.get("phase") == "pausing"
     assert after(Show({"pause": PAUSE})) == "paused"
     assert (board.get("asked"), board.get("pause").choices) == ("", ("resume", "abort"))
@@ -193,11 +193,11 @@ def test_what_was_set_and_read_is_known_in_its_units(board, story):
     story.take(read_back(0, frequency=5.0))
     story.take(read_back(1, load=998.0))
     story.take(ended(2, values={"t.temperature": 296.15}, units=UNITS))
-    found = board.get("readings")
-    assert (found["t.frequency"].set, found["t.load"].set) == (5.0, 1000.0)
-    assert (found["t.load"].value, found["t.temperature"].unit) == (998.0, "K")
-    assert found["t.temperature"].shown == pytest.approx(23.0)
-    assert found["t.temperature"].set is None
+    readings = board.get("readings")
+    assert (readings["t.frequency"].set, readings["t.load"].set) == (5.0, 1000.0)
+    assert (readings["t.load"].value, readings["t.temperature"].unit) == (998.0, "K")
+    assert readings["t.temperature"].shown == pytest.approx(23.0)
+    assert readings["t.temperature"].set is None
 
 
 def test_a_drive_shows_its_set_point_beside_the_read_back_and_none_where_its_set_failed(
@@ -217,11 +217,11 @@ def test_a_drive_shows_its_set_point_beside_the_read_back_and_none_where_its_set
 def test_a_set_point_is_in_the_unit_of_the_procedure(board, story):
     (drive,) = sets = {"c.temperature": 253.15}
     story.take(planned(PlanView(estimated_s=1.0, steps=(step(0, "", **sets),))))
-    told = {"index": 0, "action": "set", "step": "main[0]"}
-    story.take(event(StepStarted, **told, text="", written_in={drive: "°C"}))
-    story.take(event(StepEnded, **told, ok=True, values={drive: 253.19}, units={drive: "K"}))
-    found = board.get("readings")[drive]
-    assert (found.set, found.shown, found.shown_in) == (-20.0, -19.96, "°C")
+    common = {"index": 0, "action": "set", "step": "main[0]"}
+    story.take(event(StepStarted, **common, text="", written_in={drive: "°C"}))
+    story.take(event(StepEnded, **common, ok=True, values={drive: 253.19}, units={drive: "K"}))
+    reading = board.get("readings")[drive]
+    assert (reading.set, reading.shown, reading.shown_in) == (-20.0, -19.96, "°C")
 
 
 def test_what_was_set_by_hand_is_the_set_point(board, story):
@@ -229,8 +229,8 @@ def test_what_was_set_by_hand_is_the_set_point(board, story):
     drives = (DriveView(name="t.load", set=100.5, **drive),)
     story.take(ended(0, action="set", values={"t.load": 100.7}, units=UNITS))
     story.take(Show({"manual": ManualView(drives=drives, channels=(), recording="")}))
-    found = board.get("readings")["t.load"]
-    assert (found.set, found.value) == (100.5, 100.7)
+    reading = board.get("readings")["t.load"]
+    assert (reading.set, reading.value) == (100.5, 100.7)
 
 
 def test_what_was_made_safe_has_its_read_back_and_no_set_point(board, story):
@@ -239,10 +239,11 @@ def test_what_was_made_safe_has_its_read_back_and_no_set_point(board, story):
     story.take(read_back(1, load=999.0))
     safe = {"t.load": 1.5, "t.frequency": 0.0}
     story.take(event(MadeSafe, what="t", read_back=safe))
-    found = board.get("readings")
-    assert (found["t.load"].set, found["t.load"].value, found["t.load"].utc) == (None, 1.5, "2026")
-    assert (found["t.frequency"].set, found["t.frequency"].value) == (None, 0.0)
-    assert found["t.load"].unit == "N"
+    readings = board.get("readings")
+    load = readings["t.load"]
+    assert (load.set, load.value, load.utc) == (None, 1.5, "2026")
+    assert (readings["t.frequency"].set, readings["t.frequency"].value) == (None, 0.0)
+    assert readings["t.load"].unit == "N"
 
 
 CHANNELS = (
@@ -252,15 +253,15 @@ CHANNELS = (
 
 
 def channels_of(board):
-    return {each.name: (each.value, each.utc) for each in board.get("channels")}
+    return {channel.name: (channel.value, channel.utc) for channel in board.get("channels")}
 
 
 def test_each_channel_has_the_time_of_its_value_and_the_read_back_after_made_safe(board):
     story = Story(board, JobView(kind="run", procedure="p", station="s"), NoLinks())
     story.take(Show({"plan": PLAN, "channels": CHANNELS}))
     story.take(Values({"t.load": 999.0, "t.temperature": 293.15}, 1795435200.0, 0.5))
-    found = board.get("channels")
-    assert [each.interval_s for each in found] == [0.5, 0.5]
+    channels = board.get("channels")
+    assert [channel.interval_s for channel in channels] == [0.5, 0.5]
     assert channels_of(board)["t.temperature"] == (20.0, "2026-11-23T12:00:00.000Z")
     story.take(event(MadeSafe, what="t", read_back={"t.load": 0.4}, utc="2026-11-23T12:00:07.000Z"))
     assert channels_of(board) == {
@@ -317,16 +318,16 @@ def test_nothing_of_an_earlier_job_stays(board):
 
 
 def scan_begun(index):
-    known = {"setpoints": {"t.frequency": 5.0}, "units": {"t.frequency": "Hz", "t.load": "N"}}
+    fields = {"setpoints": {"t.frequency": 5.0}, "units": {"t.frequency": "Hz", "t.load": "N"}}
     return event(
-        StepStarted, step=f"main[{index}]", index=index, action="scan", text="Scan", **known
+        StepStarted, step=f"main[{index}]", index=index, action="scan", text="Scan", **fields
     )
 
 
 def row(point, load):
     where = {"t.frequency": 5.0, "t.load": load}
-    known = {"setpoints": where, "values": {"t.load": load - 1, "t.temperature": 300.15}}
-    return event(Scanned, step="main[1]", point=point, measurement="loads", **known)
+    fields = {"setpoints": where, "values": {"t.load": load - 1, "t.temperature": 300.15}}
+    return event(Scanned, step="main[1]", point=point, measurement="loads", **fields)
 
 
 def test_a_scan_shows_each_point_and_how_far_it_is(board):
@@ -336,7 +337,7 @@ def test_a_scan_shows_each_point_and_how_far_it_is(board):
     units = {"t.frequency": "Hz"}
     story.take(ended(0, action="set", values={"t.frequency": 5.0}, units=units))
     story.take(scan_begun(1))
-    told = board.events(-1)
+    events = board.events(-1)
     for point, load in enumerate((10.0, 20.0, 40.0)):
         story.take(row(point, load))
     readings, progress = board.get("readings"), board.get("progress")
@@ -346,7 +347,7 @@ def test_a_scan_shows_each_point_and_how_far_it_is(board):
     assert readings["t.frequency"].set == 5.0
     assert (progress.scanned, progress.scan_points) == (3, 4)
     assert (progress.done_s, progress.left_s) == (10.0 + 7.5, 2.5)
-    assert board.events(-1) == told
+    assert board.events(-1) == events
     story.take(scan_begun(1))  # once more: from its first point
     assert board.get("progress").scanned == 0
     story.take(ended(1, action="scan"))
@@ -370,11 +371,11 @@ def test_a_new_job_knows_nothing_of_the_rig_that_an_earlier_one_found(board, sto
 
 
 def test_an_interlock_is_active_until_it_clears_and_lists_stay_short(board, story):
-    known = {"interlock": "hot", "does": "pause", "latency_s": 0.1}
-    story.take(event(InterlockTripped, source="interlock hot", text="too hot", **known))
-    assert [(one.text, one.active) for one in board.get("alarms")] == [("too hot", True)]
+    fields = {"interlock": "hot", "does": "pause", "latency_s": 0.1}
+    story.take(event(InterlockTripped, source="interlock hot", text="too hot", **fields))
+    assert [(alarm.text, alarm.active) for alarm in board.get("alarms")] == [("too hot", True)]
     story.take(event(InterlockCleared, step="interlock hot", text="fine", interlock="hot"))
-    assert [one.active for one in board.get("alarms")] == [False]
+    assert [alarm.active for alarm in board.get("alarms")] == [False]
     for number in range(300):
         story.take(event(Alarm, source="x", text=str(number)))
     assert len(board.get("alarms")) == 100
@@ -382,12 +383,12 @@ def test_an_interlock_is_active_until_it_clears_and_lists_stay_short(board, stor
 
 
 def test_no_interlock_of_a_run_that_has_ended_is_active(board, story):
-    known = {"interlock": "hot", "does": "pause", "latency_s": 0.1}
-    story.take(event(InterlockTripped, source="interlock hot", text="too hot", **known))
+    fields = {"interlock": "hot", "does": "pause", "latency_s": 0.1}
+    story.take(event(InterlockTripped, source="interlock hot", text="too hot", **fields))
     story.take(event(Alarm, source="x", text="odd"))
     story.take(event(RunEnded, outcome=Outcome.COMPLETED))
-    found = [(one.text, one.active, one.until_end) for one in board.get("alarms")]
-    assert found == [("too hot", False, True), ("odd", False, False)]
+    alarms = [(alarm.text, alarm.active, alarm.until_end) for alarm in board.get("alarms")]
+    assert alarms == [("too hot", False, True), ("odd", False, False)]
 
 
 LIVE = LiveView(recordings=1, final=False, problem="", taken_s=0.1)
@@ -397,17 +398,17 @@ def test_events_are_told_as_they_are_and_no_event_of_an_earlier_job_stays(board,
     story.take(event(RunStarted, **STARTED))
     story.take(event(StepEnded, step="a", index=0, action="read", ok=True, truth={"x": 1.0},
                      values={"t.load": nan}))  # fmt: skip
-    told = json.loads(board.events(-1))
-    assert [each["event"]["event"] for each in told["items"]] == ["RunStarted", "StepEnded"]
-    assert told["items"][0]["event"]["run_id"] == "R1"
-    assert told["items"][1]["event"]["values"] == {"t.load": None}
-    assert told["items"][1]["event"]["truth"] == {}
-    numbers = [each["number"] for each in told["items"]]
-    messages = [json.loads(each) for each in board.new_events()]
-    assert [each["number"] for each in messages] == numbers
-    assert {each["type"] for each in messages} == {"event"}
+    events = json.loads(board.events(-1))
+    assert [item["event"]["event"] for item in events["items"]] == ["RunStarted", "StepEnded"]
+    assert events["items"][0]["event"]["run_id"] == "R1"
+    assert events["items"][1]["event"]["values"] == {"t.load": None}
+    assert events["items"][1]["event"]["truth"] == {}
+    numbers = [item["number"] for item in events["items"]]
+    messages = [json.loads(message) for message in board.new_events()]
+    assert [message["number"] for message in messages] == numbers
+    assert {message["type"] for message in messages} == {"event"}
     assert board.new_events() == []
-    assert json.loads(board.events(numbers[0]))["items"] == told["items"][1:]
+    assert json.loads(board.events(numbers[0]))["items"] == events["items"][1:]
     Story(board, story.job, NoLinks())
     assert json.loads(board.events(-1)) == {"version": 1, "latest": numbers[-1], "items": []}
 
@@ -438,10 +439,10 @@ def test_a_process_that_dies_without_a_word_is_told_with_what_to_do(board, story
 @pytest.mark.parametrize(("code", "outcome"), [("aborted", "aborted"), ("device", "error")])
 def test_a_job_that_never_began_says_why(board, story, code, outcome):
     story.take(Failed("it is so", "do this", code))
-    found = board.get("finished")
+    finished = board.get("finished")
     assert board.get("phase") == "finished"
-    assert (found.outcome, found.reason, found.hint) == (outcome, "it is so", "do this")
-    assert (found.run, found.sealed) == ("", False)
+    assert (finished.outcome, finished.reason, finished.hint) == (outcome, "it is so", "do this")
+    assert (finished.run, finished.sealed) == ("", False)
 
 
 def test_a_preflight_fills_and_lets_start_only_without_a_failure(board):
@@ -454,9 +455,9 @@ def test_a_preflight_fills_and_lets_start_only_without_a_failure(board):
     assert (board.get("phase"), board.get("preflight").may_start) == ("idle", True)
     story = Story(board, JobView(kind="preflight", procedure="p", station="s"), NoLinks())
     story.take(Failed("no such file", "look", "invalid"))
-    found = board.get("preflight")
-    assert (found.done, found.may_start, found.items[0].state) == (True, False, "fail")
-    assert found.items[0].fix == "look"
+    preflight = board.get("preflight")
+    assert (preflight.done, preflight.may_start, preflight.items[0].state) == (True, False, "fail")
+    assert preflight.items[0].fix == "look"
 
 
 def test_what_the_analyses_show_by_now_is_on_the_screen(board, story):

@@ -51,12 +51,12 @@ class Clock:
 
 @pytest.fixture
 def clock(monkeypatch):
-    found = Clock()
-    monkeypatch.setattr(watched, "time", found)
-    return found
+    clock = Clock()
+    monkeypatch.setattr(watched, "time", clock)
+    return clock
 
 
-def looked(planned, rig, clock, seconds):
+def watched_for(planned, rig, clock, seconds):
     sent = []
     channels = WatchedChannels(sent.append, planned.devices)
     until_s = clock.now_s + seconds
@@ -67,23 +67,23 @@ def looked(planned, rig, clock, seconds):
 
 
 def test_every_channel_is_read_ten_times_a_second_at_most(planned, clock):
-    sent = looked(planned, Rig(clock), clock, 2.0)
+    sent = watched_for(planned, Rig(clock), clock, 2.0)
     assert 15 <= len(sent) <= 21
-    assert sent[0].values.keys() == {each.name for each in channels_of(planned)}
+    assert sent[0].values.keys() == {channel.name for channel in channels_of(planned)}
 
 
 def test_a_slow_device_takes_a_fifth_of_the_time_at_most(planned, clock):
     rig = Rig(clock, takes_s=0.5)
-    sent = looked(planned, rig, clock, 20.0)
+    sent = watched_for(planned, rig, clock, 20.0)
     assert len(rig.reads) <= 9
-    assert [each.interval_s for each in sent] == pytest.approx(
+    assert [message.interval_s for message in sent] == pytest.approx(
         [2.5] * len(sent)
     )  # so old a value may become
 
 
 def test_a_device_that_does_not_answer_ends_nothing_and_is_left_alone(planned, clock):
     rig = Rig(clock, is_lost=True)
-    assert looked(planned, rig, clock, 11.0) == []
+    assert watched_for(planned, rig, clock, 11.0) == []
     assert len(rig.reads) == 3
 
 
@@ -92,10 +92,12 @@ def test_without_a_rig_nothing_is_read(planned):
 
 
 def test_a_channel_has_the_unit_and_limits_that_people_know(planned):
-    temperature = next(each for each in channels_of(planned) if each.name == "tester.temperature")
+    channels = {channel.name: channel for channel in channels_of(planned)}
+    temperature = channels["tester.temperature"]
     assert temperature.unit == "°C"
     now = temperature.read(293.15, "2026-11-23T12:00:00Z")
     assert (now.value, now.utc) == (20.0, "2026-11-23T12:00:00Z")
-    lock = next(each for each in planned.plan.interlocks if each.member == "tester.temperature")
+    locks = {interlock.member: interlock for interlock in planned.plan.interlocks}
+    lock = locks["tester.temperature"]
     assert temperature.upper == pytest.approx(lock.maximum - 273.15)
     assert temperature.lower == pytest.approx(lock.minimum - 273.15) or temperature.lower is None

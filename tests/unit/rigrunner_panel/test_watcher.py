@@ -38,9 +38,9 @@ class Analyst:
 @pytest.fixture
 def watched(monkeypatch, tmp_path):
     monkeypatch.setattr(module, "Process", Analyst)
-    found = module.Watcher(tmp_path, tmp_path / "s.yaml", lambda _: None)
-    yield found
-    found.close()
+    watcher = module.Watcher(tmp_path, tmp_path / "s.yaml", lambda _: None)
+    yield watcher
+    watcher.close()
 
 
 def by_hand(name):
@@ -55,9 +55,9 @@ def test_a_finished_recording_is_analysed_though_channels_are_watched_meanwhile(
     )
     for message in (Watched(first), Watched(second), ended, Watched(third)):
         watched.notice(message)
-    asked = []
+    requests = []
     for _ in range(3):
-        asked.append(analyst.asked.get(timeout=WITHIN_S))
+        requests.append(analyst.asked.get(timeout=WITHIN_S))
         analyst.answer()
-    assert [each and each.name for each in asked] == ["a", None, "c"]
+    assert [request and request.name for request in requests] == ["a", None, "c"]
     assert analyst.asked.empty()

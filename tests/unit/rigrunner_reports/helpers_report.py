@@ -136,7 +136,7 @@ def swing_point(frequency_hz, load_n, *, cycles=30, outlier=None):
         kept[outlier] = False
         rejections = (Rejection(outlier, 0.4, "grubbs", 4.81, 2.908),)
     peaks = torque.max(axis=1)
-    peak_rejections = tuple(replace(each, value=float(peaks[each.index])) for each in rejections)
+    peak_rejections = tuple(replace(one, value=float(peaks[one.index])) for one in rejections)
     return SwingPoint(
         recording=f"{frequency_hz:g} Hz",
         set_frequency_hz=frequency_hz,
@@ -296,7 +296,7 @@ torque_of = TorqueDetails.of
 def changed(result, **changes):
     """Return a result with other fields, of its own or of its torque's details."""
     of_torque = {name for name in TorqueDetails.__dataclass_fields__ if name in changes}
-    torque = replace(TorqueDetails.of(result), **{each: changes.pop(each) for each in of_torque})
+    torque = replace(TorqueDetails.of(result), **{name: changes.pop(name) for name in of_torque})
     return replace(result, details=(torque,), **changes)
 
 
@@ -374,7 +374,7 @@ def _longer(point, cycles, rejected):
     rng = np.random.default_rng(cycles)
     kept = np.ones(cycles, bool)
     kept[rng.permutation(cycles)[:rejected]] = False
-    found = tuple(
+    rejections = tuple(
         replace(point.peak_rejections[0], index=int(index), statistic=3 + rng.random())
         for index in np.flatnonzero(~kept)
     )
@@ -382,10 +382,10 @@ def _longer(point, cycles, rejected):
         point,
         torque_nm=np.broadcast_to(point.torque_nm[:1], (cycles, PHASES)),
         kept=kept,
-        waveform_rejections=found,
+        waveform_rejections=rejections,
         peak_nm=np.resize(point.peak_nm, cycles) + rng.normal(0, 0.02, cycles),
         peak_kept=kept,
-        peak_rejections=found,
+        peak_rejections=rejections,
     )
 
 

@@ -67,18 +67,18 @@ OLD = Path(__file__).parents[2] / "data/0.1.0/certificates/SPECIMEN-DEMO-2026-00
 
 def test_a_risk_that_is_small_is_not_printed_as_none():
     wording = Wording(texts("de", {}))
-    printed = [wording.percent(each) for each in (0.0, 3e-7, 0.025, 0.5, 1.0)]
+    printed = [wording.percent(probability) for probability in (0.0, 3e-7, 0.025, 0.5, 1.0)]
     assert printed == ["< 0,01", "< 0,01", "2,5", "50", "100"]
 
 
 def test_a_result_without_uncertainty_is_named_with_its_place():
     of = ResultDefinition(name="one", unit="V")
     at = {"bench.current": CoordinateValue(1.0, "A")}
-    found = MeasurementResult(
+    result = MeasurementResult(
         of=of, estimate=Estimate(1.0, nan, nan, "V"), coordinates=at, readings=1
     )
     with pytest.raises(DataError, match=r"^one at bench.current = 1 A has no uncertainty"):
-        named_of(SimpleNamespace(other_results=(found,)))
+        named_of(SimpleNamespace(other_results=(result,)))
 
 
 @pytest.fixture(scope="module")
@@ -117,10 +117,11 @@ def approved(source):
         return replace(run, info=replace(run.info, header=header))
 
     def calibrated(data):
-        known = {"calibration": None, "certificate": "C-7", "laboratory": "Cal Lab"}
-        known |= {"calibrated": date(2026, 1, 2), "due": date(2099, 1, 2)}
-        found = {name: each.model_copy(update=known) for name, each in data.instruments.items()}
-        return replace(data, instruments=found)
+        calibration = {"calibration": None, "certificate": "C-7", "laboratory": "Cal Lab"}
+        calibration |= {"calibrated": date(2026, 1, 2), "due": date(2099, 1, 2)}
+        entries = data.instruments.items()
+        instruments = {name: entry.model_copy(update=calibration) for name, entry in entries}
+        return replace(data, instruments=instruments)
 
     no_load = of(source.stored.partners["no_load"])
     stored = replace(of(source.stored), partners={"no_load": no_load})
@@ -132,9 +133,9 @@ def approved(source):
 
 @pytest.mark.parametrize("language", shipped_languages())
 def test_every_language_has_every_text_with_the_same_names(language):
-    reference, found = shipped("en"), shipped(language)
-    assert set(found) == set(reference)
-    for key, text in found.items():
+    reference, translated = shipped("en"), shipped(language)
+    assert set(translated) == set(reference)
+    for key, text in translated.items():
         assert isinstance(text, str), key
         assert text.strip(), key
         assert names(text) == names(reference[key]), key
@@ -179,23 +180,23 @@ def test_the_panel_and_certificates_say_a_sentence_alike():
     }
     texts = files("rigrunner_reports") / "certificate/texts/de.yaml"
     ours = yaml.safe_load(texts.read_text(encoding="utf-8"))["said"]
-    both = set(ours) & set(of_the_panel)
-    assert len(both) > 150
-    assert {each for each in both if ours[each] != of_the_panel[each]} == set()
+    common = set(ours) & set(of_the_panel)
+    assert len(common) > 150
+    assert {english for english in common if ours[english] != of_the_panel[english]} == set()
 
 
 def test_everything_that_a_certificate_can_say_by_a_code_has_its_words():
     def options(model, field):
         return get_args(model.model_fields[field].annotation)
 
-    wanted = {f"deviation.{kind}" for kind in get_args(DeviationKind)}
-    wanted |= {f"specimen.{code}" for code in options(Restriction, "code")}
-    wanted |= {f"verdict.{verdict}" for verdict in Verdict}
-    wanted |= {f"rule.{rule}" for rule in ISSUED_RULES}
-    wanted |= {f"rejected.{what}" for what in options(RejectedCycle, "what")}
+    needed = {f"deviation.{kind}" for kind in get_args(DeviationKind)}
+    needed |= {f"specimen.{code}" for code in options(Restriction, "code")}
+    needed |= {f"verdict.{verdict}" for verdict in Verdict}
+    needed |= {f"rule.{rule}" for rule in ISSUED_RULES}
+    needed |= {f"rejected.{what}" for what in options(RejectedCycle, "what")}
     states = set(options(InstrumentEntry, "calibration")) - {"calibrated"}
-    wanted |= {f"instruments.{state}" for state in states}
-    assert wanted <= set(shipped("en"))
+    needed |= {f"instruments.{state}" for state in states}
+    assert needed <= set(shipped("en"))
 
 
 @pytest.mark.parametrize(("language", "words"), [("en", "as agreed"), ("de", "wie vereinbart")])
@@ -203,18 +204,18 @@ def test_a_rule_of_a_plugin_is_printed_in_its_own_words(source, lab, language, w
     decision = replace(
         source.result.decision, rule="own: as agreed", rule_in={"de": "wie vereinbart"}
     )
-    own = replace(source, result=replace(source.result, decision=decision))
-    assert words in read_html(rendered(own, lab, language)).words
+    own_rule = replace(source, result=replace(source.result, decision=decision))
+    assert words in read_html(rendered(own_rule, lab, language)).words
     letterhead = read_letterhead(lab, language)
-    assert '"rule_words_in"' in certificate_json(certificate_of(own, letterhead))
+    assert '"rule_words_in"' in certificate_json(certificate_of(own_rule, letterhead))
     assert '"rule_words_in"' not in certificate_json(certificate_of(source, letterhead))
 
 
 def test_a_limit_stands_beside_its_unit_and_those_of_old_are_read(source, lab):
     new = certificate_of(source, read_letterhead(lab, "en"))
-    (said,) = json.loads(certificate_json(new))["conformity"]["statements"]
-    assert not [name for name in said if name.endswith("_nm")]
-    assert (said["named"], said["lower"], said["upper"], said["unit"]) == (
+    (statement,) = json.loads(certificate_json(new))["conformity"]["statements"]
+    assert not [name for name in statement if name.endswith("_nm")]
+    assert (statement["named"], statement["lower"], statement["upper"], statement["unit"]) == (
         *("torque", None, 0.95, "N·m"),
     )
     old = parse_certificate(OLD.read_bytes(), OLD.name)
@@ -231,36 +232,39 @@ def test_one_of_an_approved_procedure_on_a_real_rig_is_no_specimen(source, lab):
 
 @pytest.mark.parametrize("which", ["stored", "no_load"])
 def test_a_draft_of_either_run_makes_it_a_specimen(source, which):
-    one = approved(source)
-    run = one.stored if which == "stored" else one.stored.partners["no_load"]
+    source = approved(source)
+    run = source.stored if which == "stored" else source.stored.partners["no_load"]
     edited = replace(run.header, approval={"state": "draft", "note": "changed after approval"})
     run = replace(run, info=replace(run.info, header=edited))
-    stored = replace(run, partners=one.stored.partners) if which == "stored" else None
-    one = replace(one, stored=stored or replace(one.stored, partners={"no_load": run}))
-    (found,) = restrictions_of(one, requested=True)
-    assert found.code == "draft_procedure"
-    assert found.detail.endswith("changed after approval")
+    stored = replace(run, partners=source.stored.partners) if which == "stored" else None
+    source = replace(source, stored=stored or replace(source.stored, partners={"no_load": run}))
+    (restriction,) = restrictions_of(source, requested=True)
+    assert restriction.code == "draft_procedure"
+    assert restriction.detail.endswith("changed after approval")
 
 
 @pytest.mark.parametrize("requested", [True, False])
 def test_of_a_trial_nothing_is_certified(source, requested):
-    one = approved(source)
+    source = approved(source)
     trial = {
         n: i.model_copy(update={"calibration": "trial"})
-        for n, i in one.result.run.instruments.items()
+        for n, i in source.result.run.instruments.items()
     }
-    one = replace(one, result=replace(one.result, run=replace(one.result.run, instruments=trial)))
-    assert [each.code for each in restrictions_of(one, requested=requested)] == ["trial"]
+    run = replace(source.result.run, instruments=trial)
+    source = replace(source, result=replace(source.result, run=run))
+    (restriction,) = restrictions_of(source, requested=requested)
+    assert restriction.code == "trial"
 
 
 @pytest.mark.parametrize("requested", [True, False])
 def test_of_an_inconclusive_check_nothing_is_certified(source, requested):
-    one = approved(source)
+    source = approved(source)
     inconclusive = Consequence.INCONCLUSIVE
     failed = Check("clipping", ok=False, text="it clips", consequence=inconclusive)
-    one = replace(one, result=replace(one.result, checks=(*one.result.checks, failed)))
-    (found,) = restrictions_of(one, requested=requested)
-    assert (found.code, found.detail) == ("inconclusive_check", "clipping")
+    checks = (*source.result.checks, failed)
+    source = replace(source, result=replace(source.result, checks=checks))
+    (restriction,) = restrictions_of(source, requested=requested)
+    assert (restriction.code, restriction.detail) == ("inconclusive_check", "clipping")
 
 
 def test_what_people_did_and_what_went_wrong_is_listed(source, lab):
@@ -272,9 +276,9 @@ def test_what_people_did_and_what_went_wrong_is_listed(source, lab):
         StepEnded(**AT, step="main[2]", index=2, action="record", ok=False, recording="003_5Hz"),
     )
     former = (replace(source.stored.recordings[0], name="001_1Hz_try1"),)
-    one = replace(source, stored=replace(source.stored, events=events, superseded=former))
-    words = read_html(rendered(one, lab)).words
-    for told in (
+    source = replace(source, stored=replace(source.stored, events=events, superseded=former))
+    words = read_html(rendered(source, lab)).words
+    for line in (
         "Override overdue TQ-1; by O. Ver; reason: urgent 2026-03-01 12:00:00 UTC",
         "Intervention pause ; by P. Auser; reason: tea",
         "Alarm guard : door opened",
@@ -282,7 +286,7 @@ def test_what_people_did_and_what_went_wrong_is_listed(source, lab):
         "Step failed main[2] : 003_5Hz",
         "Repeated; the former recording is kept, and not used 001_1Hz_try1",
     ):
-        assert told in words
+        assert line in words
 
 
 def test_no_text_of_anybody_becomes_markup(source, lab):
@@ -292,9 +296,9 @@ def test_no_text_of_anybody_becomes_markup(source, lab):
         if key in {"files", "analysis"}:
             return value
         if isinstance(value, dict):
-            return {name: evil(each, name) for name, each in value.items()}
+            return {name: evil(item, name) for name, item in value.items()}
         if isinstance(value, list):
-            return [evil(each, key) for each in value]
+            return [evil(item, key) for item in value]
         fixed = ("rigrunner", "code", "kind", "what", "motion", "language", "calibration")
         keep = key in fixed or "sha256" in key or not isinstance(value, str)
         ours = key.startswith("printed") or key == "unit" or key.endswith("utc")
@@ -305,8 +309,8 @@ def test_no_text_of_anybody_becomes_markup(source, lab):
     letterhead = replace(read_letterhead(lab), style="</style><script>alert(2)</script>")
     letterhead = replace(letterhead, texts={"en": {"title": EVIL.replace("{{ 7*7 }}", "")}})
     page = read_html(html(CertificateInput(bad, letterhead)))
-    assert [each.get("type") for each in page.all("script")] == ["application/json"]
-    assert all("onerror" not in each for each in page.all("img"))
+    assert [script.get("type") for script in page.all("script")] == ["application/json"]
+    assert all("onerror" not in image for image in page.all("img"))
     assert EVIL in page.words
     assert parse_certificate(certificate_json(bad), "x") == bad
 
@@ -314,7 +318,7 @@ def test_no_text_of_anybody_becomes_markup(source, lab):
 def test_the_same_results_are_drawn_once_for_all_forms_and_numbers(source, lab, monkeypatch):
     drawn = []
     monkeypatch.setattr(render, "draw", lambda picture: drawn.append(picture) or draw(picture))
-    render._drawn.cache_clear()
+    render._draw.cache_clear()
     letterhead = read_letterhead(lab)
     pages = [
         html(CertificateInput(certificate_of(source, letterhead, number), letterhead)).decode()

@@ -56,8 +56,8 @@ def small(result):
         no_load=torque_of(result).no_load[:2],
         fits=(),
         compensations={
-            name: replace(each, points=each.points[:2])
-            for name, each in torque_of(result).compensations.items()
+            name: replace(method, points=method.points[:2])
+            for name, method in torque_of(result).compensations.items()
         },
     )
 
@@ -71,9 +71,9 @@ def test_nothing_is_loaded_and_nothing_runs(loaded, no_load):
     for page in (loaded, no_load):
         tags = {tag for tag, _ in page.elements}
         assert not tags & {"script", "link", "iframe", "object", "form", "base"}
-        sources = [each["src"] for each in page.all("img")]
+        sources = [image["src"] for image in page.all("img")]
         assert all(source.startswith("data:image/svg+xml;base64,") for source in sources)
-        assert {each["href"] for each in page.all("a") if each["href"][0] != "#"} <= {DOI}
+        assert {link["href"] for link in page.all("a") if link["href"][0] != "#"} <= {DOI}
         assert not [a for _, attributes in page.elements for a in attributes if a.startswith("on")]
 
 
@@ -100,19 +100,19 @@ def test_the_page_has_its_landmarks_language_and_headings_in_order(loaded, no_lo
     for page in (loaded, no_load):
         tags = [tag for tag, _ in page.elements]
         assert page.all("html")[0]["lang"] == "en"
-        assert [tags.count(each) for each in ("header", "nav", "main", "footer", "h1")] == [1] * 5
+        assert [tags.count(tag) for tag in ("header", "nav", "main", "footer", "h1")] == [1] * 5
         levels = [int(tag[1]) for tag in tags if re.fullmatch("h[1-6]", tag)]
         assert all(b <= a + 1 for a, b in pairwise(levels))
 
 
 def test_every_header_cell_has_its_scope_and_every_table_its_caption(loaded):
-    assert all(each.get("scope") for each in loaded.all("th"))
+    assert all(cell.get("scope") for cell in loaded.all("th"))
     assert len(loaded.all("caption")) == len(loaded.all("table"))
 
 
 def test_the_contents_lead_to_sections_that_are_there(loaded, no_load):
     for page in (loaded, no_load):
-        ids = [each["id"] for _, each in page.elements if "id" in each]
+        ids = [attributes["id"] for _, attributes in page.elements if "id" in attributes]
         assert len(ids) == len(set(ids))
         assert {e["href"][1:] for e in page.all("a") if e["href"][0] == "#"} <= set(ids)
 
@@ -228,12 +228,12 @@ def test_without_a_result_the_reason_stands_in_its_place():
 
 
 def test_checks_that_were_not_made_are_counted_apart_and_named():
-    made = (skipped("coupling", "no frequency is stated"), Check("zero", ok=True, text="agrees"))
+    checks = (skipped("coupling", "no frequency is stated"), Check("zero", ok=True, text="agrees"))
     base = small(loaded_result())
     methods = {
-        name: replace(each, checks=()) for name, each in torque_of(base).compensations.items()
+        name: replace(method, checks=()) for name, method in torque_of(base).compensations.items()
     }
-    page = read_html(html(report_input(changed(base, checks=made, compensations=methods))))
+    page = read_html(html(report_input(changed(base, checks=checks, compensations=methods))))
     assert "The check passed; 1 not evaluated: coupling." in page.words
     assert "– not made coupling not checked: no frequency is stated" in page.words
 
@@ -244,7 +244,7 @@ def test_a_check_says_its_effect_and_a_note_is_no_failure():
     note = Check("cycles", ok=True, text="8 of them", consequence=Consequence.NOTE)
     base = small(loaded_result())
     methods = {
-        name: replace(each, checks=()) for name, each in torque_of(base).compensations.items()
+        name: replace(method, checks=()) for name, method in torque_of(base).compensations.items()
     }
     page = read_html(
         html(report_input(changed(base, checks=(note, budget), compensations=methods)))
@@ -260,18 +260,18 @@ def test_a_check_says_its_effect_and_a_note_is_no_failure():
 @pytest.mark.usefixtures("drawn_figures")
 def test_a_run_of_one_point_without_fits_is_reported():
     base = small(loaded_result())
-    one = changed(
+    result = changed(
         base,
         loaded=torque_of(base).loaded[:1],
         no_load=(),
         run=replace(base.run, partners={}),
         fits=(),
         compensations={
-            name: replace(each, points=each.points[:1])
-            for name, each in torque_of(base).compensations.items()
+            name: replace(method, points=method.points[:1])
+            for name, method in torque_of(base).compensations.items()
         },
     )
-    page = read_html(html(report_input(one)))
+    page = read_html(html(report_input(result)))
     assert "One set-point, 1 Hz, under 1000 N" in page.words
 
 

@@ -16,7 +16,7 @@ BETWEEN = {"mfrac": "/", "msup": "^", "msub": "_"}
 
 def read(element):
     """Return MathML as a person reads it aloud, each group in braces."""
-    parts = [read(each) for each in element]
+    parts = [read(child) for child in element]
     if element.tag in BETWEEN:
         return f"{{{BETWEEN[element.tag].join(parts)}}}"
     if element.tag == "msqrt":
@@ -26,7 +26,7 @@ def read(element):
 
 
 @pytest.mark.parametrize(
-    ("text", "seen"),
+    ("text", "shown"),
     [
         ("U/I", "{U/I}"),
         ("a - (b - c)", "a-(b-c)"),
@@ -48,10 +48,10 @@ def read(element):
         ("number_1 + t", "0 °C+t"),
     ],
 )
-def test_what_is_seen_is_what_was_written(text, seen):
+def test_what_is_seen_is_what_was_written(text, shown):
     formula = Formula(of="r", symbol="Y", text=text, quantities={"number_1": "0 °C"})
     root = ET.fromstring(str(equation(formula)))  # noqa: S314  (our own)
-    assert read(root) == f"Y={seen}"
+    assert read(root) == f"Y={shown}"
     assert root.get("alttext") == f"Y = {text}"
 
 

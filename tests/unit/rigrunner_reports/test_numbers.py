@@ -38,7 +38,7 @@ def test_the_coverage_factor_follows_the_degrees_of_freedom():
 
 
 def test_an_uncertainty_that_rounds_up_to_the_next_decade_loses_a_place():
-    assert [places(each) for each in (0.0994, 0.0996, 0.012, 9.96, 12.0, 120.0)] == [
+    assert [places(value) for value in (0.0994, 0.0996, 0.012, 9.96, 12.0, 120.0)] == [
         *(3, 2, 3, 0, 0, -1)
     ]
 

@@ -13,7 +13,7 @@ from rigrunner_reports.view.results import result_views
 
 def budget_of(unit, *lines):
     """Return (u, unit, sensitivity, contribution) of each line of a result's budget."""
-    found = MeasurementResult(
+    named = MeasurementResult(
         of=ResultDefinition(name="volume", unit=unit),
         estimate=Estimate(9.992, 0.003, unit=unit),
         components=tuple(
@@ -23,13 +23,13 @@ def budget_of(unit, *lines):
         ),
     )  # fmt: skip
     result = SimpleNamespace(
-        other_results=(found,), missing=(), decision=None, formulas=(), tables=()
+        other_results=(named,), missing=(), decision=None, formulas=(), tables=()
     )
     (view,) = result_views(result)
     return [
         tuple(text.replace(TIMES, "x").replace(MINUS, "-") for text in texts)
-        for each in view.budget.lines
-        for texts in [(each.u, each.unit, each.sensitivity, each.contribution)]
+        for line in view.budget.lines
+        for texts in [(line.u, line.unit, line.sensitivity, line.contribution)]
     ]
 
 

@@ -22,7 +22,7 @@ BIGGEST = 700_000
 
 @pytest.fixture(scope="module")
 def pages():
-    return [read_html(html(each)).words for each in study_inputs()]
+    return [read_html(html(study)).words for study in study_inputs()]
 
 
 def test_a_trend_says_its_state_its_limits_and_what_was_left_out(pages):
@@ -45,17 +45,17 @@ def test_a_capability_says_its_intervals(pages):
 
 def test_a_gauge_study_names_parts_and_operators_by_the_letters_of_its_figures(pages):
     study = study_inputs()[3]
-    found = study.analysis.components
-    assert f"{100 * found.gauge / found.total:.1f} %" in pages[3]
-    assert f"{600 * found.gauge / study.tolerance:.1f}" in pages[3]
+    deviations = study.analysis.components
+    assert f"{100 * deviations.gauge / deviations.total:.1f} %" in pages[3]
+    assert f"{600 * deviations.gauge / study.tolerance:.1f}" in pages[3]
     assert "Operators: A A, B <script>" in pages[3]
-    assert [letter(each) for each in (0, 25, 26, 51, 52)] == ["A", "Z", "AA", "AZ", "BA"]
+    assert [letter(place) for place in (0, 25, 26, 51, 52)] == ["A", "Z", "AA", "AZ", "BA"]
 
 
 def test_a_chart_without_anything_after_the_baseline_says_so():
     study = study_inputs()[0]
     (series,) = study.series
-    points = tuple(replace(each, baseline=True) for each in series.points)
+    points = tuple(replace(point, baseline=True) for point in series.points)
     shown = html(replace(study, series=(replace(series, points=points),)))
     assert "no run is beyond the baseline as yet" in read_html(shown).words
 

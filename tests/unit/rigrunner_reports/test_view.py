@@ -29,7 +29,7 @@ def result():
 
 
 def test_degrees_of_freedom_are_rounded_down():
-    assert [degrees_of_freedom(each) for each in (14.99, 1e5, inf)] == ["14", "∞", "∞"]
+    assert [degrees_of_freedom(dof) for dof in (14.99, 1e5, inf)] == ["14", "∞", "∞"]
 
 
 def test_failed_checks_come_first_with_their_method(result):
@@ -116,7 +116,7 @@ def test_an_entry_says_what_its_calibration_covers(result):
         },
     }
     angle = {"channel": "t.angle", "measures": "angle", "serial": "1", "calibration": "simulated"}
-    others = {each["channel"]: Instrument.model_validate(each) for each in (cell, angle)}
+    others = {entry["channel"]: Instrument.model_validate(entry) for entry in (cell, angle)}
     load, encoder = map(dict, instruments(replace(result.run, instruments=others)))
     assert load["Number"] == "LC-3"
     assert load["Certificate"] == "D-1, A lab"
@@ -184,7 +184,7 @@ def test_several_limits_are_listed_one_by_one(result):
     assert decided.DecisionView(only, complete=True).parts == ()
     at_35 = replace(mean, of="35 Hz", verdict=Verdict.FAIL, result=Estimate(1.2, 0.01, inf))
     rows = decided.DecisionView(replace(only, parts=(mean, at_35)), complete=True).parts
-    assert [(row.found.of, row.verdict.word) for row in rows] == [
+    assert [(row.decision.of, row.verdict.word) for row in rows] == [
         ("mean", "pass"),
         ("35 Hz", "fail"),
     ]
@@ -203,12 +203,12 @@ def test_the_risk_of_the_rule_is_stated(result):
 
 
 def test_an_imported_run_says_who_made_it(result):
-    assert run.imported(result) == ()
+    assert run.import_notes(result) == ()
     by = {"program": "Old.vi", "by": "A. Jones"}
-    loaded, no_load = (replace(each, imported=by) for each in (result.run, result.run))
-    (text,) = run.imported(with_no_load(replace(result, run=loaded), no_load))
+    loaded, no_load = (replace(data, imported=by) for data in (result.run, result.run))
+    (text,) = run.import_notes(with_no_load(replace(result, run=loaded), no_load))
     assert "Old.vi made the recordings of this run and of the no-load run, not Rigrunner." in text
-    other = replace(no_load, imported=by | {"by": "B. Lee"})
-    first, second = run.imported(with_no_load(replace(result, run=loaded), other))
+    by_another = replace(no_load, imported=by | {"by": "B. Lee"})
+    first, second = run.import_notes(with_no_load(replace(result, run=loaded), by_another))
     assert "of this run, not" in first
     assert "as B. Lee states them" in second

@@ -57,14 +57,14 @@ def test_a_procedure_is_a_draft_until_somebody_approves_it(outer):
     assert state(outer).sentence() == "draft, not for certification"
 
     approve(load_procedure(outer), " A. Jones ", WHEN)
-    found = state(outer)
-    assert (found.state, found.by, found.utc) == ("approved", "A. Jones", WHEN)
-    assert found.sentence() == "approved by A. Jones on 2026-02-03"
+    approval = state(outer)
+    assert (approval.state, approval.by, approval.utc) == ("approved", "A. Jones", WHEN)
+    assert approval.sentence() == "approved by A. Jones on 2026-02-03"
 
 
 def test_the_digest_can_be_made_with_other_programs(outer):
-    own, inner = (hashlib.sha256(text.encode()).hexdigest() for text in (CALLER, CALLED))
-    listing = f"{own}  procedure\n{inner}  parts/inner.yaml\n"
+    outer_digest, inner = (hashlib.sha256(text.encode()).hexdigest() for text in (CALLER, CALLED))
+    listing = f"{outer_digest}  procedure\n{inner}  parts/inner.yaml\n"
 
     assert state(outer).sha256 == hashlib.sha256(listing.encode()).hexdigest()
 
@@ -103,7 +103,7 @@ def test_earlier_approvals_are_kept(outer):
         approve(load_procedure(outer), name, WHEN)
     content = json.loads(approval_file(outer).read_text(encoding="utf-8"))
     assert content["approved"]["by"] == "C. Roy"
-    assert [each["by"] for each in content["earlier"]] == ["A. Jones", "B. Lee"]
+    assert [approval["by"] for approval in content["earlier"]] == ["A. Jones", "B. Lee"]
 
 
 @pytest.mark.parametrize(
@@ -159,6 +159,6 @@ def test_a_run_keeps_the_state_that_its_procedure_had(tmp_path):
         "sha256": digest,
     }
     assert read(approved.folder).header.people == {"operator": "Demo operator"}
-    reports = [each.report.read_text(encoding="utf-8") for each in (draft, approved)]
+    reports = [run.report.read_text(encoding="utf-8") for run in (draft, approved)]
     assert ["Not for certification" in report for report in reports] == [True, False]
     assert "approved by A. Jones on 2026-02-03" in reports[1]

@@ -47,12 +47,12 @@ def finished(tmp_path_factory):
 
 def test_numbers_are_in_si_and_the_units_of_the_procedure_beside_them(finished):
     stored = read(finished.folder)
-    for each in (*stored.recordings, *stored.measurements):
-        assert each.setpoints["tester.load"] == 500.0
-        assert each.coordinates["dwell"] == 120.0
-        assert each.coordinates["room"] == pytest.approx(294.15)
+    for part in (*stored.recordings, *stored.measurements):
+        assert part.setpoints["tester.load"] == 500.0
+        assert part.coordinates["dwell"] == 120.0
+        assert part.coordinates["room"] == pytest.approx(294.15)
         written = {name: unit(symbol) for name, symbol in WRITTEN.items()}
-        assert {name: unit(symbol) for name, symbol in each.written_in.items()} == written
+        assert {name: unit(symbol) for name, symbol in part.written_in.items()} == written
 
 
 def test_the_file_has_number_and_unit_as_written(finished):
@@ -76,8 +76,8 @@ def test_the_tables_of_the_file_have_it_too(finished):
 
 
 def test_show_and_report_say_what_was_written(finished):
-    shown = call("show", finished.folder.name, "--runs", finished.folder.parent).out
-    heads = next(line for line in shown.splitlines() if line.startswith("dwell"))
+    output = call("show", finished.folder.name, "--runs", finished.folder.parent).out
+    heads = next(line for line in output.splitlines() if line.startswith("dwell"))
     for head in ("dwell / min", "room / °C", "set tester.load / kN", "set tester.frequency / Hz"):
         assert head in heads
     assert "  tester.load / kN" in heads  # what was set in kN is read back in kN
@@ -109,12 +109,12 @@ def test_what_has_no_unit_stays_as_it_is():
 
 def test_a_column_of_several_units_has_them_in_its_cells(finished):
     (row,) = read(finished.folder).measurements
-    other = type(row)("measured", row.utc, {"tester.load": 1.0}, {}, {})
+    row_before = type(row)("measured", row.utc, {"tester.load": 1.0}, {}, {})
     without = type(row)("measured", row.utc, {}, {}, {})
     assert written_column([row, row], "tester.load", "N") == ("kN", ["0.5", "0.5"])
     assert written_column([row, without], "tester.load", "N") == ("kN", ["0.5", ""])
-    assert written_column([other], "tester.load", "N") == ("N", ["1"])
-    assert written_column([row, other], "tester.load", "N") == ("", ["0.5 kN", "1 N"])
+    assert written_column([row_before], "tester.load", "N") == ("N", ["1"])
+    assert written_column([row, row_before], "tester.load", "N") == ("", ["0.5 kN", "1 N"])
     assert written_column([row], "room", "K") == ("°C", ["21"])
 
 

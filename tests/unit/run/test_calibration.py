@@ -146,8 +146,8 @@ CASES = {
 
 
 def test_the_channels_whose_values_enter_the_result(tmp_path):
-    found = planned(tmp_path, bench(tmp_path))
-    assert set(entering_channels(found)) == {"tester.angle", "tester.torque", "tester.load"}
+    plan = planned(tmp_path, bench(tmp_path))
+    assert set(entering_channels(plan)) == {"tester.angle", "tester.torque", "tester.load"}
 
 
 @pytest.mark.parametrize(
@@ -160,8 +160,8 @@ def test_the_channels_whose_values_enter_the_result(tmp_path):
 def test_of_other_analyses_what_they_take_and_what_has_limits_enters(tmp_path, limits, entering):
     channels = "{channels: [bench.voltage, bench.ripple]"
     files = written(tmp_path, (channels, channels + limits))
-    found = plan_run(*files, load_registry(), SimulatedClock())
-    assert set(entering_channels(found)) == entering
+    plan = plan_run(*files, load_registry(), SimulatedClock())
+    assert set(entering_channels(plan)) == entering
 
 
 def test_a_calibrated_register_lets_the_run_start(tmp_path):
@@ -196,9 +196,9 @@ def scanning(over, channels):
 def test_each_set_point_of_a_scan_is_held_against_the_range(tmp_path, over, beyond):
     station = bench(tmp_path, ("{seed: 1}", "{seed: 1, max_load: 5 kN}"))
     change = scanning(over, "[tester.temperature]")
-    found = calibration_findings(planned(tmp_path, station, "starting_torque_1000n", change))
-    told = f"(tester.load) is calibrated from 100 N to 5 kN, but tester.load is set to {beyond}"
-    assert [told in each.problem.message for each in found] == [True] * bool(beyond)
+    findings = calibration_findings(planned(tmp_path, station, "starting_torque_1000n", change))
+    message = f"(tester.load) is calibrated from 100 N to 5 kN, but tester.load is set to {beyond}"
+    assert [message in finding.problem.message for finding in findings] == [True] * bool(beyond)
 
 
 def test_what_a_scan_reads_enters_a_result_that_is_not_analysed(tmp_path):
@@ -220,16 +220,16 @@ def test_an_instrument_of_a_trial_needs_no_calibration(tmp_path):
 
 
 def test_nothing_has_to_be_entered_for_a_simulated_device(tmp_path):
-    gone = bench(tmp_path, ("plugin: bench_tester", "plugin: swing_tester_sim"))
-    text = gone.read_text(encoding="utf-8")
-    gone.write_text(text[: text.index("  - channel: tester.angle")], encoding="utf-8")
-    assert calibration_findings(planned(tmp_path, gone)) == ()
+    station = bench(tmp_path, ("plugin: bench_tester", "plugin: swing_tester_sim"))
+    text = station.read_text(encoding="utf-8")
+    station.write_text(text[: text.index("  - channel: tester.angle")], encoding="utf-8")
+    assert calibration_findings(planned(tmp_path, station)) == ()
 
 
 def test_what_is_entered_for_a_simulated_device_is_held_to(tmp_path):
     changes = ("plugin: bench_tester", "plugin: swing_tester_sim"), ("2026-06-01", "2026-02-01")
-    found = calibration_findings(planned(tmp_path, bench(tmp_path, *changes)))
-    assert [(each.lack, each.channel) for each in found] == [
+    findings = calibration_findings(planned(tmp_path, bench(tmp_path, *changes)))
+    assert [(finding.lack, finding.channel) for finding in findings] == [
         ("overdue", "tester.torque"),
         ("overdue", "tester.angle"),
         ("overdue", "tester.load"),
@@ -242,10 +242,10 @@ def test_a_calibration_has_to_last_until_the_end_of_the_run(tmp_path):
     plan = planned(tmp_path, bench(tmp_path))
     for hour, problems in ((12, 0), (23, 3)):
         clock = SimulatedClock(day.replace(hour=hour, minute=59, second=58))
-        found = calibration_findings(replace(plan, clock=clock))
-        assert len(found) == problems
-    assert {each.lack for each in found} == {"overdue"}
-    message = found[0].problem.message
+        findings = calibration_findings(replace(plan, clock=clock))
+        assert len(findings) == problems
+    assert {finding.lack for finding in findings} == {"overdue"}
+    message = findings[0].problem.message
     assert message == (
         "the calibration of TQ-7 (tester.torque) is due on 2026-06-01, and this run may last until"
         " 2026-06-02"
@@ -275,19 +275,19 @@ def test_nothing_is_connected_before_the_register_is_in_order(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "wanted",
+    "names",
     first(1, [["T-1", "tester.angle", "L-1"], ["overdue"], ["tester.torque", "A-1", "LC-3"]]),
 )
-def test_an_override_stands_in_run_file_and_report(tmp_path, wanted):
+def test_an_override_stands_in_run_file_and_report(tmp_path, names):
     plan = overdue(tmp_path)
-    overrides = overrides_for(plan, wanted, "A. Jones", "Certificates are on their way")
+    overrides = overrides_for(plan, names, "A. Jones", "Certificates are on their way")
     finished = do(plan, tmp_path / "runs", overrides)
 
     stored = read(finished.folder)
-    found = [each for each in stored.events if isinstance(each, Intervention)]
-    assert [(each.action, each.by) for each in found] == [("override", "A. Jones")] * 3
-    assert {each.reason for each in found} == {"Certificates are on their way"}
-    assert any("TQ-7 (tester.torque) was due on 2026-02-01" in each.subject for each in found)
+    events = [event for event in stored.events if isinstance(event, Intervention)]
+    assert [(event.action, event.by) for event in events] == [("override", "A. Jones")] * 3
+    assert {event.reason for event in events} == {"Certificates are on their way"}
+    assert any("TQ-7 (tester.torque) was due on 2026-02-01" in event.subject for event in events)
     assert stored.header.people == {"operator": "B. Lee"}
     report = finished.report.read_text(encoding="utf-8")
     assert report.count("Deviation:") == 3
@@ -309,7 +309,7 @@ def test_what_was_overridden_for_the_no_load_run_is_told_with_the_result(tmp_pat
 
 
 @pytest.mark.parametrize(
-    ("wanted", "by", "reason", "message"),
+    ("names", "by", "reason", "message"),
     [
         (["overdue"], "", "", "needs --by NAME and --reason TEXT"),
         (["overdue"], "A. Jones", "  ", "needs --reason TEXT"),
@@ -319,9 +319,9 @@ def test_what_was_overridden_for_the_no_load_run_is_told_with_the_result(tmp_pat
         (["TQ-8"], "A. Jones", "why", "'--override TQ-8' matches nothing"),
     ],
 )
-def test_an_override_that_is_none(tmp_path, wanted, by, reason, message):
+def test_an_override_that_is_none(tmp_path, names, by, reason, message):
     with pytest.raises(UsageError, match=message):
-        overrides_for(overdue(tmp_path), wanted, by, reason)
+        overrides_for(overdue(tmp_path), names, by, reason)
 
 
 def test_what_is_not_overridden_is_told(tmp_path):

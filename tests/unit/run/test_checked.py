@@ -5,8 +5,8 @@ from rigrunner.run.locate import find_procedure
 
 
 def test_a_check_loads_the_plugins_once(monkeypatch):
-    loaded, plain = [], loading._loaded
-    monkeypatch.setattr(loading, "_loaded", lambda *asked: loaded.append(1) or plain(*asked))
+    loads, load = [], loading._load
+    monkeypatch.setattr(loading, "_load", lambda *args: loads.append(1) or load(*args))
     installed_kinds.cache_clear()
     assert checked_alone(find_procedure("starting_torque_1000n")).model.id
-    assert len(loaded) == 1
+    assert len(loads) == 1

@@ -17,7 +17,7 @@ POINTS = 7
 def test_each_value_is_on_the_disk_when_it_is_told(tmp_path, monkeypatch, sync, sweep):
     synced = []
     sync_all = JournalWriter.sync
-    monkeypatch.setattr(JournalWriter, "sync", lambda one: (synced.append(one), sync_all(one)))
+    monkeypatch.setattr(JournalWriter, "sync", lambda self: (synced.append(self), sync_all(self)))
     procedure, station = lab_of(tmp_path, POINTS, sync=sync, sweep=sweep)
     finished = run(procedure, tmp_path / "runs", station=station)
     assert len(read(finished.folder).measurements) == POINTS

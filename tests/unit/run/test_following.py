@@ -24,7 +24,7 @@ VALUES = np.arange(40.0) ** 2
 ZERO, CORRECTION = 3.0, 0.5
 
 
-def told(**more):
+def settings_of(**more):
     return {"of": "meter.voltage", "per": "load.current",
             "result": {"name": "voltage", "symbol": "U", "unit": "mV"}, **more}  # fmt: skip
 
@@ -50,7 +50,7 @@ class Screen:
 
 def run_of(**instruments):
     """Return a run of which no more is known than its instruments."""
-    known = dict.fromkeys(each.name for each in fields(RunData))
+    known = dict.fromkeys(field.name for field in fields(RunData))
     return RunData(**known | {"instruments": instruments, "zeros": {}, "recordings": ()})
 
 
@@ -75,16 +75,17 @@ def followed(folds, instruments=()):
     ],
 )
 def test_a_running_statistic_is_that_of_all_readings_less_their_zero(statistic, expected):
-    fold = load_registry().live("readings", told(statistic=statistic))
-    shown = followed([("readings", fold)])
-    found, is_whole = shown[-1]
+    fold = load_registry().live("readings", settings_of(statistic=statistic))
+    screens = followed([("readings", fold)])
+    findings, is_whole = screens[-1]
     assert is_whole
-    assert [each.place for each in found.results] == ["load.current = 1 A", "load.current = 2 A"]
-    for each, values in zip(found.results, (VALUES - ZERO, 2 * VALUES - ZERO), strict=True):
-        assert each.estimate.value == pytest.approx(1000 * expected(values))
-        assert np.isnan(each.estimate.u)
-        assert each.readings == 40
-    (figure,) = found.figures
+    places = [result.place for result in findings.results]
+    assert places == ["load.current = 1 A", "load.current = 2 A"]
+    for result, values in zip(findings.results, (VALUES - ZERO, 2 * VALUES - ZERO), strict=True):
+        assert result.estimate.value == pytest.approx(1000 * expected(values))
+        assert np.isnan(result.estimate.u)
+        assert result.readings == 40
+    (figure,) = findings.figures
     assert [round(point.x, 6) for point in figure.series[0].points] == [
         0.07, 0.14, 0.21, 0.28, 0.35, 0.4,
     ]  # fmt: skip
@@ -94,9 +95,9 @@ def test_a_running_statistic_is_that_of_all_readings_less_their_zero(statistic, 
 
 def test_readings_are_corrected_as_in_the_analysis():
     corrected = SimpleNamespace(corrected=lambda values, zero: values - zero - CORRECTION)
-    fold = load_registry().live("readings", told())
-    (found, _) = followed([("readings", fold)], {"meter.voltage": corrected}.items())[-1]
-    assert found.results[0].estimate.value == pytest.approx(
+    fold = load_registry().live("readings", settings_of())
+    (findings, _) = followed([("readings", fold)], {"meter.voltage": corrected}.items())[-1]
+    assert findings.results[0].estimate.value == pytest.approx(
         1000 * (VALUES.mean() - ZERO - CORRECTION)
     )
 
@@ -106,20 +107,20 @@ def test_one_that_raises_is_left_out_with_a_note_and_the_others_stay():
         def begin(self, *_):
             raise ZeroDivisionError("by a stranger")
 
-    fold = load_registry().live("readings", told())
-    found, _ = followed([("broken", Broken()), ("readings", fold)])[-1]
-    assert len(found.results) == 2
-    assert found.notes == ("broken is shown no more: ZeroDivisionError: by a stranger",)
+    fold = load_registry().live("readings", settings_of())
+    findings, _ = followed([("broken", Broken()), ("readings", fold)])[-1]
+    assert len(findings.results) == 2
+    assert findings.notes == ("broken is shown no more: ZeroDivisionError: by a stranger",)
 
 
 def test_the_curve_of_a_long_recording_is_bounded():
-    fold = load_registry().live("readings", told())
+    fold = load_registry().live("readings", settings_of())
     screen = Screen()
     follow = Following([("r", fold)], run_of, screen)
     for event in recorded("1", 1.0, np.zeros(7 * 5000)):
         follow(event)
-    found, _ = screen.shown[-1]
-    assert 100 < len(found.figures[0].series[0].points) <= 400
+    findings, _ = screen.shown[-1]
+    assert 100 < len(findings.figures[0].series[0].points) <= 400
 
 
 class Ramp:
@@ -149,29 +150,29 @@ def test_curves_are_drawn_block_by_block_with_the_time_at_which_they_were_comple
         follow(event)
     assert fold.begun == [("1", {"load.current": 1.0}, {"a.b": 2.0})]
     assert [name for name, *_ in drawn] == ["1"] * 6
-    assert np.concatenate([each.series[""] for _, each, _ in drawn]).tolist() == VALUES.tolist()
+    assert np.concatenate([curve.series[""] for _, curve, _ in drawn]).tolist() == VALUES.tolist()
     # the event is as late as the last sample of its block, and the curve ended two samples before
     assert [at for *_, at in drawn] == pytest.approx([-0.02] * 6)
 
 
 def test_what_is_not_kept_is_drawn_and_enters_no_result():
-    drawn, screen, fold = [], Screen(), load_registry().live("readings", told())
+    drawn, screen, fold = [], Screen(), load_registry().live("readings", settings_of())
     follow = Following(
         [("ramp", Ramp()), ("readings", fold)], run_of, screen, lambda *curve: drawn.append(curve)
     )
     for event in (*recorded("1", 1.0, VALUES), *recorded("", 2.0, VALUES)):
         follow(event)
     assert [name for name, *_ in drawn] == ["1"] * 6 + [""] * 6
-    assert {each.place for found, _ in screen.shown for each in found.results} == {
+    assert {result.place for findings, _ in screen.shown for result in findings.results} == {
         "load.current = 1 A"
     }
 
 
 @pytest.mark.parametrize(
-    ("took_s", "draws", "whole"), [(1.0, True, 0), (0.01, True, 2), (1.0, False, 2)]
+    ("took_s", "draws", "shows"), [(1.0, True, 0), (0.01, True, 2), (1.0, False, 2)]
 )
 def test_findings_that_take_long_hold_up_no_curves_at_the_end_of_a_recording(
-    monkeypatch, took_s, draws, whole
+    monkeypatch, took_s, draws, shows
 ):
     """Two recordings of less than the time that one look at them takes."""
     now_s = 100.0
@@ -188,8 +189,8 @@ def test_findings_that_take_long_hold_up_no_curves_at_the_end_of_a_recording(
     follow = Following([("r", Slow())], run_of, screen, draw)
     for event in (*recorded("1", 1.0, VALUES), *recorded("2", 2.0, VALUES)):
         follow(event)
-    assert sum(is_whole for _, is_whole in screen.shown) == whole
-    assert len(screen.shown) == 1 + whole
+    assert sum(is_whole for _, is_whole in screen.shown) == shows
+    assert len(screen.shown) == 1 + shows
 
 
 class Snapshots(Ramp):
@@ -229,7 +230,7 @@ def test_curves_are_drawn_while_the_findings_of_a_snapshot_are_made():
     assert (len(drawn), fold.taken, screen.shown) == (6, 1, [])
     fold.may.set()
     until(lambda: screen.shown)
-    assert [found.notes for found, _ in screen.shown] == [("of 1 blocks",)]
+    assert [findings.notes for findings, _ in screen.shown] == [("of 1 blocks",)]
 
 
 def test_a_snapshot_of_which_no_findings_can_be_made_is_left_out_with_a_note():
@@ -237,15 +238,15 @@ def test_a_snapshot_of_which_no_findings_can_be_made_is_left_out_with_a_note():
         def snapshot(self):
             return lambda: 1 / 0
 
-    screen, fold = Screen(), load_registry().live("readings", told())
+    screen, fold = Screen(), load_registry().live("readings", settings_of())
     folds = [("broken", Broken()), ("readings", fold)]
     follow = Following(folds, run_of, screen, lambda *_: None)
     for event in recorded("1", 1.0, VALUES):
         follow(event)
-        until(lambda: not (follow._making and follow._making.is_alive()))
-    found, _ = screen.shown[-1]
-    assert found.notes == ("broken is shown no more: ZeroDivisionError: division by zero",)
-    assert [each.place for each in found.results] == ["load.current = 1 A"]
+        until(lambda: not (follow._thread and follow._thread.is_alive()))
+    findings, _ = screen.shown[-1]
+    assert findings.notes == ("broken is shown no more: ZeroDivisionError: division by zero",)
+    assert [result.place for result in findings.results] == ["load.current = 1 A"]
 
 
 def test_on_the_command_line_no_snapshot_is_taken():

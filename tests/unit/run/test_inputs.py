@@ -30,16 +30,16 @@ class Person(UnattendedAnswers):
         return question.unattended or "Zoë"
 
 
-def answered(given):
+def answered(inputs):
     person = Person()
-    return answer_inputs(LOADED, given, person), person.asked
+    return answer_inputs(LOADED, inputs, person), person.asked
 
 
 def test_what_is_not_given_is_asked():
-    values, asked = answered({"room": "24", "specimen": "SN-17"})
+    values, questions = answered({"room": "24", "specimen": "SN-17"})
 
     assert values == {"specimen": "SN-17", "room": "24 °C", "side": "left", "operator": "Zoë"}
-    assert asked == ["inputs.side", "inputs.operator"]
+    assert questions == ["inputs.side", "inputs.operator"]
 
 
 def test_without_an_unattended_answer_nobody_can_answer():
@@ -48,7 +48,7 @@ def test_without_an_unattended_answer_nobody_can_answer():
 
 
 @pytest.mark.parametrize(
-    ("given", "message", "hint"),
+    ("inputs", "message", "hint"),
     [
         ({"oprator": "me"}, "TEST-1 has no input 'oprator'", "did you mean 'operator'?"),
         ({"zzz": "me"}, "TEST-1 has no input 'zzz'", "it asks for: specimen, room, side, operator"),
@@ -57,10 +57,10 @@ def test_without_an_unattended_answer_nobody_can_answer():
          "did you mean 'left'?"),
     ],
 )  # fmt: skip
-def test_a_given_value_is_checked_before_anything_is_asked(given, message, hint):
+def test_a_given_value_is_checked_before_anything_is_asked(inputs, message, hint):
     person = Person()
     with pytest.raises(UsageError) as caught:
-        answer_inputs(LOADED, given, person)
+        answer_inputs(LOADED, inputs, person)
 
     assert (caught.value.message, caught.value.hint) == (message, hint)
     assert person.asked == []
@@ -116,7 +116,7 @@ def test_a_spoiled_file_of_answers(answers, text, line, message, hint):
 def test_all_that_is_wrong_with_answers_is_told_at_once(answers):
     path = answers("specimen: 17\nroom: 5 N\nzzz: a\n")
 
-    assert [each.field for each in problems_of(read_answers, path, LOADED)] == [
+    assert [problem.field for problem in problems_of(read_answers, path, LOADED)] == [
         "specimen",
         "room",
         "zzz",

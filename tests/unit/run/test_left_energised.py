@@ -62,14 +62,14 @@ def tester():
 def check(tester):
     """Look at the rig as a process does that has taken it."""
 
-    def looked(person, *roles, reads=True):
+    def check(person, *roles, reads=True):
         of_rig = marks(*roles)
         rig = Rig({"tester": tester, "room": Heater()}, SimulatedClock(), marks=of_rig)
         rig.connect()
         tester.calls.clear()
         return check_left(rig, of_rig, person, "press.yaml", reads=reads)
 
-    return looked
+    return check
 
 
 def marks(*roles):
@@ -146,10 +146,10 @@ def test_a_drive_that_cannot_be_read_back_is_not_safe(check, tester):
     person = Asked(allows=False)
     with pytest.raises(LeftAsItStandsError):
         check(person)
-    (told,) = person.told
-    assert "tester.load cannot be read back, safe is 0 N (" in told
-    assert "no answer" in told
-    assert "frequency" not in told
+    (warning,) = person.told
+    assert "tester.load cannot be read back, safe is 0 N (" in warning
+    assert "no answer" in warning
+    assert "frequency" not in warning
 
 
 def test_a_rig_that_stays_energised_starts_nothing(check, tester):
@@ -159,7 +159,7 @@ def test_a_rig_that_stays_energised_starts_nothing(check, tester):
     with pytest.raises(DeviceError, match="the rig is not safe: ") as error:
         check(person)
     assert "devices press.yaml --safe-by NAME" in error.value.hint
-    assert not any("was made safe now" in each for each in person.told)
+    assert not any("was made safe now" in text for text in person.told)
     assert not read_marker("press").safe_by
 
 

@@ -63,7 +63,7 @@ def lab(tmp_path):
     (tmp_path / "plugins" / "messages.py").write_text(PLUGIN, encoding="utf-8")
 
     def station(*listeners):
-        named = "".join(f"\n  - {each}" for each in listeners)
+        named = "".join(f"\n  - {listener}" for listener in listeners)
         return station_file(
             tmp_path,
             ("id: bench\n", f"id: bench\nplugins: plugins\nlisteners:{named}\n"),
@@ -78,10 +78,10 @@ def test_a_listener_is_told_of_the_run_from_its_start_to_its_end(lab):
     named = f"{{plugin: lab_messages, settings: {{file: {file}}}}}"
     finished = run(procedure_file(folder, "idle"), folder / "runs", station=station(named))
     assert finished.error is None
-    told = file.read_text().split()
-    assert (told[:2], told[-2:]) == (["RunPlanned", "RunStarted"], ["RunEnded", "RunFinished"])
-    assert told.count("StepStarted") == told.count("StepEnded") > 0
-    assert "Samples" in told
+    kinds = file.read_text().split()
+    assert (kinds[:2], kinds[-2:]) == (["RunPlanned", "RunStarted"], ["RunEnded", "RunFinished"])
+    assert kinds.count("StepStarted") == kinds.count("StepEnded") > 0
+    assert "Samples" in kinds
 
 
 def test_one_that_fails_is_dropped_and_the_run_goes_on(lab):
@@ -92,7 +92,7 @@ def test_one_that_fails_is_dropped_and_the_run_goes_on(lab):
     assert finished.error is None
     assert file.read_text().split() == ["RunPlanned"]
     assert no_listener_is_left()
-    alarms = [each.text for each in read(finished.folder).events if hasattr(each, "source")]
+    alarms = [event.text for event in read(finished.folder).events if hasattr(event, "source")]
     assert any(
         "lab_messages failed and was dropped: OSError: the network is gone" in text
         for text in alarms
@@ -116,7 +116,7 @@ def test_one_that_cannot_be_is_refused_where_it_is_named(lab, named, message):
 
 
 def no_listener_is_left():
-    return not [each for each in threading.enumerate() if each.name.startswith("listener ")]
+    return not [thread for thread in threading.enumerate() if thread.name.startswith("listener ")]
 
 
 def wait_until(holds, longest_s=60.0):
@@ -128,16 +128,16 @@ def wait_until(holds, longest_s=60.0):
 
 def test_one_that_hangs_holds_up_nothing():
     """Two events wait, one is with the listener; the run waits half a second for room, once."""
-    hang, taken = threading.Event(), []
+    hang, events = threading.Event(), []
 
     def sink(event):
-        taken.append(event)
+        events.append(event)
         hang.wait(60)
 
     detached = Detached("slow", sink, most_waiting=2)
     began = time.monotonic()
     detached("one")
-    wait_until(lambda: taken)
+    wait_until(lambda: events)
     detached("two")
     detached("three")
     assert detached._patience_s == listening.PATIENCE_S  # none of it is used up
@@ -147,7 +147,7 @@ def test_one_that_hangs_holds_up_nothing():
     assert time.monotonic() - began < 10.0
     hang.set()
     wait_until(no_listener_is_left)
-    assert taken == ["one"]
+    assert events == ["one"]
 
 
 def test_one_that_is_a_little_too_slow_is_dropped_and_sets_no_pace():
@@ -167,34 +167,34 @@ def test_one_that_is_a_little_too_slow_is_dropped_and_sets_no_pace():
 
 
 def test_what_comes_in_thousands_at_once_waits_its_turn():
-    taken, go_on = [], threading.Event()
+    events, go_on = [], threading.Event()
 
     def sink(event):
         go_on.wait(60)
-        taken.append(event)
+        events.append(event)
 
     detached = Detached("later", sink)
     for number in range(20_000):
         detached(number)
     go_on.set()
     detached.close()
-    assert taken == list(range(20_000))
+    assert events == list(range(20_000))
 
 
 def test_one_that_wants_to_close_is_closed_once_in_its_thread_also_after_a_failure():
-    told = []
+    events = []
 
     class Sink:
         def __init__(self, fails):
             self.fails = fails
 
         def __call__(self, event):
-            told.append(event)
+            events.append(event)
             if self.fails:
                 raise OSError("gone")
 
         def close(self):
-            told.append(threading.current_thread().name)
+            events.append(threading.current_thread().name)
             raise OSError("gone, too")
 
     for fails in (False, True):
@@ -202,36 +202,36 @@ def test_one_that_wants_to_close_is_closed_once_in_its_thread_also_after_a_failu
         detached("one")
         detached.close()
         wait_until(no_listener_is_left)
-    assert told == ["one", "listener closing"] * 2
+    assert events == ["one", "listener closing"] * 2
 
 
 def test_what_waits_at_the_end_is_still_handed_over():
-    taken = []
+    events = []
 
     def sink(event):
         time.sleep(0.01)
-        taken.append(event)
+        events.append(event)
 
     detached = Detached("late", sink)
     for number in range(20):
         detached(number)
     detached.close()
-    assert taken == list(range(20))
+    assert events == list(range(20))
     assert no_listener_is_left()
 
 
 def test_what_waits_for_a_listener_is_bounded_in_bytes_and_all_is_handed_over(monkeypatch):
-    taken, go_on = [], threading.Event()
+    events, go_on = [], threading.Event()
 
     def sink(event):
-        taken.append(event.seq)
+        events.append(event.seq)
         go_on.wait(60)
 
     stamp = {"monotonic_s": 0.0, "utc": "", "recording": "a"}
     block = Block(1e6, 0, 0.0, {"tester.torque": np.zeros(128_000)})
     detached = Detached("slow", sink, most_waiting=1600)  # a block counts as 401
     detached(Samples(seq=0, block=block, **stamp))
-    wait_until(lambda: taken)
+    wait_until(lambda: events)
     for seq in range(1, 5):
         detached(Samples(seq=seq, block=block, **stamp))
     with pytest.raises(TimeoutError, match="it does not keep up"):
@@ -280,4 +280,4 @@ def test_listeners_that_end_slowly_are_waited_for_at_once():
     with listeners_of(planned) as listeners:
         pass
     assert not together.broken
-    assert not any(each._thread.is_alive() for each in listeners.sinks)
+    assert not any(listener._thread.is_alive() for listener in listeners.sinks)

@@ -80,7 +80,7 @@ def test_an_ambiguous_or_unknown_run_says_which_there_are(runs):
 
 
 @pytest.mark.parametrize(
-    ("asked", "hint"),
+    ("path", "hint"),
     [
         ("stations.yaml", "did you mean 'station.yaml'?"),
         ("lab/statoin.yaml", "did you mean 'lab/station.yaml'?"),
@@ -89,13 +89,13 @@ def test_an_ambiguous_or_unknown_run_says_which_there_are(runs):
         ("lab", "YAML files in it: station.yaml"),
     ],
 )
-def test_a_mistyped_file_is_looked_for_where_it_would_be(tmp_path, monkeypatch, asked, hint):
+def test_a_mistyped_file_is_looked_for_where_it_would_be(tmp_path, monkeypatch, path, hint):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "lab").mkdir()
     for folder in (tmp_path, tmp_path / "lab"):
         (folder / "station.yaml").touch()
     with pytest.raises(UsageError) as caught:
-        find_station(asked)
+        find_station(path)
     assert caught.value.hint.replace("\\", "/") == hint
 
 

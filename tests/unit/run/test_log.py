@@ -9,10 +9,10 @@ FORGED = "SN-1\n2026-01-01T00:00:00Z run completed\x1b[8m"
 
 
 def test_a_text_of_several_lines_is_no_other_event(tmp_path):
-    known = {"seq": 1, "monotonic_s": 0.0, "utc": "2026-03-01T12:00:00Z"}
+    stamp = {"seq": 1, "monotonic_s": 0.0, "utc": "2026-03-01T12:00:00Z"}
     with RunLog(tmp_path / "run.log") as log:
-        log(Answer(**known, step="ask", text=FORGED, by="operator", into="specimen"))
-        log(Intervention(**known, action="stop", by="panel", subject="", reason=FORGED))
+        log(Answer(**stamp, step="ask", text=FORGED, by="operator", into="specimen"))
+        log(Intervention(**stamp, action="stop", by="panel", subject="", reason=FORGED))
     lines = (tmp_path / "run.log").read_text(encoding="utf-8").splitlines()
     assert [line for line in lines if line.startswith("2026-01-01")] == []
     assert len([line for line in lines if line.startswith("2026-03-01")]) == 2
@@ -21,11 +21,11 @@ def test_a_text_of_several_lines_is_no_other_event(tmp_path):
 
 def test_what_a_drive_reads_back_has_a_unit_that_can_be_read(tmp_path):
     """A monochromator in nm; a run file of 0.1.0 does not state the unit."""
-    known = {"seq": 1, "monotonic_s": 0.0, "utc": "2026-03-01T12:00:00Z"}
+    stamp = {"seq": 1, "monotonic_s": 0.0, "utc": "2026-03-01T12:00:00Z"}
     safe = {"what": "mono", "read_back": {"mono.wavelength": 5e-7, "mono.slit": 0.0}}
     with RunLog(tmp_path / "run.log") as log:
-        log(MadeSafe(**known, **safe, units={"mono.wavelength": "m", "mono.slit": "m"}))
-        log(MadeSafe(**known, **safe))
+        log(MadeSafe(**stamp, **safe, units={"mono.wavelength": "m", "mono.slit": "m"}))
+        log(MadeSafe(**stamp, **safe))
     now, before = (tmp_path / "run.log").read_text(encoding="utf-8").splitlines()
     assert now.endswith("mono is safe: read back mono.wavelength 500 nm, mono.slit 0 m")
     assert before.endswith("mono is safe: read back mono.wavelength 5e-07, mono.slit 0")

@@ -17,7 +17,7 @@ from rigrunner_bearings.api.torque import TorqueDetails
 
 @pytest.mark.thorough
 def test_block_by_block_a_run_has_the_numbers_that_it_has_in_memory(quick, monkeypatch):
-    whole, stored = analyse_run(quick.loaded, load_registry()), read(quick.loaded)
+    in_memory, stored = analyse_run(quick.loaded, load_registry()), read(quick.loaded)
     short_cycles(monkeypatch, 2000)
     monkeypatch.setattr("rigrunner.runfile.entry.IN_MEMORY", 0)
     longest, read_slice = [], StoredSamples.__getitem__
@@ -35,17 +35,17 @@ def test_block_by_block_a_run_has_the_numbers_that_it_has_in_memory(quick, monke
 
     monkeypatch.setattr(StoredSamples, "__getitem__", noted)
     monkeypatch.setattr(StoredSamples, "_unpacked", counted)
-    found = analyse_run(quick.loaded, load_registry())
-    assert 0 < max(longest) < 5000 < max(each.samples for each in stored.recordings)
+    result = analyse_run(quick.loaded, load_registry())
+    assert 0 < max(longest) < 5000 < max(recording.samples for recording in stored.recordings)
     assert unpacked, "and each channel once"
     assert all(count == samples for (_, samples), count in unpacked.items())
-    refuse_other_numbers(stored, found)
-    assert found.headline.value == pytest.approx(whole.headline.value, rel=1e-6)
-    assert [(each.name, each.ok, each.text) for each in found.checks] == [
-        (each.name, each.ok, each.text) for each in whole.checks
+    refuse_other_numbers(stored, result)
+    assert result.headline.value == pytest.approx(in_memory.headline.value, rel=1e-6)
+    assert [(check.name, check.ok, check.text) for check in result.checks] == [
+        (check.name, check.ok, check.text) for check in in_memory.checks
     ]
     for mine, other in zip(
-        *(TorqueDetails.of(each).loaded for each in (found, whole)), strict=True
+        *(TorqueDetails.of(each).loaded for each in (result, in_memory)), strict=True
     ):
         assert mine.peak_nm.tolist() == other.peak_nm.tolist()
         assert mine.spikes == other.spikes

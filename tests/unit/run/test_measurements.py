@@ -39,7 +39,7 @@ def test_values_come_back_with_their_setpoints(finished):
     assert finished.outcome is Outcome.COMPLETED, finished.reason
     data = open_run(finished.folder).data
 
-    assert [(one.name, one.setpoints) for one in data.measurements] == [
+    assert [(row.name, row.setpoints) for row in data.measurements] == [
         ("room", {}),
         ("rest", {"tester.load": 100.0}),
         ("rest", {"tester.load": 500.0}),

@@ -97,9 +97,9 @@ def test_what_a_driver_tells_is_in_the_log_the_record_and_what_show_shows(lab):
     assert called.code == ExitCode.PASS, called.err
     events = read(folder).events
     assert ("device oven", "heated for 7 s") in [
-        (one.step, one.text) for one in events if isinstance(one, Note)
+        (event.step, event.text) for event in events if isinstance(event, Note)
     ]
-    assert [(one.source, one.text) for one in events if isinstance(one, Alarm)] == [
+    assert [(event.source, event.text) for event in events if isinstance(event, Alarm)] == [
         ("device oven", "warning: fan at 900 rpm")
     ]
     log = (folder / "run.log").read_text("utf-8")
@@ -111,13 +111,14 @@ def test_what_a_driver_tells_is_in_the_log_the_record_and_what_show_shows(lab):
 def test_a_message_whose_values_do_not_fit_costs_nothing(lab):
     called, folder = lab('self.log.warning("%d of %d", "three")')
     assert called.code == ExitCode.PASS, called.err
-    assert any("%d of %d" in one.text for one in read(folder).events if isinstance(one, Alarm))
+    alarms = [event.text for event in read(folder).events if isinstance(event, Alarm)]
+    assert any("%d of %d" in text for text in alarms)
 
 
 def test_a_driver_that_tells_at_every_reading_does_not_fill_the_record(lab):
     called, folder = lab('[self.log.warning("again") for _ in range(5000)]')
     assert called.code == ExitCode.PASS, called.err
-    alarms = [one.text for one in read(folder).events if isinstance(one, Alarm)]
+    alarms = [event.text for event in read(folder).events if isinstance(event, Alarm)]
     assert len(alarms) == 1000
     assert alarms[-1] == "warning: 999 messages were logged; further ones are dropped"
 
@@ -128,9 +129,9 @@ def test_run_log_has_the_traceback_of_an_error(lab):
     log = (folder / "run.log").read_text("utf-8")
     assert "IndexError: list index out of range" in log
     assert "    Traceback (most recent call last):" in log
-    lines = [each for each in log.splitlines() if "Traceback" in each or "oven.py" in each]
+    lines = [line for line in log.splitlines() if "Traceback" in line or "oven.py" in line]
     assert len(lines) > 1
-    assert all(each.startswith("    ") for each in lines)  # no line looks like another event
+    assert all(line.startswith("    ") for line in lines)  # no line looks like another event
 
 
 SLOW = "time.sleep(1.5)"
@@ -146,6 +147,6 @@ def test_under_a_debugger_no_call_is_given_up_and_that_is_said_and_on_record(lab
     called, folder = lab(SLOW, "--debugger")
     assert called.code == ExitCode.PASS, called.err
     assert "WARNING: time limits are suspended for a debugger" in called.err
-    (told,) = [one for one in read(folder).events if isinstance(one, Intervention)]
-    assert (told.action, told.by) == ("suspend time limits", "option --debugger")
+    (intervention,) = [event for event in read(folder).events if isinstance(event, Intervention)]
+    assert (intervention.action, intervention.by) == ("suspend time limits", "option --debugger")
     assert "suspend time limits" in (folder / "run.log").read_text("utf-8")

@@ -55,8 +55,8 @@ def test_a_mismatch_is_refused_before_the_run_with_what_is_needed(
 
 def test_an_old_idle_run_is_refused(loaded_run):
     """Of the shift before: a support that stood still overnight has another friction."""
-    told = r"it is 9 h old, but at most 8 h is allowed \(max_age, .*yaml:\d+:\d+\)"
-    with pytest.raises(DataError, match=told):
+    message = r"it is 9 h old, but at most 8 h is allowed \(max_age, .*yaml:\d+:\d+\)"
+    with pytest.raises(DataError, match=message):
         loaded_run(clock=SimulatedClock(START + timedelta(hours=9)))
 
 
@@ -108,7 +108,7 @@ def test_a_damaged_idle_run_is_told_where_none_is_left(finished, tmp_path):
     _, idle, _ = finished
     copied = tmp_path / "runs" / idle.folder.name
     copied.mkdir(parents=True)
-    whole = (idle.folder / "run.h5").read_bytes()
-    (copied / "run.h5").write_bytes(whole[: len(whole) // 2])
+    content = (idle.folder / "run.h5").read_bytes()
+    (copied / "run.h5").write_bytes(content[: len(content) // 2])
     with pytest.raises(DataError, match=r"looked at and refused: .*it ends after"):
         run(procedure_file(tmp_path, "loaded"), tmp_path / "runs")

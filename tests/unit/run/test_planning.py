@@ -22,8 +22,8 @@ def record(name, *, simulated):
     def factory(settings, context):
         raise NotImplementedError
 
-    made = DeviceRecord(name=name, help="", factory=factory, simulated=simulated)
-    return Plugin("device", made, Provider("lab", ""))
+    record = DeviceRecord(name=name, help="", factory=factory, simulated=simulated)
+    return Plugin("device", record, Provider("lab", ""))
 
 
 REGISTRY = Registry(
@@ -69,9 +69,9 @@ def test_what_is_wrong_with_both_files_is_told_at_once(lab, tmp_path):
     text = (lab / "procedures" / "room_temperature.yaml").read_text(encoding="utf-8")
     procedure.write_text(text.replace("title:", "titel:"), encoding="utf-8")
     station.write_text(TEXT.replace("title:", "titel:"), encoding="utf-8")
-    with pytest.raises(InvalidFileError) as told:
+    with pytest.raises(InvalidFileError) as raised:
         planned_run(procedure, station)
-    files = {problem.location.file for problem in told.value.problems}
+    files = {problem.location.file for problem in raised.value.problems}
     assert files == {str(procedure), str(station)}
 
 

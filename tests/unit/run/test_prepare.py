@@ -24,8 +24,8 @@ def test_all_problems_are_told_at_once_whatever_finds_them(tmp_path):
         ("{of: torque, max", "{of: torqe, max"),
         ("rule: guard_band_u", "rule: guard_bandu"),
     )
-    found = problems_of(procedure, station_file(tmp_path))
-    assert set(found) == {
+    problems = problems_of(procedure, station_file(tmp_path))
+    assert set(problems) == {
         "setup[2].zero.channel",
         "main[0].set.tester.load",
         "acceptance.limits[0].of",
@@ -87,9 +87,9 @@ def faulty_station(folder, settings):
 )
 def test_a_wrapped_device_is_checked_as_any_other(tmp_path, settings, field, message):
     station = faulty_station(tmp_path, settings)
-    found = problems_of(procedure_file(tmp_path, "idle"), station)
-    assert set(found) == {f"devices.tester.{field}"}
-    assert message in found[f"devices.tester.{field}"]
+    problems = problems_of(procedure_file(tmp_path, "idle"), station)
+    assert set(problems) == {f"devices.tester.{field}"}
+    assert message in problems[f"devices.tester.{field}"]
 
 
 def test_a_wrapper_is_simulated_if_what_it_wraps_is():

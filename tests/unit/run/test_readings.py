@@ -85,14 +85,14 @@ def test_they_are_kept_beside_the_numbers(passed):
         ReadingLimit("box.firmware", ("FW2.1", "FW2.2")),
         ReadingLimit("box.door", (True,)),
     )
-    assert [each.passes for each in row.decisions] == [True, True, True]
+    assert [decision.passes for decision in row.decisions] == [True, True, True]
 
 
 def test_they_come_back_from_the_journal(passed):
-    (event,) = (each for each in read(passed).events if isinstance(each, StepEnded))
+    (event,) = (event for event in read(passed).events if isinstance(event, StepEnded))
     again = codec.event_unpacked(codec.event_record(event)[1])
     assert again == event
-    assert {type(each) for each in again.readings.values()} == {str, bool, tuple}
+    assert {type(reading) for reading in again.readings.values()} == {str, bool, tuple}
 
 
 def test_viewers_find_columns(passed):
@@ -108,22 +108,22 @@ def test_viewers_find_columns(passed):
 def test_a_reading_that_is_not_what_it_has_to_be_fails_the_run(failed):
     called, folder = failed
     assert "out of limits: box.door is yes, expected no" in called.err
-    (missed,) = (each for each in read(folder).events if isinstance(each, LimitMissed))
+    (missed,) = (event for event in read(folder).events if isinstance(event, LimitMissed))
     assert missed.text == "box.door is yes, expected no"
     document = json.loads((folder / "result.json").read_text(encoding="utf-8"))
     assert document["verdict"]["verdict"] == "fail"
-    by_name = {each["of"]: each for each in document["limits"]["values"]}
+    by_name = {limit["of"]: limit for limit in document["limits"]["values"]}
     assert (by_name["box.door"]["shown"], by_name["box.door"]["allowed"]) == ("yes", "no")
     assert by_name["box.firmware"]["verdict"] == "pass"
 
 
 def test_show_and_report_have_them(failed):
     folder = failed[1]
-    shown = call("show", folder.name, "--runs", folder.parent).out
-    assert "FW2.1" in shown
-    assert "0.0015, 0.0025, 0.0035" in shown
-    assert "box.firmware: limit FW2.1 or FW2.2" in shown
-    assert "FAIL: box.door" in shown
+    output = call("show", folder.name, "--runs", folder.parent).out
+    assert "FW2.1" in output
+    assert "0.0015, 0.0025, 0.0035" in output
+    assert "box.firmware: limit FW2.1 or FW2.2" in output
+    assert "FAIL: box.door" in output
     report = (folder / "report.html").read_text(encoding="utf-8")
     assert "FW2.1 or FW2.2" in report
     assert "0.0015, 0.0025, 0.0035" in report
@@ -133,11 +133,11 @@ def test_the_digest_covers_them(passed, tmp_path):
     station = STATION.replace("FW2.1;", "FW2.2;")
     (tmp_path / "station.yaml").write_text(station, encoding="utf-8")
     (tmp_path / "p.yaml").write_text(PROCEDURE, encoding="utf-8")
-    known = ("--unattended", "--runs", tmp_path / "runs")
-    call("run", tmp_path / "p.yaml", "--station", tmp_path / "station.yaml", *known)
-    (other,) = (tmp_path / "runs").iterdir()
-    assert read(other).measurements[0].readings["box.firmware"] == "FW2.2"
-    assert read(other).digest != read(passed).digest
+    options = ("--unattended", "--runs", tmp_path / "runs")
+    call("run", tmp_path / "p.yaml", "--station", tmp_path / "station.yaml", *options)
+    (second,) = (tmp_path / "runs").iterdir()
+    assert read(second).measurements[0].readings["box.firmware"] == "FW2.2"
+    assert read(second).digest != read(passed).digest
 
 
 REFUSED = [

@@ -65,7 +65,7 @@ def test_a_result_that_cannot_be_written_whole_leaves_the_file_before_it(tmp_pat
     monkeypatch.setattr(Path, "write_text", lambda path, text, **_: half(path, text.encode()))
     with pytest.raises(DataError, match="No space left on device"):
         _write_result(tmp_path, {"rigrunner": "result/1", "verdict": "PASS"})
-    assert [each.name for each in tmp_path.iterdir()] == ["result.json"]
+    assert [path.name for path in tmp_path.iterdir()] == ["result.json"]
     assert (tmp_path / "result.json").read_bytes() == b"{}"
 
 
@@ -99,10 +99,10 @@ def test_online_stored_and_library_analysis_agree_to_the_last_digit(finished):
 def test_the_analysis_never_sees_the_truth(finished):
     _, _, loaded = finished
     data = open_run(loaded.folder).data
-    seen = [*data.zeros, *data.inputs]
+    names = [*data.zeros, *data.inputs]
     for recording in data.recordings:
-        seen += [*recording.channels, *recording.conditions, *recording.setpoints]
-    assert not [name for name in seen if "truth" in name or "starting" in name]
+        names += [*recording.channels, *recording.conditions, *recording.setpoints]
+    assert not [name for name in names if "truth" in name or "starting" in name]
 
 
 @pytest.mark.usefixtures("drawn_figures")
@@ -213,10 +213,10 @@ def test_ctrl_c_after_the_end_of_a_run_leaves_it_sealed(tmp_path, monkeypatch, w
     if where == "in the analysis":
         analyse_stored = finish.analyse_stored
 
-        def analysed(*given, progress, **more):
+        def analysed(*args, progress, **more):
             press()
             progress("recordings", 1, 5)
-            return analyse_stored(*given, **more)
+            return analyse_stored(*args, **more)
 
         monkeypatch.setattr(finish, "analyse_stored", analysed)
     procedure = quick_procedure(tmp_path, "no_load_inertia_sweep")
@@ -241,8 +241,8 @@ def test_an_interrupt_during_the_analysis_still_seals_what_was_measured(tmp_path
 
 def test_the_report_tells_what_was_asked_and_answered(finished):
     _, _, loaded = finished
-    told = [event["text"] for event in report_input(loaded.folder, load_registry()).events]
-    assert any("guards closed. — yes (unattended answer" in text for text in told)
+    texts = [event["text"] for event in report_input(loaded.folder, load_registry()).events]
+    assert any("guards closed. — yes (unattended answer" in text for text in texts)
 
 
 @pytest.mark.thorough

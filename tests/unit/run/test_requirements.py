@@ -130,15 +130,15 @@ def test_what_the_analysis_needs_is_refused_in_time_with_its_place(case, tmp_pat
         tmp_path / "p.yaml",
         **{str(i): change for i, change in enumerate(changes)},
     )
-    found = refusals(path, find_station(STATIONS.get(name, "simulated")))
-    told = {problem.message: problem for problem in found}
+    problems = refusals(path, find_station(STATIONS.get(name, "simulated")))
+    by_message = {problem.message: problem for problem in problems}
 
-    assert message in told, list(told)
+    assert message in by_message, list(by_message)
     text = path.read_text(encoding="utf-8")
     before = text[: text.index(finger)]
     line, column = before.count("\n") + 1, len(before) - before.rfind("\n")
-    assert str(told[message].location) == f"{path}:{line}:{column}"
-    assert told[message].hint
+    assert str(by_message[message].location) == f"{path}:{line}:{column}"
+    assert by_message[message].hint
 
 
 def test_too_few_samples_in_a_cycle_are_refused(tmp_path):

@@ -68,8 +68,8 @@ def run(tmp_path_factory):
 
 def test_coordinates_of_results_come_back_as_they_were_written(run):
     document = json.loads((run / "result.json").read_text(encoding="utf-8"))
-    found = [each["coordinates"]["bench.temperature"] for each in document["results"]]
-    assert found == [
+    coordinates = [result["coordinates"]["bench.temperature"] for result in document["results"]]
+    assert coordinates == [
         {"value": 70.0, "unit": "°F"},
         {"value": 21.0, "unit": "°C"},
         {"value": 300.0, "unit": "K"},
@@ -77,22 +77,22 @@ def test_coordinates_of_results_come_back_as_they_were_written(run):
 
 
 def test_report_and_show_have_them_and_the_columns_as_written(run):
-    shown = call("show", run.name, "--runs", run.parent).out
+    output = call("show", run.name, "--runs", run.parent).out
     report = (run / "report.html").read_text(encoding="utf-8")
-    assert "bench.probe / °F  bench.drag / in·lbf" in shown
+    assert "bench.probe / °F  bench.drag / in·lbf" in output
     for text in ("bench.probe / °F", "bench.drag / in·lbf"):
         assert text in report
-    rows = [line.split()[:4] for line in shown.splitlines() if line.endswith("pass")]
-    measured = [each for each in rows if each[:1] in (["70"], ["21"], ["300"])]
+    rows = [line.split()[:4] for line in output.splitlines() if line.endswith("pass")]
+    measured = [row for row in rows if row[:1] in (["70"], ["21"], ["300"])]
     assert measured == [
         ["70", "°F", "70.5", "8.0"],
         ["21", "°C", "70.2", "8.2"],
         ["300", "K", "80.6", "8.4"],
     ]
     for place in PLACES:
-        assert f"drag at bench.temperature = {place}" in shown
+        assert f"drag at bench.temperature = {place}" in output
     limited = "drag at bench.temperature = 21 °C pass: 8.200 ± 0.095 in·lbf against ≤ 8.5 in·lbf"
-    assert limited in " ".join(shown.split())
+    assert limited in " ".join(output.split())
 
 
 def test_the_file_has_value_and_unit_beside_si(run):

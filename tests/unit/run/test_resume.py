@@ -54,20 +54,20 @@ def document(finished):
 
 def numbers(content):
     """Return all numbers of a result document by place, without those of the files themselves."""
-    found = {}
+    paths = {}
 
     def walk(value, path):
         if isinstance(value, dict):
-            for name, each in value.items():
-                walk(each, (*path, name))
+            for name, item in value.items():
+                walk(item, (*path, name))
         elif isinstance(value, list):
-            for index, each in enumerate(value):
-                walk(each, (*path, index))
+            for index, item in enumerate(value):
+                walk(item, (*path, index))
         elif isinstance(value, float):
-            found[path] = value
+            paths[path] = value
 
     walk(content, ())
-    return found
+    return paths
 
 
 @pytest.fixture(scope="module")
@@ -111,12 +111,12 @@ def test_a_resumed_run_gives_the_numbers_of_one_that_was_never_interrupted(third
 def test_nothing_that_was_finished_is_recorded_again(third):
     before, whole, resumed = third
     after = read(resumed.folder)
-    assert [one.name for one in before.recordings] == ["001_8Hz", "002_15Hz"]
-    names = [one.name for one in after.recordings]
+    assert [recording.name for recording in before.recordings] == ["001_8Hz", "002_15Hz"]
+    names = [recording.name for recording in after.recordings]
     assert names == ["001_8Hz", "002_15Hz", "003_15Hz_try2", "004_25Hz", "005_35Hz"]
-    (kept,) = after.incomplete
-    assert kept.name == "003_15Hz"
-    assert kept.samples == before.incomplete[0].samples > 0
+    (part,) = after.incomplete
+    assert part.name == "003_15Hz"
+    assert part.samples == before.incomplete[0].samples > 0
     for mine, other in zip(after.recordings, read(whole.folder).recordings, strict=True):
         for channel, values in other.channels.items():
             assert (mine.channels[channel] == values).all(), (mine.name, channel)
@@ -132,7 +132,7 @@ def test_the_seam_is_on_record_with_time_person_and_what_was_made_before(third):
     assert before.info.ended_utc in resume_at.subject
     with h5py.File(resumed.folder / "run.h5") as file:
         recordings = [*file["entry/recordings"].values(), *file["entry/incomplete"].values()]
-        parts = {one.attrs["name"]: int(one.attrs["part"]) for one in recordings}
+        parts = {recording.attrs["name"]: int(recording.attrs["part"]) for recording in recordings}
     assert parts == {
         "001_8Hz": 1, "002_15Hz": 1, "003_15Hz": 1, "003_15Hz_try2": 2, "004_25Hz": 2, "005_35Hz": 2
     }  # fmt: skip
@@ -140,8 +140,8 @@ def test_the_seam_is_on_record_with_time_person_and_what_was_made_before(third):
 
 def test_a_resumed_run_verifies(third):
     _, _, resumed = third
-    found = verify_run(resumed.folder, load_registry())
-    assert found.matches, found
+    verification = verify_run(resumed.folder, load_registry())
+    assert verification.matches, verification
 
 
 def test_setup_and_zero_are_done_again_and_each_recording_has_its_own_zero(killed):
@@ -183,12 +183,12 @@ def test_a_run_can_be_resumed_wherever_it_was_interrupted(everywhere, instant):
     resumed = take_up(killed)
     assert resumed.outcome is Outcome.COMPLETED
     assert resumed.exit_code is ExitCode.PASS
-    after, wanted = read(resumed.folder), read(whole.folder)
-    assert len(after.recordings) == len(wanted.recordings) == 5
+    after, uninterrupted = read(resumed.folder), read(whole.folder)
+    assert len(after.recordings) == len(uninterrupted.recordings) == 5
     assert after.info.sealed
     assert resumed.report.exists()
-    done = [one.name.partition("_try")[0] for one in after.recordings]
-    assert done == [one.name for one in wanted.recordings]
+    done = [recording.name.partition("_try")[0] for recording in after.recordings]
+    assert done == [recording.name for recording in uninterrupted.recordings]
 
 
 def test_a_run_may_be_interrupted_again_and_again(killed, tmp_path):
@@ -203,25 +203,23 @@ def test_a_run_may_be_interrupted_again_and_again(killed, tmp_path):
 
 
 def test_a_changed_procedure_is_refused_with_what_differs(killed, origin, tmp_path):
-    other = changed(origin, tmp_path, "idle.yaml", "15 Hz", "16 Hz")
+    file = changed(origin, tmp_path, "idle.yaml", "15 Hz", "16 Hz")
     with pytest.raises(DataError, match=r"the procedure in line \d+ was '.*15 Hz.*', is '.*16 Hz"):
-        resumable(killed, procedure=other)
+        resumable(killed, procedure=file)
 
 
 def test_a_changed_station_is_refused_with_what_differs(killed, origin, tmp_path):
-    other = changed(origin, tmp_path, "station.yaml", "{seed: 1}", "{seed: 2}")
+    file = changed(origin, tmp_path, "station.yaml", "{seed: 1}", "{seed: 2}")
     with pytest.raises(DataError, match=r"the station in line \d+ was '.*seed: 1.*seed: 2"):
-        resumable(killed, station=other)
+        resumable(killed, station=file)
 
 
 def test_plugins_of_a_station_that_a_run_names_are_not_run_unasked(killed, origin, tmp_path):
-    other = changed(
-        origin, tmp_path, "station.yaml", "devices:\n", "plugins: plugins\n\ndevices:\n"
-    )
-    stored = named(read(killed), station=other)
+    file = changed(origin, tmp_path, "station.yaml", "devices:\n", "plugins: plugins\n\ndevices:\n")
+    stored = named(read(killed), station=file)
     with pytest.raises(UsageError, match="plugins of its own") as caught:
         run_files(stored, None, None)
-    assert f"--station {other}" in caught.value.hint
+    assert f"--station {file}" in caught.value.hint
 
 
 def test_another_version_of_a_package_is_refused(killed, monkeypatch):
@@ -232,14 +230,14 @@ def test_another_version_of_a_package_is_refused(killed, monkeypatch):
 
 def test_another_instrument_is_refused_and_the_rig_is_let_go(killed):
     journal = killed / "journal" / "events.journal"
-    found = resumable(killed)
-    other = {**found.stored.header.provenance, "device tester": "ACME tester 7"}
-    info = found.stored.info
-    info = replace(info, header=replace(info.header, provenance=other))
-    found = replace(found, stored=replace(found.stored, info=info))
+    run = resumable(killed)
+    provenance = {**run.stored.header.provenance, "device tester": "ACME tester 7"}
+    info = run.stored.info
+    info = replace(info, header=replace(info.header, provenance=provenance))
+    run = replace(run, stored=replace(run.stored, info=info))
     before = journal.read_bytes()
     with pytest.raises(DataError, match="device tester was ACME tester 7, is Tests"):
-        resume(found, answers=UnattendedAnswers(), stop=threading.Event())
+        resume(run, answers=UnattendedAnswers(), stop=threading.Event())
     assert journal.read_bytes() == before
 
 
@@ -269,14 +267,14 @@ def test_a_run_that_is_going_on_is_neither_resumed_nor_recovered(killed):
 
 
 def test_a_run_holds_its_folder_until_it_is_sealed(tmp_path):
-    seen = []
+    looks = []
 
     def look(event):
-        seen.append((is_in_progress(next((tmp_path / "runs").iterdir())), type(event)))
+        looks.append((is_in_progress(next((tmp_path / "runs").iterdir())), type(event)))
         return isinstance(event, RunEnded)
 
     _, whole = interrupted(tmp_path, look, **files(tmp_path))
-    assert {held for held, _ in seen} == {True}
+    assert {locked for locked, _ in looks} == {True}
     assert not (whole.folder / "run.lock").exists()
 
 
@@ -287,7 +285,8 @@ def test_recover_closes_a_run_as_it_is(killed):
     assert stored.info.outcome == "aborted"
     assert "A. Jones: the bearing seized" in stored.info.reason
     assert stored.digest == before.digest
-    assert [one.samples for one in stored.incomplete] == [one.samples for one in before.incomplete]
+    samples = [part.samples for part in before.incomplete]
+    assert [part.samples for part in stored.incomplete] == samples
     assert verify_run(killed, load_registry()).matches
     with pytest.raises(DataError, match="has ended and is sealed"):
         recover(killed, resumable, "A. Jones")
@@ -333,10 +332,10 @@ def test_a_run_whose_recording_could_not_be_folded_goes_on_and_tells_its_former_
     assert resumed.outcome is Outcome.COMPLETED
     stored = read(resumed.folder)
     assert len(stored.recordings) == 5
-    former = next(one for one in stored.events if isinstance(one, RunEnded))
+    former = next(event for event in stored.events if isinstance(event, RunEnded))
     assert "No space left" in former.reason
     assert former.read_back["tester.load"] == 0.0
-    resume_at = next(one for one in stored.events if isinstance(one, Intervention))
+    resume_at = next(event for event in stored.events if isinstance(event, Intervention))
     assert "No space left" in resume_at.subject
     assert verify_run(resumed.folder, load_registry()).matches
 
@@ -349,7 +348,7 @@ def test_recover_leaves_a_run_that_could_not_be_kept_its_reason(unkept):
     stored = recover(unkept, None, "A. Jones")
     assert (stored.info.sealed, stored.info.outcome) == (True, "error")
     assert "No space left" in stored.info.reason
-    assert [one.name for one in stored.recordings] == ["001_8Hz", "002_15Hz"]
+    assert [recording.name for recording in stored.recordings] == ["001_8Hz", "002_15Hz"]
 
 
 def test_a_run_whose_device_was_lost_in_a_recording_is_resumed_to_its_end(tmp_path):
@@ -365,8 +364,8 @@ def test_a_run_whose_device_was_lost_in_a_recording_is_resumed_to_its_end(tmp_pa
     assert not ended.sealed
     before = read(ended.folder)
     assert before.events[-1].resumable
-    kept = [one.name for one in before.recordings]
-    assert len(kept) == 3
+    names = [recording.name for recording in before.recordings]
+    assert len(names) == 3
     (listed,) = list_runs(ended.folder.parent)
     assert listed.is_interrupted
 
@@ -375,7 +374,7 @@ def test_a_run_whose_device_was_lost_in_a_recording_is_resumed_to_its_end(tmp_pa
     after = read(resumed.folder)
     assert len(after.recordings) == 5
     for one in before.recordings:
-        same = next(each for each in after.recordings if each.name == one.name)
+        same = next(recording for recording in after.recordings if recording.name == one.name)
         assert same.samples == one.samples
-    former = next(one for one in after.events if isinstance(one, RunEnded))
+    former = next(event for event in after.events if isinstance(event, RunEnded))
     assert former.outcome is Outcome.ERROR

@@ -52,10 +52,11 @@ def own_locks(tmp_path, monkeypatch):
 def planned(folder, station_id="press-1", *, simulated=False):
     folder.mkdir(exist_ok=True)
     station = station_file(folder, ("id: bench", f"id: {station_id}"))
-    found = plan_run(
+    planned = plan_run(
         procedure_file(folder, "idle"), station, load_registry(), SimulatedClock(START)
     )
-    return found if simulated else dataclasses.replace(found, registry=RealDevices(found.registry))
+    registry = planned.registry if simulated else RealDevices(planned.registry)
+    return dataclasses.replace(planned, registry=registry)
 
 
 def test_a_rig_in_use_is_refused_naming_who_has_it(tmp_path):

@@ -55,7 +55,7 @@ def hit(copied):
     """Damage the second recording's torque; return the names of the others, and the bytes."""
     sealed = copied / "run.h5"
     with h5py.File(sealed) as file:
-        names = sorted(each.attrs["name"] for each in file["entry/recordings"].values())
+        names = sorted(recording.attrs["name"] for recording in file["entry/recordings"].values())
     content = flip(sealed, samples_at(sealed, f"entry/recordings/_{names[1]}/tester_torque"), 3)
     return names, content
 
@@ -73,22 +73,22 @@ def test_show_says_which_recording_is_damaged_and_which_are_sound(copied):
 
 def test_what_is_sound_is_saved_in_a_new_run_that_says_what_is_lost(copied, tester_runs):
     names, content = hit(copied)
-    whole = {each.name: each for each in read(tester_runs.loaded).recordings}
+    intact = {recording.name: recording for recording in read(tester_runs.loaded).recordings}
     done = call("recover", copied, "--salvage", "--by", "A. Jones", "--reason", "bad sector")
     assert done.code == ExitCode.PASS, done.err
 
     new = copied.with_name(f"{copied.name}_salvaged")
     saved = read(new)
-    assert [each.name for each in saved.recordings] == [names[0], *names[2:]]
-    assert all(same(each, whole[each.name]) for each in saved.recordings)
+    assert [recording.name for recording in saved.recordings] == [names[0], *names[2:]]
+    assert all(same(recording, intact[recording.name]) for recording in saved.recordings)
     assert "tare" in saved.partners
     assert saved.result_document is None
     assert saved.info.outcome == "error"
-    known = saved.header.salvaged
-    assert known["file"] == f"{copied.name}/run.h5"
-    assert known["sha256"] == damaged_run(copied).sha256
-    assert known["by"] == "A. Jones"
-    assert [name for name in known if name.startswith("lost ")] == [
+    salvaged = saved.header.salvaged
+    assert salvaged["file"] == f"{copied.name}/run.h5"
+    assert salvaged["sha256"] == damaged_run(copied).sha256
+    assert salvaged["by"] == "A. Jones"
+    assert [name for name in salvaged if name.startswith("lost ")] == [
         f"lost /entry/recordings/_{names[1]}/tester_torque"
     ]
     assert (copied / "run.h5").read_bytes() == content, "the damaged file was written to"
@@ -126,7 +126,7 @@ def test_a_salvage_that_fails_leaves_nothing_and_can_be_done_again(copied, monke
         patched.setattr("rigrunner.runfile.salvage.write_manifest", full)
         with pytest.raises(DataError, match="cannot write"):
             salvage(copied, SimulatedClock(START), "A. Jones")
-    assert [each.name for each in copied.parent.iterdir()] == [copied.name]
+    assert [path.name for path in copied.parent.iterdir()] == [copied.name]
     assert salvage(copied, SimulatedClock(START), "A. Jones").is_dir()
 
 
@@ -144,7 +144,7 @@ def test_what_the_manifest_alone_protects_is_not_taken_for_sound(copied):
 
 @pytest.mark.thorough
 def test_bits_flipped_anywhere_cost_what_they_hit_and_the_file_stays(copied, tester_runs):
-    whole = {each.name: each for each in read(tester_runs.loaded).recordings}
+    intact = {recording.name: recording for recording in read(tester_runs.loaded).recordings}
     original = (copied / "run.h5").read_bytes()
     rng = random.Random(19)  # noqa: S311  (seeded, to be repeated)
     saved_at_all = 0
@@ -164,12 +164,12 @@ def test_bits_flipped_anywhere_cost_what_they_hit_and_the_file_stays(copied, tes
         finally:
             assert (copied / "run.h5").read_bytes() == content
         saved = read(new)
-        kept = {each.name for each in saved.recordings}
+        names = {recording.name for recording in saved.recordings}
         lost = [name for name in saved.header.salvaged if name.startswith("lost ")]
         assert lost
-        assert all(same(each, whole[each.name]) for each in saved.recordings)
-        for name in whole.keys() - kept:
-            assert any(f"/recordings/_{name}" in each for each in lost), (name, lost)
+        assert all(same(recording, intact[recording.name]) for recording in saved.recordings)
+        for name in intact.keys() - names:
+            assert any(f"/recordings/_{name}" in entry for entry in lost), (name, lost)
         saved_at_all += 1
         shutil.rmtree(new)
     assert saved_at_all >= FLIPS / 2

@@ -17,16 +17,16 @@ def document(*values, note=""):
         "headline": {"method": None, "compensated": None},
         "decision": None,
         "checks": [],
-        "points": [{"at": 5.0, "value": each, "note": note} for each in values],
+        "points": [{"at": 5.0, "value": value, "note": note} for value in values],
         "fits": [],
     }
 
 
 def results(read):
-    for each in read["points"]:
-        noted = {"note": each["note"]} if each["note"] else {}
-        estimate = {"value": each["value"], "unit": "V", "expanded_uncertainty_95": 0.1, **noted}
-        at = {"current": {"value": each["at"], "unit": "A"}}
+    for point in read["points"]:
+        noted = {"note": point["note"]} if point["note"] else {}
+        estimate = {"value": point["value"], "unit": "V", "expanded_uncertainty_95": 0.1, **noted}
+        at = {"current": {"value": point["at"], "unit": "A"}}
         yield {"name": "wear", "coordinates": at, "estimate": estimate}
 
 
@@ -51,8 +51,8 @@ def reader():
 
 def test_a_package_reads_its_own_keys(installed, reader):
     installed(reader)
-    (found,) = results_in(document(1.5))
-    assert (found["name"], found["estimate"]["value"]) == ("wear", 1.5)
+    (result,) = results_in(document(1.5))
+    assert (result["name"], result["estimate"]["value"]) == ("wear", 1.5)
     assert results_in(document(1.5, note=" from scatter alone")) == []
     places = [name for name, _ in estimates_of_packages(document(1.5, 1.6))]
     assert places == ["at 5 A", "at 5 A (2)"]

@@ -51,13 +51,13 @@ def station(station_id, more="", role="psu"):
 
 def test_another_station_of_the_same_instrument_is_refused_naming_who_has_it():
     one, other = Said("tcp:localhost:5025"), Said("tcp:127.0.0.1:5025")
-    told = (
+    message = (
         r"the instrument of 'supply' at tcp:127\.0\.0\.1:5025 is in use:"
         r" WEAR on station first, process \d+"
     )
     with (
         station_lock(station("first"), one, "WEAR"),
-        pytest.raises(DeviceError, match=told),
+        pytest.raises(DeviceError, match=message),
         station_lock(station("second", role="supply"), other, "jog supply"),
     ):
         pass
@@ -82,10 +82,10 @@ def test_two_roles_of_one_instrument_are_one_lock():
 
 
 def test_what_a_station_says_to_be_shared_is_not_locked():
-    both = Said("tcp:127.0.0.1:5025")
+    instrument = Said("tcp:127.0.0.1:5025")
     with (
-        station_lock(station("first", ", shared: yes"), both, "WEAR"),
-        station_lock(station("second", ", shared: yes"), both, "WEAR"),
+        station_lock(station("first", ", shared: yes"), instrument, "WEAR"),
+        station_lock(station("second", ", shared: yes"), instrument, "WEAR"),
     ):
         pass
 
@@ -97,9 +97,9 @@ def test_an_instrument_that_another_station_left_energised_is_refused_until_it_i
         owner = marks.owner
     left = RigMarks(owner, ["psu"])
     left._add(DriveMark("psu.voltage", "V", 0.0, 40.0))
-    told = r"'psu' at tcp:127.* is not known to be safe: .*left energised by WEAR.*psu.voltage 40 V"
+    text = r"'psu' at tcp:127.* is not known to be safe: .*left energised by WEAR.*psu.voltage 40 V"
     with (
-        pytest.raises(DeviceError, match=told) as caught,
+        pytest.raises(DeviceError, match=text) as caught,
         station_lock(station("second"), where, "jog"),
     ):
         pass
@@ -166,9 +166,9 @@ def test_from_the_command_line_a_second_station_of_one_supply_is_refused(tmp_pat
     """As it was found: a jog by another station's file moved the device in mid-run."""
     lab = SupplyLab(tmp_path / "lab")
     other = lab.add_station("other.yaml", "other")
-    found = load_station(lab.station)
-    registry = with_lab_plugins(load_registry(), found, lab.folder)
-    with station_lock(found, registry, "STEPS"):
+    station = load_station(lab.station)
+    registry = with_lab_plugins(load_registry(), station, lab.folder)
+    with station_lock(station, registry, "STEPS"):
         called = call("jog", other, "psu", "--set", "voltage=5 V", "--log", lab.folder / "jog.log")
     assert called.code == ExitCode.DEVICE
     assert "the instrument of 'psu' at file:supply.json" in called.err
@@ -179,20 +179,20 @@ def test_from_the_command_line_a_second_station_of_one_supply_is_refused(tmp_pat
 @pytest.mark.skipif(sys.platform == "win32", reason="as the e2e tests of the supply")
 def test_the_kit_marks_the_rig_of_a_station_while_it_drives_it(tmp_path):
     lab = SupplyLab(tmp_path / "lab")
-    seen = []
+    states = []
     with bound_subject(lab.station, "psu", "supply") as subject:
         with subject.connected() as device:
             device.set("voltage", 20.0)
-            seen.append(read_marker("supply").set_points)
-        seen.append(read_marker("supply"))
-    assert seen == ["psu.voltage at an unknown value, psu.speed at an unknown value", None]
+            states.append(read_marker("supply").set_points)
+        states.append(read_marker("supply"))
+    assert states == ["psu.voltage at an unknown value, psu.speed at an unknown value", None]
 
 
 def test_the_kit_drives_no_rig_that_was_left_energised(tmp_path):
     lab = SupplyLab(tmp_path / "lab")
-    found = load_station(lab.station)
-    registry = with_lab_plugins(load_registry(), found, lab.folder)
-    with station_lock(found, registry, "STEPS") as marks:
+    station = load_station(lab.station)
+    registry = with_lab_plugins(load_registry(), station, lab.folder)
+    with station_lock(station, registry, "STEPS") as marks:
         marks._add(DriveMark("psu.voltage", "V", 0.0, 40.0))
     with (
         pytest.raises(DeviceError, match="left energised by STEPS"),

@@ -65,11 +65,11 @@ def run(tape, procedure, runs, *, station=None, registry=None, answers=None, sto
         )
 
 
-def both(folder, procedure, **known):
+def both(folder, procedure, **options):
     """Record a run and replay it; return both, and the tape that was played."""
-    first = run(RecordedTape(folder / "tape"), procedure, folder / "runs", **known)
+    first = run(RecordedTape(folder / "tape"), procedure, folder / "runs", **options)
     tape = ReplayedTape(folder / "tape")
-    return first, run(tape, procedure, folder / "runs", **known), tape
+    return first, run(tape, procedure, folder / "runs", **options), tape
 
 
 @pytest.fixture(scope="module")
@@ -95,15 +95,15 @@ def test_a_replay_gives_the_same_recordings_to_the_last_bit(taped):
 
 def test_a_replay_gives_the_same_result(taped):
     _, _, first, again, _ = taped
-    one, other = (json.loads((each.folder / "result.json").read_text()) for each in (first, again))
+    one, other = (json.loads((run.folder / "result.json").read_text()) for run in (first, again))
     del one["run"], other["run"]
     assert one == other
 
 
 def test_a_replay_gives_the_same_events_at_the_same_times(taped):
     _, _, first, again, _ = taped
-    one, other = (read(each.folder).events for each in (first, again))
-    assert [repr(each) for each in one[1:]] == [repr(each) for each in other[1:]]
+    one, other = (read(run.folder).events for run in (first, again))
+    assert [repr(event) for event in one[1:]] == [repr(event) for event in other[1:]]
 
 
 def test_a_replay_asks_no_device(taped, monkeypatch):
@@ -123,26 +123,26 @@ def test_a_replay_is_marked_as_such_everywhere(taped):
     folder, _, first, again, _ = taped
     assert again.folder.name == f"{first.folder.name}_replay"
     stored = read(again.folder)
-    told = stored.header.provenance["replayed"]
-    assert told.startswith("tape, begun 2026-03-01T12:00:00.000Z, SHA-256 ")
+    replayed = stored.header.provenance["replayed"]
+    assert replayed.startswith("tape, begun 2026-03-01T12:00:00.000Z, SHA-256 ")
     page = again.report.read_text(encoding="utf-8")
     assert "Not for certification: this run is a replay, and no instrument was asked" in page
-    assert told in page
+    assert replayed in page
     assert "replayed" not in read(first.folder).header.provenance
     assert "is a replay" not in first.report.read_text(encoding="utf-8")
-    assert report_input(again.folder, load_registry()).provenance["replayed"] == told
+    assert report_input(again.folder, load_registry()).provenance["replayed"] == replayed
     assert folder.exists()
 
 
 def test_a_certificate_on_a_replay_is_a_specimen_and_says_why(taped):
     _, _, first, again, _ = taped
     registry = load_registry()
-    one, other = (read_source(each.folder, registry) for each in (first, again))
-    codes = [each.code for each in restrictions_of(one, requested=True)]
+    one, other = (read_source(run.folder, registry) for run in (first, again))
+    codes = [limit.code for limit in restrictions_of(one, requested=True)]
     assert codes == ["draft_procedure", "simulated"]
-    found = {each.code: each.detail for each in restrictions_of(other, requested=True)}
-    assert list(found) == [*codes, "replayed"]
-    assert found["replayed"] == other.stored.header.provenance["replayed"]
+    details = {limit.code: limit.detail for limit in restrictions_of(other, requested=True)}
+    assert list(details) == [*codes, "replayed"]
+    assert details["replayed"] == other.stored.header.provenance["replayed"]
 
 
 def test_a_replay_is_no_partner_of_a_measurement(taped):
@@ -201,8 +201,8 @@ def test_a_tape_that_was_interrupted_ends_the_replay_there(taped, tmp_path, leng
     (tape / "devices").mkdir(parents=True)
     for name in ("tape.json", "clock.jsonl", "answers.jsonl", "devices/tester.jsonl"):
         (tape / name).write_bytes((folder / "tape" / name).read_bytes())
-    whole = (tape / "devices/tester.jsonl").read_bytes()
-    (tape / "devices/tester.jsonl").write_bytes(whole[:length])
+    content = (tape / "devices/tester.jsonl").read_bytes()
+    (tape / "devices/tester.jsonl").write_bytes(content[:length])
     if not length:
         with pytest.raises(DeviceRejectedError, match="tester: the tape is over"):
             run(ReplayedTape(tape), procedure, tmp_path / "runs")
@@ -263,8 +263,8 @@ def test_an_interlock_that_tripped_in_the_lab_trips_at_the_desk(tmp_path):
     assert first.outcome is again.outcome is Outcome.ABORTED
     assert "tester.temperature is 23" in first.reason
     assert again.reason == first.reason
-    one, other = (read(each.folder).events for each in (first, again))
-    assert [repr(each) for each in one[1:]] == [repr(each) for each in other[1:]]
+    one, other = (read(run.folder).events for run in (first, again))
+    assert [repr(event) for event in one[1:]] == [repr(event) for event in other[1:]]
     assert tape.notes() == ()
 
 
@@ -282,10 +282,10 @@ def test_what_persons_answered_is_answered_again(tmp_path):
     tape = RecordedTape(tmp_path / "tape")
     first = run(tape, procedure, tmp_path / "runs", answers=Person())
     again = run(ReplayedTape(tmp_path / "tape"), procedure, tmp_path / "runs")
-    for each in (first, again):
-        assert each.outcome is Outcome.ABORTED
-        assert each.reason.endswith("was answered with no")
-        stored = read(each.folder)
+    for finished in (first, again):
+        assert finished.outcome is Outcome.ABORTED
+        assert finished.reason.endswith("was answered with no")
+        stored = read(finished.folder)
         assert stored.header.inputs == {"operator": "B. Smith"}
         assert [event.by for event in stored.events if isinstance(event, Answer)] == ["A. Jones"]
 
@@ -330,13 +330,13 @@ def test_a_run_that_was_stopped_is_stopped_again_at_the_same_place(tmp_path):
     first = run(tape, procedure, tmp_path / "runs", listeners=[stop], stop=stop)
     played = ReplayedTape(tmp_path / "tape")
     again = run(played, procedure, tmp_path / "runs")
-    for each in (first, again):
-        assert (each.outcome, each.reason) == (Outcome.ABORTED, "it sounded odd")
-        assert each.exit_code is ExitCode.INTERRUPTED
-        assert each.error.by == "A. Jones"
-    one, other = (read(each.folder) for each in (first, again))
-    assert [repr(each) for each in one.events[1:]] == [repr(each) for each in other.events[1:]]
-    assert [len(each.recordings) for each in (one, other)] == [1, 1]
+    for finished in (first, again):
+        assert (finished.outcome, finished.reason) == (Outcome.ABORTED, "it sounded odd")
+        assert finished.exit_code is ExitCode.INTERRUPTED
+        assert finished.error.by == "A. Jones"
+    one, other = (read(run.folder) for run in (first, again))
+    assert [repr(event) for event in one.events[1:]] == [repr(event) for event in other.events[1:]]
+    assert [len(stored.recordings) for stored in (one, other)] == [1, 1]
     assert played.notes() == ()
 
 
@@ -387,8 +387,8 @@ def test_a_run_that_was_paused_is_paused_again_and_goes_on_so(tmp_path, decision
     again = run(played, procedure, tmp_path / "runs")
     assert first.outcome is again.outcome is outcome
     assert again.reason == first.reason
-    one, other = (read(each.folder) for each in (first, again))
-    assert [repr(each) for each in one.events[1:]] == [repr(each) for each in other.events[1:]]
+    one, other = (read(run.folder) for run in (first, again))
+    assert [repr(event) for event in one.events[1:]] == [repr(event) for event in other.events[1:]]
     assert one.digest == other.digest
     assert played.notes() == ()
 
@@ -405,7 +405,7 @@ def test_a_replay_can_be_stopped_too(taped, tmp_path):
 
 def test_a_full_disk_costs_the_tape_and_not_the_run(tmp_path, monkeypatch):
     procedure = procedure_file(tmp_path, "idle", TWO)
-    write, told = os.write, []
+    write, events = os.write, []
 
     def full(descriptor, line):
         if line.startswith(b'{"seq":20,'):
@@ -414,10 +414,10 @@ def test_a_full_disk_costs_the_tape_and_not_the_run(tmp_path, monkeypatch):
 
     monkeypatch.setattr("rigrunner.tape.recording.os.write", full)
     tape = RecordedTape(tmp_path / "tape")
-    finished = run(tape, procedure, tmp_path / "runs", listeners=[told.append])
+    finished = run(tape, procedure, tmp_path / "runs", listeners=[events.append])
     assert finished.outcome is Outcome.COMPLETED
     assert finished.exit_code is ExitCode.PASS
-    alarms = [each.text for each in told if isinstance(each, Alarm)]
+    alarms = [event.text for event in events if isinstance(event, Alarm)]
     assert len(alarms) == 1
     assert alarms[0].startswith("the tape failed and was dropped: DataError: ")
     assert alarms[0].endswith("No space left on device; the run continues without it")
@@ -451,8 +451,8 @@ def wired(tmp_path, monkeypatch):
         return Thermometer(context)
 
     record = DeviceRecord(name="thermometer", help="", factory=make, wired=True, simulated=True)
-    known = load_registry().plugins
-    registry = Registry([*known, Plugin("device", record, Provider("tests", "1"))])
+    plugins = load_registry().plugins
+    registry = Registry([*plugins, Plugin("device", record, Provider("tests", "1"))])
     station = station_file(
         tmp_path,
         ("devices:\n", "devices:\n  room: {type: thermometer, plugin: thermometer}\n"),
@@ -464,8 +464,8 @@ def wired(tmp_path, monkeypatch):
 def test_the_tape_of_a_wired_device_is_its_wire(wired, tmp_path):
     registry, station, monkeypatch = wired
     procedure = procedure_file(tmp_path, "idle", TWO)
-    known = {"station": station, "registry": registry}
-    first = run(RecordedTape(tmp_path / "tape"), procedure, tmp_path / "runs", **known)
+    bench = {"station": station, "registry": registry}
+    first = run(RecordedTape(tmp_path / "tape"), procedure, tmp_path / "runs", **bench)
     lines = (tmp_path / "tape/devices/room.jsonl").read_text().splitlines()
     assert [json.loads(line)["ask"] for line in lines] == ["ID?", "TEMP?", "TEMP?"]
 
@@ -473,7 +473,7 @@ def test_the_tape_of_a_wired_device_is_its_wire(wired, tmp_path):
         raise AssertionError("the instrument was asked")
 
     monkeypatch.setattr(Thermometer, "instrument", staticmethod(asked))
-    again = run(ReplayedTape(tmp_path / "tape"), procedure, tmp_path / "runs", **known)
+    again = run(ReplayedTape(tmp_path / "tape"), procedure, tmp_path / "runs", **bench)
     assert again.outcome is Outcome.COMPLETED
     assert read(again.folder).digest == read(first.folder).digest
     assert read(again.folder).recordings[0].conditions["room.air"] == 296.5
@@ -482,7 +482,7 @@ def test_the_tape_of_a_wired_device_is_its_wire(wired, tmp_path):
 def test_an_instrument_that_hung_in_the_lab_hangs_at_the_desk(wired, tmp_path):
     registry, station, monkeypatch = wired
     procedure = procedure_file(tmp_path, "idle", TWO)
-    known = {"station": station, "registry": registry}
+    bench = {"station": station, "registry": registry}
     answer = threading.Event()
 
     def hangs(request):
@@ -491,20 +491,20 @@ def test_an_instrument_that_hung_in_the_lab_hangs_at_the_desk(wired, tmp_path):
         return "T-1"
 
     monkeypatch.setattr(Thermometer, "instrument", staticmethod(hangs))
-    first, again, _ = both(tmp_path, procedure, **known)
+    first, again, _ = both(tmp_path, procedure, **bench)
     answer.set()
-    for each in (first, again):
-        assert isinstance(each.error, DeviceTimeoutError)
-        assert str(each.error) == "room: 'read' did not return within 0.3 s"
+    for finished in (first, again):
+        assert isinstance(finished.error, DeviceTimeoutError)
+        assert str(finished.error) == "room: 'read' did not return within 0.3 s"
 
 
 def test_a_command_of_a_driver_that_was_changed_is_the_first_difference(wired, tmp_path):
     registry, station, monkeypatch = wired
     procedure = procedure_file(tmp_path, "idle", TWO)
-    known = {"station": station, "registry": registry}
-    run(RecordedTape(tmp_path / "tape"), procedure, tmp_path / "runs", **known)
+    bench = {"station": station, "registry": registry}
+    run(RecordedTape(tmp_path / "tape"), procedure, tmp_path / "runs", **bench)
     monkeypatch.setattr(Thermometer, "get", lambda self, _: float(self._ask("T?")))
-    finished = run(ReplayedTape(tmp_path / "tape"), procedure, tmp_path / "runs", **known)
+    finished = run(ReplayedTape(tmp_path / "tape"), procedure, tmp_path / "runs", **bench)
     assert str(finished.error) == (
         f"room: the replay differs from the tape: {tmp_path}/tape/devices/room.jsonl:2 has 'TEMP?',"
         " asked was 'T?', after 'ID?'"

@@ -50,7 +50,7 @@ def act(task: dict[str, Any], reason: str) -> None:
     """Make the rig safe if it is energised and nobody else has taken it, and report the result."""
     station, lock_is_there = task["station"], Path(task["locks"][0]).exists()
     try:
-        with _held(task):
+        with _rig_held(task):
             marker = read_marker(station)
             if marker is None and not lock_is_there:  # somebody has removed the marker too
                 marker = Marker(station, None)
@@ -67,12 +67,12 @@ def act(task: dict[str, Any], reason: str) -> None:
 
 
 @contextmanager
-def _held(task: dict[str, Any]) -> Iterator[None]:
+def _rig_held(task: dict[str, Any]) -> Iterator[None]:
     """Hold the rig by the inherited locks, so that no other process can take it, or by new ones."""
     now = utc_text(datetime.now(UTC))
     what = f"the guardian of {task['what']}, which makes the rig safe"
     holder = Holder(task["station"], what, os.getpid(), now)
-    paths = [Path(each) for each in task["locks"]]
+    paths = [Path(path) for path in task["locks"]]
     handed = task["handed"]
     shared_folder()
     with take_over(handed, paths, holder) if handed else hold(paths, holder):
@@ -82,50 +82,50 @@ def _held(task: dict[str, Any]) -> Iterator[None]:
 def _make_safe(task: dict[str, Any], marker: Marker, reason: str) -> None:
     say(f"{reason}; last set-points: {marker.set_points}. Making the rig safe.")
     reports: tuple[SafetyReport, ...] = ()
-    left = ""
+    problem = ""
     for attempt in range(ATTEMPTS):
         time.sleep(attempt * PAUSE_S)
-        reports, left = _within(task)
-        if not left:
+        reports, problem = _limited_attempt(task)
+        if not problem:
             break
-    skipped = [each for each in task["unreachable"] if _has_drive_of(marker, each)]
+    skipped = [role for role in task["unreachable"] if _has_drive_of(marker, role)]
     if skipped:
         names = ", ".join(skipped)
-        told = f"{names}: its plugin says that no second process can open it"
-        left = "; ".join(each for each in (left, told) if each)
-    if not left:
+        unreachable = f"{names}: its plugin says that no second process can open it"
+        problem = "; ".join(text for text in (problem, unreachable) if text)
+    if not problem:
         # First: the next start reads the marker, even if the notes cannot be written.
         record_made_safe(task["station"], "The guardian made it safe")
-    lines = [f"{reason}; last set-points: {marker.set_points}", *_lines(reports, left)]
+    lines = [f"{reason}; last set-points: {marker.set_points}", *_lines(reports, problem)]
     for line in lines[1:]:
         say(line)
     _note(task, lines)
     run = marker.owner.run if marker.owner is not None else ""
     if run and Path(run).is_dir():
-        with suppress(Exception):  # the rest says it as well
-            _note_in_journal(Path(run), lines[0], reports, left)
+        with suppress(Exception):  # the other reports have it too
+            _write_events(Path(run), lines[0], reports, problem)
 
 
-def _within(task: dict[str, Any]) -> tuple[tuple[SafetyReport, ...], str]:
+def _limited_attempt(task: dict[str, Any]) -> tuple[tuple[SafetyReport, ...], str]:
     """Return the result of an attempt; a driver that is called inline may never return."""
-    given: list[tuple[tuple[SafetyReport, ...], str]] = []
+    results: list[tuple[tuple[SafetyReport, ...], str]] = []
     errors: list[BaseException] = []
     needed_s: list[float] = []
 
     def attempt() -> None:
         try:
-            given.append(_one_attempt(task, needed_s.append))
+            results.append(_one_attempt(task, needed_s.append))
         except BaseException as error:  # noqa: BLE001  (reported: nothing else can)
             errors.append(error)
 
-    work = Thread(target=attempt, daemon=True)
-    work.start()
+    thread = Thread(target=attempt, daemon=True)
+    thread.start()
     # In two parts: what the drives need is known only once the devices are made.
-    work.join(ATTEMPT_S)
+    thread.join(ATTEMPT_S)
     limit_s = min(ATTEMPT_S + sum(needed_s), TIMEOUT_MAX)
-    work.join(limit_s - ATTEMPT_S)
-    if given:
-        return given[0]
+    thread.join(limit_s - ATTEMPT_S)
+    if results:
+        return results[0]
     if errors:
         return (), f"{type(errors[0]).__name__}: {errors[0]}"
     return (), f"a device did not return within {limit_s:g} s"
@@ -143,11 +143,11 @@ def _one_attempt(
     station = parse_station(task["station_text"], str(file))
     registry = with_lab_plugins(load_registry(), station, file.parent)
     clock = WallClock()
-    made = make_devices(station, registry, clock, file.parent)
-    devices = {role: device for role, device in made.items() if role in task["roles"]}
+    all_devices = make_devices(station, registry, clock, file.parent)
+    devices = {role: device for role, device in all_devices.items() if role in task["roles"]}
     with suppress(Exception):  # a device that cannot list its drives is made safe too
-        need(sum(info.longest_s for each in devices.values() for info in each.drives))
-    order = [each for each in station.model.safety.order if role_of(each) in devices]
+        need(sum(info.longest_s for device in devices.values() for info in device.drives))
+    order = [member for member in station.model.safety.order if role_of(member) in devices]
     rig = Rig(devices, clock, patience_of(station), order)
     failed = rig.connect_each()
     try:
@@ -156,24 +156,24 @@ def _one_attempt(
         with suppress(Exception):
             rig.close()
     unsafe = unsafe_text(reports)
-    why = "; ".join(f"{role} was not reached: {text}" for role, text in failed.items())
-    return reports, "; ".join(each for each in (why, unsafe) if each)
+    unreached = "; ".join(f"{role} was not reached: {text}" for role, text in failed.items())
+    return reports, "; ".join(text for text in (unreached, unsafe) if text)
 
 
 def _has_drive_of(marker: Marker, role: str) -> bool:
     """Return whether a drive of a device may be energised; of an unreadable marker each may be."""
-    known = marker.owner is not None
-    return not known or any(each.member.role == role for each in marker.drives)
+    is_readable = marker.owner is not None
+    return not is_readable or any(drive.member.role == role for drive in marker.drives)
 
 
-def _lines(reports: tuple[SafetyReport, ...], left: str) -> list[str]:
+def _lines(reports: tuple[SafetyReport, ...], problem: str) -> list[str]:
     lines = [
-        f"{each.what} is safe: read back {with_units(each.read_back, each.units)}"
-        for each in reports
-        if each.safe and each.read_back
+        f"{report.what} is safe: read back {with_units(report.read_back, report.units)}"
+        for report in reports
+        if report.safe and report.read_back
     ]
-    if left:
-        return [*lines, f"THE RIG IS NOT SAFE: {left}. Go to the rig."]
+    if problem:
+        return [*lines, f"THE RIG IS NOT SAFE: {problem}. Go to the rig."]
     return [*lines, "the rig is safe: every drive was read back at its safe value"]
 
 
@@ -181,7 +181,7 @@ def _note(task: dict[str, Any], lines: list[str]) -> None:
     """Add to the log of the rig, and to a file beside it."""
     marker = read_marker(task["station"])
     run = marker.owner.run if marker is not None and marker.owner is not None else ""
-    logs = [Path(run)] if run else []  # of what is done by hand
+    logs = [Path(run)] if run else []  # of manual mode
     if run and Path(run).is_dir():
         logs = [Path(run) / "run.log", Path(run) / NOTE_FILE]
     now = utc_text(datetime.now(UTC))
@@ -191,7 +191,7 @@ def _note(task: dict[str, Any], lines: list[str]) -> None:
             file.write(text.encode())
 
 
-def _note_in_journal(folder: Path, what: str, reports: tuple[SafetyReport, ...], left: str) -> None:
+def _write_events(folder: Path, what: str, reports: tuple[SafetyReport, ...], problem: str) -> None:
     """Record in the run how its rig was left, for those who resume or recover it."""
     from rigrunner.run.interrupted import next_seq, read_interrupted  # noqa: PLC0415  (as above)
     from rigrunner.runfile import RunWriter, run_lock  # noqa: PLC0415  (numpy: the rig is first)
@@ -201,14 +201,14 @@ def _note_in_journal(folder: Path, what: str, reports: tuple[SafetyReport, ...],
         stamp = EventStamp(WallClock(), next_seq(stored))
         with RunWriter(folder) as writer:
             writer(stamp(Alarm, source="guardian", text=what))
-            for each in reports:
+            for report in reports:
                 made_safe = stamp(
                     MadeSafe,
-                    what=each.what,
-                    read_back=each.by_member(each.read_back),
-                    units=each.by_member(each.units),
-                    problems=each.problems,
+                    what=report.what,
+                    read_back=report.by_member(report.read_back),
+                    units=report.by_member(report.units),
+                    problems=report.problems,
                 )
                 writer(made_safe)
-            if left:
-                writer(stamp(Alarm, source="guardian", text=f"the rig is not safe: {left}"))
+            if problem:
+                writer(stamp(Alarm, source="guardian", text=f"the rig is not safe: {problem}"))

@@ -32,8 +32,8 @@ def real_roles(station: LoadedStation, registry: Registry) -> list[str]:
     """Return the roles with real devices."""
     return [
         role
-        for role, each in station.model.devices.items()
-        if not registry.is_simulated(each.plugin, each.settings)
+        for role, entry in station.model.devices.items()
+        if not registry.is_simulated(entry.plugin, entry.settings)
     ]
 
 

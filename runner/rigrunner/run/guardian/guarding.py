@@ -61,9 +61,9 @@ class Guardian:
         self._starts = 0
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._work, name="guardian", daemon=True)
-        # a debugger that suspends all threads lets this one go on: what it holds is no hang
-        self._thread.pydev_do_not_trace = True  # type: ignore[attr-defined]  # its own word
-        self._thread.is_pydev_daemon_thread = True  # type: ignore[attr-defined]  # its own word
+        # A debugger that suspends all threads leaves this one running: a breakpoint is no hang.
+        self._thread.pydev_do_not_trace = True  # type: ignore[attr-defined]  # known to pydevd
+        self._thread.is_pydev_daemon_thread = True  # type: ignore[attr-defined]  # known to pydevd
 
     def start(self) -> None:
         """Start it; if that fails, the run continues and records the failure."""
@@ -97,7 +97,7 @@ class Guardian:
         self._starts += 1
         descriptors = list(self._marks.locks.values()) if os.name != "nt" else []
         if -1 in descriptors:
-            descriptors = []  # it takes them again, once they are free
+            descriptors = []  # it locks them again, once they are free
         try:
             with _blocked(IGNORED):  # a new process inherits that, until it ignores them itself
                 child = subprocess.Popen(  # noqa: S603  (our own interpreter and module)
@@ -122,12 +122,12 @@ class Guardian:
         self._child = child
 
     def _work(self) -> None:
-        looked_s = time.monotonic()
+        ticked_s = time.monotonic()
         while not self._ended.wait(TICK_S):
             now_s = time.monotonic()
             # As in the guardian: a suspended computer has not been silent.
-            self.pulse.tick(min(now_s - looked_s, 2 * TICK_S))
-            looked_s = now_s
+            self.pulse.tick(min(now_s - ticked_s, 2 * TICK_S))
+            ticked_s = now_s
             left_s = self.pulse.left_s()
             if left_s > 0 or debugger_at(threading.main_thread()):
                 self._beat(self._limit_s if math.isinf(left_s) else max(left_s, self._limit_s))
@@ -137,7 +137,7 @@ class Guardian:
     def _beat(self, allowed_s: float) -> None:
         child = self._child
         if child is not None and child.stdin is not None:
-            with suppress(OSError, ValueError):  # it is gone, or stopped: looked at by the thread
+            with suppress(OSError, ValueError):  # it is gone, or stopped: the thread checks it
                 os.write(child.stdin.fileno(), f"{allowed_s:.3f}\n".encode())
 
     def _replace(self, pid: int, code: int) -> None:
@@ -162,7 +162,7 @@ class Guardian:
 @contextmanager
 def _blocked(numbers: Collection[int]) -> Iterator[None]:
     """Block these signals in this thread; those that arrive are handled afterwards."""
-    if not hasattr(signal, "pthread_sigmask"):  # Windows has it not
+    if not hasattr(signal, "pthread_sigmask"):  # not on Windows
         yield
         return
     former = signal.pthread_sigmask(signal.SIG_BLOCK, numbers)
@@ -194,16 +194,16 @@ def guarding(
         yield None
         return
 
-    def tell(text: str) -> None:
+    def report(text: str) -> None:
         messages.take("lock files", "warning", text)
         say(text)
 
-    with keeping(marks, tell):
+    with keeping(marks, report):
         if not station.model.safety.guardian:
             say(f"{WITHOUT}: nothing makes the rig safe if this process dies")
             yield None
             return
-        used = [each for each in marks.roles if roles is None or each in roles]
+        used = [role for role in marks.roles if roles is None or role in roles]
         unreachable = not_reopenable(station, registry, used)
         limit_s = max(LEAST_S, PATIENCES * patience.answer_s)
         endless = not math.isfinite(limit_s)
@@ -215,7 +215,7 @@ def guarding(
             "station_text": station.text,
             "roles": sorted(set(used) - set(unreachable)),
             "unreachable": unreachable,
-            "locks": [str(each) for each in marks.locks],
+            "locks": [str(path) for path in marks.locks],
             "limit_s": LEAST_S if endless else limit_s,
             "hangs": not endless,
         }

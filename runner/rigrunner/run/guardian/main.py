@@ -42,17 +42,17 @@ def main() -> int:
     """Guard a rig until its owner releases it, dies or hangs; return the exit code."""
     for number in IGNORED:
         with suppress(OSError, ValueError):
-            signal.signal(number, signal.SIG_IGN)  # it ends with its owner, by no other word
+            signal.signal(number, signal.SIG_IGN)  # it ends only with its owner
     if hasattr(signal, "pthread_sigmask"):  # its owner blocked them until here
         signal.pthread_sigmask(signal.SIG_UNBLOCK, IGNORED)
-    news: SimpleQueue[str] = SimpleQueue()
+    messages: SimpleQueue[str] = SimpleQueue()
     task = json.loads(sys.stdin.readline() or "{}")
-    if not task:  # its owner died before it had said what to guard
+    if not task:  # its owner died before it sent the task
         return 0
-    threading.Thread(target=_hear, args=(news,), daemon=True).start()
+    threading.Thread(target=_read_stdin, args=(messages,), daemon=True).start()
     owner = Owner(task["process"])
-    threading.Thread(target=_watch_death, args=(owner, news), daemon=True).start()
-    reason = _guard(task, owner, news)
+    threading.Thread(target=_watch_death, args=(owner, messages), daemon=True).start()
+    reason = _guard(task, owner, messages)
     if reason:
         from rigrunner.run.guardian.acting import act  # noqa: PLC0415  (late: see above)
 
@@ -73,7 +73,7 @@ class Owner:
 
     @property
     def is_dead(self) -> bool:
-        """Whether it has ended: an orphan has another parent. On Windows only the pipe tells."""
+        """Whether it has ended: an orphan has another parent. On Windows only the pipe shows it."""
         return os.name != "nt" and os.getppid() != self.pid
 
     @property
@@ -83,9 +83,9 @@ class Owner:
             text = Path(f"/proc/{self.pid}/status").read_text(encoding="utf-8", errors="replace")
         except OSError:
             return False
-        found = [line.split()[1] for line in text.splitlines() if line.startswith("TracerPid:")]
+        tracers = [line.split()[1] for line in text.splitlines() if line.startswith("TracerPid:")]
         # "0": it is not traced.
-        return found not in ([], ["0"])
+        return tracers not in ([], ["0"])
 
     def send(self, name: str) -> None:
         """Send it a signal, if the system has that one and the process exists."""
@@ -99,49 +99,50 @@ class Owner:
                 os.kill(self.pid, number)
 
 
-def _hear(news: SimpleQueue[str]) -> None:
+def _read_stdin(messages: SimpleQueue[str]) -> None:
     for line in sys.stdin:
-        news.put(line.strip())
-    news.put(_CLOSED)
+        messages.put(line.strip())
+    messages.put(_CLOSED)
 
 
-def _watch_death(owner: Owner, news: SimpleQueue[str]) -> None:
+def _watch_death(owner: Owner, messages: SimpleQueue[str]) -> None:
     if owner.handle >= 0:
         select.select([owner.handle], [], [])
-        news.put(_DEAD)
+        messages.put(_DEAD)
 
 
-def _guard(task: dict[str, Any], owner: Owner, news: SimpleQueue[str]) -> str:
+def _guard(task: dict[str, Any], owner: Owner, messages: SimpleQueue[str]) -> str:
     """Return why to make the rig safe; '' once it was released."""
     patience = _Patience(task, owner)
-    is_deaf = not task["hangs"]
+    ignores_silence = not task["hangs"]
     while True:
         try:
-            told = news.get(timeout=TICK_S)
+            message = messages.get(timeout=TICK_S)
         except Empty:
-            told = ""
+            message = ""
         patience.tick()
-        if told == "end":
+        if message == "end":
             return ""
-        if told == _CLOSED and not owner.is_dead:
-            is_deaf = not _dies_within(owner, TICK_S)  # somebody closed the pipe: no beats then
-        if told == _DEAD or owner.is_dead or (told == _CLOSED and not is_deaf):
-            if _was_given_back(news):
+        if message == _CLOSED and not owner.is_dead:
+            # Somebody closed the pipe: there are no beats then.
+            ignores_silence = not _dies_within(owner, TICK_S)
+        if message == _DEAD or owner.is_dead or (message == _CLOSED and not ignores_silence):
+            if _was_released(messages):
                 return ""
-            how = "hung, and was ended" if patience.is_asked else "died"
+            how = "hung, and was ended" if patience.was_asked else "died"
             return f"the process of {task['what']} ({owner.pid}) {how}"
-        if told and told != _CLOSED:
-            patience.beat(float(told))
-        # What is not read yet may be the beat that is overdue.
-        if patience.is_over and not is_deaf and news.empty():
+        if message and message != _CLOSED:
+            patience.beat(float(message))
+        # An unread message may be the overdue beat.
+        if patience.is_over and not ignores_silence and messages.empty():
             patience.end()
 
 
-def _was_given_back(news: SimpleQueue[str]) -> bool:
+def _was_released(messages: SimpleQueue[str]) -> bool:
     """Return whether 'end' is among the unread messages of a dead owner."""
     with suppress(Empty):
-        while (told := news.get(timeout=LAST_WORDS_S)) != _CLOSED:
-            if told == "end":
+        while (message := messages.get(timeout=LAST_WORDS_S)) != _CLOSED:
+            if message == "end":
                 return True
     return False
 
@@ -153,18 +154,18 @@ class _Patience:
         self._task = task
         self._owner = owner
         self._limit_s = float(task["limit_s"])
-        self._looked_s = time.monotonic()
+        self._ticked_s = time.monotonic()
         self._silent_s = 0.0
-        self.is_asked = False
+        self.was_asked = False
         """Whether the owner was asked to end."""
 
     def tick(self) -> None:
         """Count a tick."""
         now_s = time.monotonic()
-        self._silent_s += min(now_s - self._looked_s, 2 * TICK_S)
-        self._looked_s = now_s
+        self._silent_s += min(now_s - self._ticked_s, 2 * TICK_S)
+        self._ticked_s = now_s
         if self._silent_s > 2 * TICK_S and self._owner.is_traced:
-            self._silent_s = 0.0  # a process that its debugger lets go has all of its time again
+            self._silent_s = 0.0  # a process that its debugger releases has its full time again
 
     def beat(self, limit_s: float) -> None:
         """Note a beat, with the time until the next one is overdue."""
@@ -180,10 +181,10 @@ class _Patience:
         process = f"the process of {self._task['what']} ({self._owner.pid})"
         if self._owner.is_traced or not _is_energised(self._task):
             self.beat(float(self._task["limit_s"]))
-        elif not self.is_asked:
+        elif not self.was_asked:
             silent = f"has shown no progress for {self._silent_s:.0f} s"
             say(f"{process} {silent}; it is asked to end (SIGTERM)")
-            self.is_asked = True
+            self.was_asked = True
             self._owner.send("SIGTERM")
             self._owner.send("SIGCONT")  # one that was stopped could not hear it
             self.beat(GRACE_S)
@@ -202,7 +203,7 @@ def _dies_within(owner: Owner, seconds: float) -> bool:
     end_s = time.monotonic() + seconds
     while not owner.is_dead:
         if time.monotonic() >= end_s:
-            return os.name == "nt"  # where only the end of the pipe tells
+            return os.name == "nt"  # where only the end of the pipe shows it
         time.sleep(0.02)
     return True
 

@@ -22,7 +22,7 @@ from rigrunner.api.units import QuantityError, unit
 from rigrunner.bus import Bus, Emitter
 from rigrunner.engine import UnattendedAnswers
 from rigrunner.engine.interlocks import Guard
-from rigrunner.engine.notes import words
+from rigrunner.engine.notes import error_line
 from rigrunner.engine.pausing import PauseWantedError
 from rigrunner.engine.session import Session
 from rigrunner.rig import unsafe_text
@@ -177,7 +177,7 @@ class Jog:
 
     def _trouble(self, what: str, error: BaseException) -> None:
         try:
-            self._session.emit(Alarm, source=f"{_STEP}: {what}", text=words(error))
+            self._session.emit(Alarm, source=f"{_STEP}: {what}", text=error_line(error))
         finally:
             self.safe()
 
@@ -283,7 +283,7 @@ def _end_safe(jog: Jog, error: BaseException) -> None:
     if isinstance(error, KeyboardInterrupt) or (
         isinstance(error, RigrunnerError) and not isinstance(error, DeviceError)
     ):
-        raise DeviceError(f"{words(error)}; {text}") from error
+        raise DeviceError(f"{error_line(error)}; {text}") from error
     error.add_note(text)
 
 

@@ -18,7 +18,7 @@ export class RefusedError extends Error {
 
   // Whether a reason is all that is missing: the specimens were tested before.
   get asksWhy() {
-    return this.problems.length > 0 && this.problems.every((each) => each.field === "again");
+    return this.problems.length > 0 && this.problems.every((problem) => problem.field === "again");
   }
 }
 
@@ -36,9 +36,9 @@ export function token() {
 }
 
 export function takeToken() {
-  const found = /(?:^#|&)token=([^&]+)/.exec(location.hash);
-  if (!found) return;
-  sessionStorage.setItem(TOKEN, decodeURIComponent(found[1]));
+  const match = /(?:^#|&)token=([^&]+)/.exec(location.hash);
+  if (!match) return;
+  sessionStorage.setItem(TOKEN, decodeURIComponent(match[1]));
   history.replaceState(null, "", location.pathname + location.search);
 }
 
@@ -73,12 +73,12 @@ async function answerOf(request) {
 }
 
 export function get(path, query = {}) {
-  const known = Object.entries({ rig: station(), ...query }).filter(([, value]) => value !== "" && value !== null && value !== undefined);
-  const words = new URLSearchParams(known).toString();
-  return answerOf(fetch(`${API}/${path}${words ? `?${words}` : ""}`, { headers: headers() }));
+  const entries = Object.entries({ rig: station(), ...query }).filter(([, value]) => value !== "" && value !== null && value !== undefined);
+  const search = new URLSearchParams(entries).toString();
+  return answerOf(fetch(`${API}/${path}${search ? `?${search}` : ""}`, { headers: headers() }));
 }
 
-// `rig` is the station of the rig that is asked; "" where it is of none, or of all.
+// `rig` is the station of the rig; "" for a request that concerns none, or all.
 export function post(path, body = {}, rig = station()) {
   const query = rig ? `?rig=${encodeURIComponent(rig)}` : "";
   return answerOf(

@@ -1,11 +1,11 @@
-// What was chosen for the next run of a rig: kept in this tab until it is started.
+// The choices for the next run of a rig: stored in this tab until it is started.
 
 import { station } from "./address.js";
 
-const KEPT = "rigrunner.draft";
+const STORAGE_KEY = "rigrunner.draft";
 
 function key(rig) {
-  return `${KEPT}.${rig}`;
+  return `${STORAGE_KEY}.${rig}`;
 }
 
 export function draft(rig = station()) {

@@ -1,4 +1,4 @@
-// Numbers as people read them. What comes in is SI; what is not known is shown as a dash.
+// Numbers as people read them. Values come in SI units; an unknown one is shown as a dash.
 
 export const UNKNOWN = "–";
 let sign = ".";
@@ -28,11 +28,11 @@ export function typedNumber(text) {
 export function typedList(text, measured) {
   const lines = text.split("\n");
   const head = lines.findIndex((line) => line.trim() && !/^sep=.$/i.test(line.trim()));
-  const between = ["\t", ";"].find((each) => lines[head]?.includes(each));
-  if (!between) return text;
-  const known = new Set([...measured].map((name) => name.toLowerCase()));
-  const numbers = lines[head].split(between).map((name) => known.has(name.trim().toLowerCase()));
-  const read = (line) => line.split(between).map((cell, i) => (numbers[i] ? typedNumber(cell.replace(/^(\s*)"([^"]*)"(\s*)$/, "$1$2$3")) : cell)).join(between);
+  const separator = ["\t", ";"].find((separator) => lines[head]?.includes(separator));
+  if (!separator) return text;
+  const names = new Set([...measured].map((name) => name.toLowerCase()));
+  const numbers = lines[head].split(separator).map((name) => names.has(name.trim().toLowerCase()));
+  const read = (line) => line.split(separator).map((cell, i) => (numbers[i] ? typedNumber(cell.replace(/^(\s*)"([^"]*)"(\s*)$/, "$1$2$3")) : cell)).join(separator);
   return lines.map((line, i) => (i > head ? read(line) : line)).join("\n");
 }
 
@@ -69,11 +69,11 @@ export function withUncertainty(value, uncertainty, unit) {
 
 export function duration(seconds) {
   if (seconds === null || seconds === undefined || !Number.isFinite(seconds)) return UNKNOWN;
-  const whole = Math.max(0, Math.round(seconds));
+  const total = Math.max(0, Math.round(seconds));
   const two = (number) => String(number).padStart(2, "0");
-  const hours = Math.floor(whole / 3600);
-  const minutes = Math.floor(whole / 60) % 60;
-  return hours ? `${hours}:${two(minutes)}:${two(whole % 60)}` : `${minutes}:${two(whole % 60)}`;
+  const hours = Math.floor(total / 3600);
+  const minutes = Math.floor(total / 60) % 60;
+  return hours ? `${hours}:${two(minutes)}:${two(total % 60)}` : `${minutes}:${two(total % 60)}`;
 }
 
 export function bytes(count) {

@@ -1,4 +1,4 @@
-// What channels read during the last minute, as far as this page has seen it; nothing of an earlier run.
+// Values of channels during the last minute, as far as this page has received them; none of an earlier run.
 
 import { listen, store } from "./store.js";
 
@@ -26,15 +26,15 @@ export function paired(xs, ys) {
 listen((changed) => {
   if (!changed.has("channels") && !changed.has("job")) return;
   const { job, channels = [] } = store.state ?? {};
-  const key = `${job?.run}${channels.map((each) => each.name).join()}`;
+  const key = `${job?.run}${channels.map((channel) => channel.name).join()}`;
   if (key !== of) past.clear();
   of = key;
   for (const { name, utc, value } of channels) {
     if (!utc || !Number.isFinite(value)) continue;
     const ms = Date.parse(utc);
-    const known = past.get(name) ?? [];
-    if (known.at(-1)?.[0] !== ms) known.push([ms, value]);
-    while (known[0][0] < ms - WINDOW_MS) known.shift();
-    past.set(name, known);
+    const values = past.get(name) ?? [];
+    if (values.at(-1)?.[0] !== ms) values.push([ms, value]);
+    while (values[0][0] < ms - WINDOW_MS) values.shift();
+    past.set(name, values);
   }
 });

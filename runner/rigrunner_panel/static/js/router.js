@@ -1,4 +1,4 @@
-// From the address's fragment to a page. A page is made again each time it is come to.
+// From the address's fragment to a page. A page is built again at each visit.
 
 import { go, station } from "./address.js";
 import { fill } from "./dom.js";

@@ -1,4 +1,4 @@
-// The state as the server last told it, and who wants to know when it changes.
+// The latest state from the server, and the listeners to its changes.
 
 export const store = { state: null, rigs: [], connected: false, lastCurve: null, trend: newTrend() };
 
@@ -14,34 +14,34 @@ export function listen(listener) {
   return () => listeners.delete(listener);
 }
 
-function tell(changed) {
+function emit(changed) {
   for (const listener of [...listeners]) listener(changed);
 }
 
 export function takeConnected(connected) {
   if (store.connected === connected) return;
   store.connected = connected;
-  tell(new Set(["connected"]));
+  emit(new Set(["connected"]));
 }
 
-// Curves of an earlier job are not those of the rig that is now in front of somebody.
+// Drops the curves of an earlier job.
 function forgetCurves(before, job) {
   if (!before?.run || job?.run === before.run) return;
   store.lastCurve = null;
   store.trend = newTrend();
-  tell(new Set(["curve", "trend"]));
+  emit(new Set(["curve", "trend"]));
 }
 
-// All rigs in a few words each, of which one may be that of this window.
+// A summary of each rig; one of them may be that of this window.
 export function takeRigs(rigs) {
   store.rigs = rigs;
-  tell(new Set(["rigs"]));
+  emit(new Set(["rigs"]));
 }
 
 export function takeState(state) {
   forgetCurves(store.state?.job, state.job);
   store.state = state;
-  tell(new Set([...Object.keys(state), "connected"]));
+  emit(new Set([...Object.keys(state), "connected"]));
 }
 
 export function takeChanges(seq, changes) {
@@ -49,7 +49,7 @@ export function takeChanges(seq, changes) {
   if ("job" in changes) forgetCurves(store.state.job, changes.job);
   Object.assign(store.state, changes);
   store.state.seq = seq;
-  tell(new Set(Object.keys(changes)));
+  emit(new Set(Object.keys(changes)));
 }
 
 const WINDOW = 1200;
@@ -57,14 +57,14 @@ const WINDOW = 1200;
 export function takeFrame(frame) {
   if (frame.kind === "curve") {
     store.lastCurve = { ...frame, since: performance.now() - 1000 * frame.late_s }; // when it ended
-    tell(new Set(["curve"]));
+    emit(new Set(["curve"]));
   } else if (frame.kind === "trend") {
     store.trend = joined(frame.reset || frame.channel !== store.trend.channel ? newTrend() : store.trend, frame);
-    tell(new Set(["trend"]));
+    emit(new Set(["trend"]));
   }
 }
 
-// The columns that were known with those of a frame, no more than the window.
+// The columns of a trend with those of a frame, at most as many as the window.
 export function joined(trend, frame) {
   const { minimum: low, maximum: high } = frame.curves;
   const first = trend.minimum.length ? trend.first : frame.first;

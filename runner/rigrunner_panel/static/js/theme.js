@@ -1,11 +1,11 @@
 // Light or dark, as the machine has it or as it was chosen; plots are notified of a change.
 
-const KEPT = "rigrunner.theme";
+const STORAGE_KEY = "rigrunner.theme";
 const listeners = new Set();
 const darkMachine = matchMedia("(prefers-color-scheme: dark)");
 
 export function themeNow() {
-  return localStorage.getItem(KEPT) ?? "auto";
+  return localStorage.getItem(STORAGE_KEY) ?? "auto";
 }
 
 export function applyTheme() {
@@ -16,7 +16,7 @@ export function applyTheme() {
 }
 
 export function chooseTheme(name) {
-  localStorage.setItem(KEPT, name);
+  localStorage.setItem(STORAGE_KEY, name);
   applyTheme();
 }
 

@@ -1,10 +1,10 @@
-// What procedures and stations are called, by the names of their files.
+// Titles of procedures and stations, by the names of their files.
 
 import { get } from "./client.js";
-import { tried } from "./steer.js";
-import { said } from "./texts.js";
+import { attempt } from "./steer.js";
+import { translate } from "./texts.js";
 
 export async function titlesOf(kind) {
-  const found = await tried(() => get(kind));
-  return new Map((found?.items ?? []).map((item) => [item.name, said(item.title) || item.name]));
+  const answer = await attempt(() => get(kind));
+  return new Map((answer?.items ?? []).map((item) => [item.name, translate(item.title) || item.name]));
 }

@@ -18,7 +18,7 @@ def fit(points, **changes):
 
 
 def chosen(curve):
-    return [each.formula for each in curve.candidates if each.chosen]
+    return [candidate.formula for candidate in curve.candidates if candidate.chosen]
 
 
 def test_the_chosen_curve_is_that_of_its_powers():
@@ -52,7 +52,7 @@ def test_weights_decide_the_choice():
 
 def test_what_cannot_be_fitted_says_why_and_the_others_stand():
     curve = fit(Points(X[:6], Y[:6]))
-    assert [each.problem for each in curve.candidates] == [
+    assert [candidate.problem for candidate in curve.candidates] == [
         "", "", "", "AICc of 4 coefficients needs 7 points, got 6",
     ]  # fmt: skip
     assert np.isnan(curve.candidates[3].score)

@@ -42,8 +42,8 @@ def test_weighted_goodness_is_about_the_weighted_mean():
     curve = fit(Points(X, Y, u_y), [0, 2], weighted=True)
     weights = u_y**-2.0
     total = np.sum(weights * (Y - np.average(Y, weights=weights)) ** 2)
-    rest = np.sum(weights * curve.residuals**2)
-    assert curve.r_squared == pytest.approx(1 - rest / total, rel=1e-12)
+    rss = np.sum(weights * curve.residuals**2)
+    assert curve.r_squared == pytest.approx(1 - rss / total, rel=1e-12)
 
 
 def test_values_that_vary_by_rounding_have_no_coefficient_of_determination():

@@ -42,8 +42,8 @@ def test_settings_are_refused_where_they_are_wrong(bad, message):
 
 
 def test_start_values_have_their_units():
-    found = ExpressionSettings(model="a*f + b", start={"a": "-5e-4 N·m/Hz", "b": 3}).start
-    assert found == {"a": Start(-5e-4, "N·m/Hz"), "b": Start(3.0, "1")}
+    start = ExpressionSettings(model="a*f + b", start={"a": "-5e-4 N·m/Hz", "b": 3}).start
+    assert start == {"a": Start(-5e-4, "N·m/Hz"), "b": Start(3.0, "1")}
     curve = fitted(Points(X, 2 * np.exp(0.3 * X)))
     assert tuple(curve.units) == ("N·m", "1")
     assert curve.coefficients == pytest.approx([2, 0.3], rel=1e-13)

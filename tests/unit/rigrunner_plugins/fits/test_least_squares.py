@@ -60,9 +60,9 @@ def test_columns_that_differ_by_less_than_1e_12_are_refused(difference, refused)
         with pytest.raises(DataError, match="do not determine all coefficients"):
             solve(design, extended([1, 2, 3]))
     else:
-        found = solve(design, extended([1, 2, 3])).coefficients.astype(float)
+        coefficients = solve(design, extended([1, 2, 3])).coefficients.astype(float)
         slope = 1.5 / difference
-        assert found == pytest.approx([1.5 - slope, slope], rel=1e-8)
+        assert coefficients == pytest.approx([1.5 - slope, slope], rel=1e-8)
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
@@ -105,8 +105,8 @@ def nearly_equal_columns(draw):
     few = st.integers(-5, 5)
     rows = st.tuples(st.integers(-99, 99), st.lists(few, min_size=p, max_size=p))
     return [
-        [common * size + small for small in own]
-        for common, own in draw(st.lists(rows, min_size=p + 1, max_size=14))
+        [common * size + small for small in small_row]
+        for common, small_row in draw(st.lists(rows, min_size=p + 1, max_size=14))
     ]
 
 
@@ -144,12 +144,12 @@ def test_ill_conditioned_designs_against_rational_arithmetic(data, design):
     assert np.abs(relative).max() <= (2 * k + 100) * EPS
 
 
-def errors(found, exact, *, relative=False):
-    """Return found - exact without rounding either, as floats."""
-    differences = [in_full(value) - expected for value, expected in zip(found, exact, strict=True)]
+def errors(result, exact, *, relative=False):
+    """Return result - exact without rounding either, as floats."""
+    differences = [in_full(value) - expected for value, expected in zip(result, exact, strict=True)]
     if relative:
-        differences = [each / value for each, value in zip(differences, exact, strict=True)]
-    return np.array([float(each) for each in differences])
+        differences = [error / value for error, value in zip(differences, exact, strict=True)]
+    return np.array([float(difference) for difference in differences])
 
 
 def in_full(value):

@@ -106,28 +106,28 @@ def recordings_of(run):
     """Return the zero reading of a run of the simulated tester, and its recordings."""
     with h5py.File(run / "run.h5") as file:
         entry = file["entry"]
-        found = [
+        recordings = [
             Recorded(
                 name,
                 float(group.attrs["rate_hz"]),
                 float(group["setpoints/tester_frequency"][()]),
                 float(group["setpoints/tester_load"][()]),
-                {each: float(group["conditions"][each][()]) for each in group["conditions"]},
+                {name: float(group["conditions"][name][()]) for name in group["conditions"]},
                 group["tester_angle"][()],
                 group["tester_torque"][()],
             )
             for name, group in entry["recordings"].items()
         ]
-        return float(entry["zeros/tester_torque"][()]), found
+        return float(entry["zeros/tester_torque"][()]), recordings
 
 
 def write_csv(folder, recorded, _):
-    for each in recorded:
-        rows = zip(each.angle_rad.tolist(), (1e3 * each.torque_nm).tolist(), strict=True)
+    for recording in recorded:
+        rows = zip(recording.angle_rad.tolist(), (1e3 * recording.torque_nm).tolist(), strict=True)
         text = "\n".join(
             ["Angle [rad];Torque [mN.m]", *(f"{a!r};{t!r}".replace(".", ",") for a, t in rows)]
         )
-        (folder / f"{each.name}.csv").write_text(text)
+        (folder / f"{recording.name}.csv").write_text(text)
     return (
         "csv: {delimiter: ';', decimal: ','}",
         "Angle [rad]",
@@ -139,38 +139,36 @@ def write_csv(folder, recorded, _):
 
 
 def write_lvm(folder, recorded, day):
-    for each in recorded:
-        channels = {"Angle": each.angle_rad.tolist(), "Torque": each.torque_nm.tolist()}
+    for recording in recorded:
+        channels = {"Angle": recording.angle_rad.tolist(), "Torque": recording.torque_nm.tolist()}
         text = lvm_text([channels], x="No", mark=",", delta="1.000000E-4", unit="Vain", day=day)
-        (folder / f"{each.name}.lvm").write_text(text)
+        (folder / f"{recording.name}.lvm").write_text(text)
     return "lvm", "Angle", "Torque", "N·m", "{}.lvm", ""
 
 
 def write_tdms(folder, recorded, _):
     with TdmsWriter(folder / "all.tdms") as writer:
-        for each in recorded:
-            wave = {"wf_increment": 1 / each.rate_hz}
-            units = ("Angle", each.angle_rad, "rad"), ("Torque", each.torque_nm, "Nm")
+        for recording in recorded:
+            wave = {"wf_increment": 1 / recording.rate_hz}
+            units = ("Angle", recording.angle_rad, "rad"), ("Torque", recording.torque_nm, "Nm")
             channels = [
-                ChannelObject(each.name, name, values, {**wave, "unit_string": unit})
+                ChannelObject(recording.name, name, values, {**wave, "unit_string": unit})
                 for name, values, unit in units
             ]
-            writer.write_segment([RootObject(), GroupObject(each.name), *channels])
+            writer.write_segment([RootObject(), GroupObject(recording.name), *channels])
     return "tdms", "Angle", "Torque", "N·m", "all.tdms", "{}"
 
 
 def write_mat5(folder, recorded, _):
-    content = {
-        f"r{each.name}": {"data": np.c_[each.angle_rad, each.torque_nm]} for each in recorded
-    }
+    content = {f"r{rec.name}": {"data": np.c_[rec.angle_rad, rec.torque_nm]} for rec in recorded}
     savemat(folder / "all.mat", content, do_compression=True)
     return "matlab", "data(:,1)", "data(:,2)", "N·m", "all.mat", "r{}"
 
 
 def write_mat73(folder, recorded, _):
     content = {
-        f"r{each.name}": {"angle": each.angle_rad[:, None], "torque": each.torque_nm[:, None]}
-        for each in recorded
+        f"r{rec.name}": {"angle": rec.angle_rad[:, None], "torque": rec.torque_nm[:, None]}
+        for rec in recorded
     }
     write_matlab_73(folder / "all73.mat", content)
     return "matlab", "angle", "torque", "N·m", "all73.mat", "r{}"
@@ -178,10 +176,10 @@ def write_mat73(folder, recorded, _):
 
 def write_hdf5(folder, recorded, _):
     with h5py.File(folder / "all.h5", "w") as file:
-        for each in recorded:
-            file[f"runs/{each.name}/angle"] = each.angle_rad
-            file[f"runs/{each.name}/torque"] = each.torque_nm
-            file[f"runs/{each.name}/torque"].attrs["units"] = "N.m"
+        for recording in recorded:
+            file[f"runs/{recording.name}/angle"] = recording.angle_rad
+            file[f"runs/{recording.name}/torque"] = recording.torque_nm
+            file[f"runs/{recording.name}/torque"].attrs["units"] = "N.m"
     return "hdf5", "angle", "torque", "N·m", "all.h5", "/runs/{}"
 
 
@@ -222,12 +220,13 @@ def export(run, folder, kind, procedure, *, station="simulated", inputs=SPECIMEN
         *([] if kind == "tdms" else ["sampling: {rate: 10 kHz}"]),
         "recordings:",
     ]
-    for each in recorded:
+    for recording in recorded:
+        drives = f"tester.frequency: {recording.hertz} Hz, tester.load: {recording.newtons} N"
         lines += [
-            f"  - file: {file.format(each.name)}",
-            *([f"    group: {group.format(each.name)}"] if group else []),
-            f"    set_points: {{tester.frequency: {each.hertz} Hz, tester.load: {each.newtons} N}}",
-            f"    conditions: {{tester.load: {each.conditions['tester_load']!r} N}}",
+            f"  - file: {file.format(recording.name)}",
+            *([f"    group: {group.format(recording.name)}"] if group else []),
+            f"    set_points: {{{drives}}}",
+            f"    conditions: {{tester.load: {recording.conditions['tester_load']!r} N}}",
         ]
     path = folder / "mapping.yaml"
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
@@ -249,28 +248,28 @@ def write_matlab_73(path, content):
 
 def put_matlab_73(group, name, value):
     if isinstance(value, dict):
-        made, kind = group.create_group(name), "struct"
+        item, kind = group.create_group(name), "struct"
         for field, inner in value.items():
-            put_matlab_73(made, field, inner)
+            put_matlab_73(item, field, inner)
     elif isinstance(value, str):
-        made, kind = group.create_dataset(name, data=np.frombuffer(value.encode(), "u1")), "char"
+        item, kind = group.create_dataset(name, data=np.frombuffer(value.encode(), "u1")), "char"
     elif hasattr(value, "tocsc"):
-        made, kind = group.create_group(name), "double"
-        made.create_dataset("data", data=value.data)
-        made.attrs["MATLAB_sparse"] = np.uint64(3)
+        item, kind = group.create_group(name), "double"
+        item.create_dataset("data", data=value.data)
+        item.attrs["MATLAB_sparse"] = np.uint64(3)
     elif value.dtype == object:
-        made = group.create_dataset(name, (2, 1), h5py.ref_dtype)
+        item = group.create_dataset(name, (2, 1), h5py.ref_dtype)
         kind = "cell"
     elif value.size == 0:
-        made, kind = group.create_dataset(name, data=np.zeros(2, "u8")), "double"
-        made.attrs["MATLAB_empty"] = np.uint8(1)
+        item, kind = group.create_dataset(name, data=np.zeros(2, "u8")), "double"
+        item.attrs["MATLAB_empty"] = np.uint8(1)
     elif np.iscomplexobj(value):
         pairs = np.zeros(value.T.shape, [("real", "f8"), ("imag", "f8")])
         pairs["real"], pairs["imag"] = value.T.real, value.T.imag
-        made, kind = group.create_dataset(name, data=pairs), "double"
+        item, kind = group.create_dataset(name, data=pairs), "double"
     else:
         flags = value.dtype == bool
         data = value.T.astype("u1") if flags else value.T
-        made = group.create_dataset(name, data=data)
+        item = group.create_dataset(name, data=data)
         kind = "logical" if flags else {"f": "double", "i": "int16"}[value.dtype.kind]
-    made.attrs["MATLAB_class"] = np.bytes_(kind)
+    item.attrs["MATLAB_class"] = np.bytes_(kind)

@@ -34,8 +34,8 @@ def csv(tmp_path, text, columns, group="", **table):
     ],
 )
 def test_a_unit_at_the_end_of_a_name_is_stated(tmp_path, name, unit):
-    found = csv(tmp_path, f"{name},b\n1,2\n", {"x": name})
-    assert found["x"].unit == unit
+    columns = csv(tmp_path, f"{name},b\n1,2\n", {"x": name})
+    assert columns["x"].unit == unit
 
 
 def test_near_names_are_told(tmp_path):
@@ -77,16 +77,21 @@ def test_without_a_header_the_number_of_columns_is_stated(tmp_path):
         csv(tmp_path, text, {"x": 2}, header=False)
     assert caught.value.hint.endswith("if not, state 'columns: 3' in the settings")
     stated = TableSettings(header=False, columns=3)
-    found = CsvImporter(stated).read(tmp_path / "a.csv", {"x": 2}, "")
-    assert found["x"].values.tolist() == [1.0, 1.0]
+    columns = CsvImporter(stated).read(tmp_path / "a.csv", {"x": 2}, "")
+    assert columns["x"].values.tolist() == [1.0, 1.0]
     stated = TableSettings(header=False, columns=2)
     with pytest.raises(DataError, match="has 3 columns, expected 2"):
         CsvImporter(stated).read(tmp_path / "a.csv", {"x": 1}, "")
 
 
 def test_a_delimiter_after_the_last_number_is_allowed(tmp_path):
-    found = csv(tmp_path, "time,torque\n0,1.5,\n1,2.5, \n", {"x": "torque"})
-    assert found["x"].values.tolist() == [1.5, 2.5]
+    columns = csv(tmp_path, "time,torque\n0,1.5,\n1,2.5, \n", {"x": "torque"})
+    assert columns["x"].values.tolist() == [1.5, 2.5]
+
+
+def test_a_line_is_that_of_the_file_though_quoted_cells_take_several(tmp_path):
+    with pytest.raises(DataError, match=r"a\.csv:6: 'bad' is not a number"):
+        csv(tmp_path, 'by hand\n"torque\n(N·m)",note\n1,"a\nb"\nbad,c\n', {"x": 1}, skip_lines=1)
 
 
 def test_another_encoding_is_told(tmp_path):
@@ -104,16 +109,16 @@ def test_hdf5_states_units(tmp_path):
         file["g/y"].attrs["unit"] = np.bytes_("deg")
         file["g/z"] = np.array([1.0, np.inf])
         file["g/c"] = np.array([1.0j])
-    found = Hdf5Importer(NoSettings()).read(path, {"x": "x", "y": "y"}, "g")
-    assert (found["x"].unit, found["y"].unit) == ("Nm", "deg")
-    assert found["y"].values.tolist() == [0.0, 1.0, 2.0]
-    for column, group, told in (
+    columns = Hdf5Importer(NoSettings()).read(path, {"x": "x", "y": "y"}, "g")
+    assert (columns["x"].unit, columns["y"].unit) == ("Nm", "deg")
+    assert columns["y"].values.tolist() == [0.0, 1.0, 2.0]
+    for column, group, words in (
         ("X", "g", "did you mean 'x'"),
         ("x", "G", "there is no group 'G'"),
         ("z", "g", "not finite at sample 2"),
         ("c", "g", "not a list of numbers"),
     ):
-        with pytest.raises(DataError, match=told):
+        with pytest.raises(DataError, match=words):
             Hdf5Importer(NoSettings()).read(path, {"x": column}, group)
 
 
@@ -125,8 +130,8 @@ def test_the_unit_of_an_hdf5_dataset_is_found_as_other_programs_write_it(tmp_pat
     with h5py.File(tmp_path / "a.h5", "w") as file:
         file["x"] = np.arange(3.0)
         file["x"].attrs[name] = unit
-    found = Hdf5Importer(NoSettings()).read(tmp_path / "a.h5", {"x": "x"}, "")
-    assert found["x"].unit == "mN.m"
+    columns = Hdf5Importer(NoSettings()).read(tmp_path / "a.h5", {"x": "x"}, "")
+    assert columns["x"].unit == "mN.m"
 
 
 @pytest.mark.parametrize("name", ["scale_factor", "add_offset"])

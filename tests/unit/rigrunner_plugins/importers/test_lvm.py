@@ -31,24 +31,24 @@ def read(tmp_path, text, columns=BOTH, group="", **settings_):
 @pytest.mark.parametrize("end", ["\n", "\r\n"])
 def test_numbers_are_read_in_every_form(tmp_path, x, sep, mark, end):
     text = lvm_text([NUMBERS], x=x, sep=sep, mark=mark).replace("\n", end)
-    found = read(tmp_path, text)
-    assert found["angle"].values.tolist() == NUMBERS["Angle"]
-    assert found["torque"].values.tolist() == NUMBERS["Torque"]
-    assert found["torque"].unit == "Nm"
-    assert found["torque"].interval_s == 0.001
-    assert found["torque"].started == datetime(2026, 3, 2, 10, 15, 1, 250_000)  # noqa: DTZ001  (local time)
+    columns = read(tmp_path, text)
+    assert columns["angle"].values.tolist() == NUMBERS["Angle"]
+    assert columns["torque"].values.tolist() == NUMBERS["Torque"]
+    assert columns["torque"].unit == "Nm"
+    assert columns["torque"].interval_s == 0.001
+    assert columns["torque"].started == datetime(2026, 3, 2, 10, 15, 1, 250_000)  # noqa: DTZ001  (local time)
 
 
 def test_channels_may_begin_at_other_times(tmp_path):
     zero = "0.0000000000000000E+0"
     text = lvm_text([NUMBERS]).replace(f"X0\t{zero}\t{zero}", f"X0\t{zero}\t2.5E-4")
-    found = read(tmp_path, text)
-    assert (found["angle"].offset_s, found["torque"].offset_s) == (0.0, 2.5e-4)
+    columns = read(tmp_path, text)
+    assert (columns["angle"].offset_s, columns["torque"].offset_s) == (0.0, 2.5e-4)
 
 
 def test_x_values_are_a_column_too(tmp_path):
-    found = read(tmp_path, lvm_text([NUMBERS]), {"time": "X_Value"})
-    assert found["time"].values.tolist() == [0.0, 0.001, 0.002]
+    columns = read(tmp_path, lvm_text([NUMBERS]), {"time": "X_Value"})
+    assert columns["time"].values.tolist() == [0.0, 0.001, 0.002]
     with pytest.raises(NotInFileError, match=r"'X_Value' of 'time' is given twice"):
         read(tmp_path, lvm_text([NUMBERS], x="Multi"), {"time": "X_Value"})
     by_number = read(tmp_path, lvm_text([NUMBERS], x="Multi"), {"time": 3, "torque": 4})
@@ -73,10 +73,10 @@ def test_a_file_from_elsewhere(tmp_path):
         "0.001000\t-0.009206\t7.254639\t\t-0.009206\n"
         "0.002000\t-0.014640\t\t\t-0.014640\n"
     )
-    found = read(tmp_path, text, {"a": "Dev0/Ai0", "b": "Dev0/Ai2"})
-    assert found["a"].values.tolist() == [-0.011923, -0.009206, -0.01464]
-    assert found["b"].values.tolist() == [7.254639, 7.254639]
-    assert not found["a"].unit
+    columns = read(tmp_path, text, {"a": "Dev0/Ai0", "b": "Dev0/Ai2"})
+    assert columns["a"].values.tolist() == [-0.011923, -0.009206, -0.01464]
+    assert columns["b"].values.tolist() == [7.254639, 7.254639]
+    assert not columns["a"].unit
     with pytest.raises(DataError, match=r"'Untitled' is empty"):
         read(tmp_path, text, {"a": "Untitled"})
 
@@ -107,8 +107,8 @@ def test_segments_are_told_apart_by_number(tmp_path):
     text = lvm_text([NUMBERS, {"Angle": [7.0, 8.0], "Torque": [1.0, 2.0]}])
     assert read(tmp_path, text, group="2")["angle"].values.tolist() == [7.0, 8.0]
     assert read(tmp_path, text, group="1")["angle"].values.tolist() == NUMBERS["Angle"]
-    for group, told in {"": "no segment is named", "3": "there is no segment 3"}.items():
-        with pytest.raises(NotInFileError, match=told) as caught:
+    for group, words in {"": "no segment is named", "3": "there is no segment 3"}.items():
+        with pytest.raises(NotInFileError, match=words) as caught:
             read(tmp_path, text, group=group)
         assert caught.value.hint.startswith("there are 2: give one as 'group', from 1 to 2, or")
     for group in ("two", "0", "2-1", "1-", "1-2-3"):
@@ -121,10 +121,10 @@ def test_segments_that_follow_each_other_are_joined(tmp_path):
     second = goes[1].split("***End_of_Header***", 1)[1].replace("10:15:01.25", "10:15:01.253")
     text = goes[0] + second.lstrip("\t\n").join(["\n", ""])
     for group in ("1-2", "all"):
-        found = read(tmp_path, text, group=group)
-        assert found["angle"].values.tolist() == [*NUMBERS["Angle"], 7.0]
-        taken = datetime(2026, 3, 2, 10, 15, 1, 253_000)  # noqa: DTZ001  (local time)
-        assert found["angle"].goes == ((3, taken),)
+        columns = read(tmp_path, text, group=group)
+        assert columns["angle"].values.tolist() == [*NUMBERS["Angle"], 7.0]
+        start = datetime(2026, 3, 2, 10, 15, 1, 253_000)  # noqa: DTZ001  (local time)
+        assert columns["angle"].goes == ((3, start),)
     assert read(tmp_path, text, group="2")["angle"].goes == ()
     with pytest.raises(DataError, match="segment 2 of 'angle' has another unit or interval"):
         read(tmp_path, text.replace("Nm", "rad", 2), group="all")
@@ -139,8 +139,8 @@ def test_what_was_written_in_several_goes_needs_its_x_values(tmp_path):
     with pytest.raises(DataError, match="has 4 samples, its header says 3") as caught:
         read(tmp_path, text)
     assert "gaps can be detected only in X values" in caught.value.hint
-    found = read(tmp_path, text, {**BOTH, "time": "X_Value"})
-    assert found["time"].values.tolist() == [0.0, 0.001, 0.002, 0.003]
+    columns = read(tmp_path, text, {**BOTH, "time": "X_Value"})
+    assert columns["time"].values.tolist() == [0.0, 0.001, 0.002, 0.003]
 
 
 @pytest.mark.parametrize(
@@ -157,7 +157,7 @@ LAST = "0.002000\t3e-07\t100000.0"
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "words"),
     [
         ("", "is not an LVM file with a header"),
         ("time,torque\n0,1\n", "is not an LVM file with a header"),
@@ -174,13 +174,13 @@ LAST = "0.002000\t3e-07\t100000.0"
         (ROWS.replace("Separator\t.", "Separator\t\t"), None),
     ],
 )
-def test_what_is_wrong_is_told_with_its_line(tmp_path, text, told):
-    if told is None:
+def test_what_is_wrong_is_told_with_its_line(tmp_path, text, words):
+    if words is None:
         assert read(tmp_path, text)
         return
     with pytest.raises(DataError) as caught:
         read(tmp_path, text)
-    assert told in str(caught.value)
+    assert words in str(caught.value)
     assert "r.lvm" in str(caught.value)
 
 

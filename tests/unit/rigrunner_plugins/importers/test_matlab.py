@@ -71,7 +71,7 @@ def test_vectors_and_columns_are_found(path, column, group, expected):
 
 
 @pytest.mark.parametrize(
-    ("column", "told"),
+    ("column", "words"),
     [
         ("Row", "'Row' of 'torque' is not there (did you mean 'row'"),
         ("run.tork", "'run.tork' of 'torque' is not there (did you mean 'torque'?)"),
@@ -90,16 +90,16 @@ def test_vectors_and_columns_are_found(path, column, group, expected):
         (3, "'3' of 'torque' names nothing"),
     ],
 )
-def test_what_is_no_recording_is_told(path, column, told):
+def test_what_is_no_recording_is_told(path, column, words):
     with pytest.raises(DataError) as caught:
         read(path, column)
-    assert told in str(caught.value)
+    assert words in str(caught.value)
 
 
 def test_a_variable_that_is_there_twice_is_refused(tmp_path):
-    one, path = tmp_path / "one.mat", tmp_path / "two.mat"
-    savemat(one, {"x": X})
-    path.write_bytes(one.read_bytes() + one.read_bytes()[128:])
+    original, path = tmp_path / "one.mat", tmp_path / "two.mat"
+    savemat(original, {"x": X})
+    path.write_bytes(original.read_bytes() + original.read_bytes()[128:])
     with pytest.raises(DataError, match="the variable 'x' is given twice"):
         read(path, "x")
 
@@ -115,9 +115,9 @@ def test_other_files_are_refused(tmp_path):
 
 
 def test_a_cut_file_is_refused(tmp_path):
-    whole, path = tmp_path / "whole.mat", tmp_path / "cut.mat"
-    savemat(whole, {"x": np.arange(300.0)}, do_compression=True)
-    content = whole.read_bytes()
+    original, path = tmp_path / "whole.mat", tmp_path / "cut.mat"
+    savemat(original, {"x": np.arange(300.0)}, do_compression=True)
+    content = original.read_bytes()
     for length in range(0, len(content), 7):
         path.write_bytes(content[:length])
         with pytest.raises((DataError, NotInFileError)):

@@ -38,11 +38,11 @@ def read(path, columns=None, group=""):
 
 
 def test_samples_come_with_unit_interval_and_start(tmp_path):
-    found = read(write(tmp_path / "a.tdms", torque()))
-    assert found.values.tolist() == TORQUE.tolist()
-    assert (found.unit, found.interval_s, found.interval_within_s) == ("Nm", 1e-4, 0.0)
-    assert found.offset_s == 0.5
-    assert found.started == datetime(2026, 3, 2, 9, 15, 0, 250_000, tzinfo=UTC)
+    column = read(write(tmp_path / "a.tdms", torque()))
+    assert column.values.tolist() == TORQUE.tolist()
+    assert (column.unit, column.interval_s, column.interval_within_s) == ("Nm", 1e-4, 0.0)
+    assert column.offset_s == 0.5
+    assert column.started == datetime(2026, 3, 2, 9, 15, 0, 250_000, tzinfo=UTC)
 
 
 def test_segments_of_a_channel_are_joined(tmp_path):
@@ -81,7 +81,7 @@ def test_an_index_of_another_file_is_not_looked_at(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("channel", "told"),
+    ("channel", "words"),
     [
         (torque(name="Moment"), "the channel 'r1/Torque' of 'torque' is not there"),
         (torque(data=np.array([1.0, np.nan, 2.0])), "is not finite at sample 2 (nan)"),
@@ -91,33 +91,33 @@ def test_an_index_of_another_file_is_not_looked_at(tmp_path):
         (torque(data=np.array([], np.float64)), "is empty"),
     ],
 )
-def test_what_is_no_recording_is_told(tmp_path, channel, told):
+def test_what_is_no_recording_is_told(tmp_path, channel, words):
     path = write(tmp_path / "a.tdms", channel)
     with pytest.raises(DataError) as caught:
         read(path)
-    assert told in str(caught.value)
+    assert words in str(caught.value)
     assert "a.tdms" in str(caught.value)
 
 
 def test_every_cut_of_a_file_is_refused(tmp_path):
-    whole = write(tmp_path / "a.tdms", torque(data=np.arange(50.0))).read_bytes()
+    content = write(tmp_path / "a.tdms", torque(data=np.arange(50.0))).read_bytes()
     path = tmp_path / "cut.tdms"
-    for length in range(len(whole)):
-        path.write_bytes(whole[:length])
+    for length in range(len(content)):
+        path.write_bytes(content[:length])
         with pytest.raises(DataError):
             read(path)
 
 
 def test_a_recording_that_goes_on_in_a_torn_segment_is_refused(tmp_path, capsys):
-    whole = write(tmp_path / "a.tdms", torque(data=np.arange(50.0)), parts=2).read_bytes()
-    second = whole.index(b"TDSm", 4)
+    content = write(tmp_path / "a.tdms", torque(data=np.arange(50.0)), parts=2).read_bytes()
+    second = content.index(b"TDSm", 4)
     path = tmp_path / "cut.tdms"
-    for length in (*range(second + 1, len(whole), 3), len(whole) - 1):
-        path.write_bytes(whole[:length])
+    for length in (*range(second + 1, len(content), 3), len(content) - 1):
+        path.write_bytes(content[:length])
         with pytest.raises(DataError):
             read(path)
     assert capsys.readouterr() == ("", "")
-    path.write_bytes(whole[:second])
+    path.write_bytes(content[:second])
     assert len(read(path).values) == 50
 
 
@@ -150,8 +150,8 @@ def test_other_files_are_refused(tmp_path):
 
 def test_a_start_that_nobody_entered_is_none(tmp_path):
     zero = {"wf_start_time": np.datetime64("1904-01-01T00:00:00", "us")}
-    found = read(write(tmp_path / "a.tdms", torque(**zero)))
-    assert (found.started, found.interval_s, found.unit) == (None, None, "")
+    column = read(write(tmp_path / "a.tdms", torque(**zero)))
+    assert (column.started, column.interval_s, column.unit) == (None, None, "")
 
 
 def append(path, data, microseconds, **properties):
@@ -165,11 +165,11 @@ def test_a_channel_that_was_gone_on_with_says_when(tmp_path):
     path = write(tmp_path / "a.tdms", torque("other"), first)
     append(path, np.arange(5.0), 400)
     append(path, np.arange(2.0), 0, wf_start_offset=9e-4)
-    found = TdmsImporter(NoSettings()).read(path, {"torque": "Torque"}, "r1")["torque"]
-    assert len(found.values) == 3 + 5 + 2
+    column = TdmsImporter(NoSettings()).read(path, {"torque": "Torque"}, "r1")["torque"]
+    assert len(column.values) == 3 + 5 + 2
     utc = datetime(2026, 3, 2, 9, 15, tzinfo=UTC)
-    first, second = found.goes
-    assert (found.started, found.offset_s) == (utc + timedelta(seconds=0.25), 0.0)
+    first, second = column.goes
+    assert (column.started, column.offset_s) == (utc + timedelta(seconds=0.25), 0.0)
     assert first == (3, utc + timedelta(seconds=0.2504))
     assert second == (8, utc + timedelta(seconds=0.2509))
 
@@ -178,9 +178,9 @@ def test_goes_of_a_loop_follow_each_other(tmp_path):
     path = write(tmp_path / "a.tdms", torque(wf_increment=1e-4, wf_start_time=START))
     for go in range(1, 20):
         append(path, TORQUE, 300 * go)
-    found = {"torque": read(path)}
-    assert len(found["torque"].goes) == 19
-    assert start_of(found, 1e4, "f") == datetime(2026, 3, 2, 9, 15, 0, 250_000, tzinfo=UTC)
+    columns = {"torque": read(path)}
+    assert len(columns["torque"].goes) == 19
+    assert start_of(columns, 1e4, "f") == datetime(2026, 3, 2, 9, 15, 0, 250_000, tzinfo=UTC)
     append(path, TORQUE, 6500)
     with pytest.raises(DataError, match=r"'torque' has a gap: sample 61 was taken 0\.0005 s later"):
         start_of({"torque": read(path)}, 1e4, "f")

@@ -19,8 +19,8 @@ def event(kind, **fields):
 
 
 def planned(folder, **more):
-    known = {"run_id": "R1", "folder": str(folder), "station": "rig-1", "procedure": "P-7"}
-    return event(RunPlanned, **{**known, "title": "Test", "inputs": {"specimen": "SN-042"}, **more})
+    base = {"run_id": "R1", "folder": str(folder), "station": "rig-1", "procedure": "P-7"}
+    return event(RunPlanned, **{**base, "title": "Test", "inputs": {"specimen": "SN-042"}, **more})
 
 
 def alarm(text="too hot"):
@@ -35,7 +35,7 @@ def finished():
     return event(RunFinished, outcome=Outcome.COMPLETED, verdict="pass")
 
 
-def whole(folder):
+def whole_run(folder):
     return [planned(folder), alarm(), ended(), finished()]
 
 
@@ -98,7 +98,7 @@ def unkind(*, closes):
     """Listen on loopback and never say a word; or close each connection at once."""
     with socket.create_server(("127.0.0.1", 0)) as listening:
         listening.settimeout(0.05)
-        held, over = [], threading.Event()
+        connections, over = [], threading.Event()
 
         def work():
             while not over.is_set():
@@ -108,7 +108,7 @@ def unkind(*, closes):
                     continue
                 if closes:
                     connection.close()
-                held.append(connection)
+                connections.append(connection)
 
         thread = threading.Thread(target=work)
         thread.start()
@@ -117,8 +117,8 @@ def unkind(*, closes):
         finally:
             over.set()
             thread.join()
-            for each in held:
-                each.close()
+            for connection in connections:
+                connection.close()
 
 
 @contextmanager

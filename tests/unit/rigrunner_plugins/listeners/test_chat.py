@@ -16,7 +16,7 @@ from unit.rigrunner_plugins.listeners.helpers_listeners import (
     unkind,
     until,
     web,
-    whole,
+    whole_run,
 )
 
 pytest.importorskip("apprise")
@@ -42,14 +42,15 @@ def to(monkeypatch):
 def test_each_service_gets_what_happened(to, tmp_path):
     with web() as (receiver, port):
         sink = to(f"json://127.0.0.1:{port}/one\njson://127.0.0.1:{port}/two\n")
-        for each in whole(tmp_path):
-            sink(each)
+        for event in whole_run(tmp_path):
+            sink(event)
         sink.close()
     assert sink.lost == 0
     assert sorted(path for path, _, _ in receiver.got) == ["/one", "/one", "/two", "/two"]
-    told = [json.loads(body) for _, _, body in receiver.got]
-    assert "rig-1: run ended (completed, pass) - SN-042" in {each["title"] for each in told}
-    assert {(each["title"].split()[1], each["type"]) for each in told} == {
+    messages = [json.loads(body) for _, _, body in receiver.got]
+    titles = {message["title"] for message in messages}
+    assert "rig-1: run ended (completed, pass) - SN-042" in titles
+    assert {(message["title"].split()[1], message["type"]) for message in messages} == {
         ("ALARM", "failure"), ("run", "info"),
     }  # fmt: skip
 

@@ -28,7 +28,7 @@ from unit.rigrunner_plugins.listeners.helpers_listeners import (
     unending,
     unkind,
     until,
-    whole,
+    whole_run,
 )
 
 controllers = pytest.importorskip("aiosmtpd.controller")
@@ -70,26 +70,26 @@ def served():
         return controller.port
 
     yield serve
-    for each in running:
-        each.stop()
+    for server in running:
+        server.stop()
     with warnings.catch_warnings(action="ignore", category=ResourceWarning):
         gc.collect()  # asyncio does not close the socket of a handshake that failed
 
 
 def to(port, **more):
-    known = {"host": "127.0.0.1", "port": port, "security": "none", "timeout": "2 s", "attempts": 3}
+    base = {"host": "127.0.0.1", "port": port, "security": "none", "timeout": "2 s", "attempts": 3}
     people = {"sender": "rig@example.org", "to": ["lab@example.org", "chief@example.org"]}
-    return mail(MailSettings(**{**known, **people, **more}))
+    return mail(MailSettings(**{**base, **people, **more}))
 
 
 def test_a_mail_comes_with_what_happened(served, tmp_path):
     handler = Handler()
     sink = to(served(handler))
-    for each in whole(tmp_path):
-        sink(each)
+    for event in whole_run(tmp_path):
+        sink(event)
     sink.close()
     assert sink.lost == 0
-    letters = [each.content.decode() for each in handler.got]
+    letters = [message.content.decode() for message in handler.got]
     assert "Subject: rig-1: ALARM - SN-042" in letters[0]
     assert "Subject: rig-1: run ended (completed, pass) - SN-042" in letters[1]
     assert "The run ended: completed. Verdict: pass." in letters[1]
@@ -110,10 +110,10 @@ def test_a_specimen_cannot_add_a_header(served, tmp_path):
 
 @pytest.mark.filterwarnings("ignore:Requiring AUTH while not requiring TLS")
 def test_the_account_is_told_to_the_server_alone(served):
-    seen = []
+    logins = []
 
     def known(_server, _session, _envelope, _mechanism, data):
-        seen.append((data.login.decode(), data.password.decode()))
+        logins.append((data.login.decode(), data.password.decode()))
         return smtp.AuthResult(success=data.password.decode() == SECRET)
 
     more = {"authenticator": known, "auth_require_tls": False, "auth_required": True}
@@ -121,7 +121,7 @@ def test_the_account_is_told_to_the_server_alone(served):
     sink = to(port, user="rig", password={"env": "MAIL_WORD"})
     sink(alarm())
     sink.close()
-    assert (sink.lost, seen) == (0, [("rig", SECRET)])
+    assert (sink.lost, logins) == (0, [("rig", SECRET)])
 
 
 def test_a_wrong_password_is_tried_once_and_not_said(served, caplog):
@@ -182,7 +182,7 @@ def own_certificate(tmp_path):
     name = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, "127.0.0.1")])
     now = datetime.now(UTC)
     named = x509.SubjectAlternativeName([x509.IPAddress(IPv4Address("127.0.0.1"))])
-    made = (
+    certificate = (
         x509.CertificateBuilder(name, name, key.public_key(), 1, now - DAY, now + DAY)
         .add_extension(named, critical=False)
         .add_extension(x509.BasicConstraints(ca=True, path_length=None), critical=True)
@@ -191,7 +191,7 @@ def own_certificate(tmp_path):
     path, plain = tmp_path / "own.pem", serialization.NoEncryption()
     form = (serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8, plain)
     (tmp_path / "key.pem").write_bytes(key.private_bytes(*form))
-    path.write_bytes(made.public_bytes(serialization.Encoding.PEM))
+    path.write_bytes(certificate.public_bytes(serialization.Encoding.PEM))
     context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
     context.load_cert_chain(path, tmp_path / "key.pem")
     return path, context

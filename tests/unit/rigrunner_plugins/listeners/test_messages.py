@@ -16,7 +16,7 @@ from unit.rigrunner_plugins.listeners.helpers_listeners import (
     event,
     finished,
     planned,
-    whole,
+    whole_run,
 )
 
 
@@ -31,16 +31,16 @@ def disk(monkeypatch):
 
 def reported(events, **settings):
     rules = Rules(RuleSettings(**settings))
-    return [each for one in events for each in rules.take(one)]
+    return [message for event in events for message in rules.take(event)]
 
 
 def test_the_end_of_a_run_is_reported_once_with_its_verdict(tmp_path):
-    found = reported(whole(tmp_path))
-    assert [each.kind for each in found] == ["alarm", "run_ended"]
-    assert found[1].title == "rig-1: run ended (completed, pass) - SN-042"
-    assert found[1].document()["verdict"] == "pass"
-    assert found[0].text == "interlock hot: too hot"
-    assert "Run: R1" in found[0].body
+    messages = reported(whole_run(tmp_path))
+    assert [message.kind for message in messages] == ["alarm", "run_ended"]
+    assert messages[1].title == "rig-1: run ended (completed, pass) - SN-042"
+    assert messages[1].document()["verdict"] == "pass"
+    assert messages[0].text == "interlock hot: too hot"
+    assert "Run: R1" in messages[0].body
 
 
 def test_a_run_that_is_cut_off_after_its_end_is_reported_without_a_verdict():
@@ -52,7 +52,8 @@ def test_a_run_that_is_cut_off_after_its_end_is_reported_without_a_verdict():
 
 
 def test_only_what_the_station_asks_for_is_reported(tmp_path):
-    assert [each.kind for each in reported(whole(tmp_path), on=["run_ended"])] == ["run_ended"]
+    (message,) = reported(whole_run(tmp_path), on=["run_ended"])
+    assert message.kind == "run_ended"
     assert reported([alarm()], on=["disk_low"]) == []
 
 
@@ -72,7 +73,7 @@ def test_a_question_waits_until_somebody_answers_or_it_is_over(over):
     rules = Rules(RuleSettings())
     assert not list(rules.take(event(Prompt, step="main[0]", text="Is the guard closed?")))
     assert rules.waiting.text == "The run waits for an answer: Is the guard closed? (main[0])"
-    assert [each.kind for each in rules.take(alarm())] == ["alarm"]
+    assert [message.kind for message in rules.take(alarm())] == ["alarm"]
     assert rules.waiting is not None
     list(rules.take(over))
     assert rules.waiting is None
@@ -87,9 +88,9 @@ def test_a_pause_waits_for_a_person_as_a_question_does():
 
 def test_an_instrument_that_is_due_soon_is_named_and_one_that_is_not_is_not(tmp_path):
     due = {"load cell": "2026-12-07", "meter": "2026-12-08", "clock": "2026-11-22"}
-    (found,) = reported([planned(tmp_path, due=due)])
-    assert found.kind == "calibration_due"
-    assert found.text == (
+    (message,) = reported([planned(tmp_path, due=due)])
+    assert message.kind == "calibration_due"
+    assert message.text == (
         "clock: calibration was due on 2026-11-22\nload cell: calibration is due on 2026-12-07"
     )
 
@@ -101,8 +102,8 @@ def test_little_room_is_reported_once_until_there_was_room_again(disk, tmp_path)
     kinds = []
     for room in (100.0, 4.9, 4.0, 100.0, 4.0):
         disk.gb, now.s = room, now.s + DISK_EVERY_S
-        found = list(rules.take(event(Answer, step="s", text="t", by="b")))
-        kinds.append([each.text for each in found if each.kind == "disk_low"])
+        messages = list(rules.take(event(Answer, step="s", text="t", by="b")))
+        kinds.append([message.text for message in messages if message.kind == "disk_low"])
     assert kinds == [
         [],
         ["4.9 GB are free for runs, less than 5 GB"],
@@ -113,8 +114,8 @@ def test_little_room_is_reported_once_until_there_was_room_again(disk, tmp_path)
 
 
 def test_what_may_not_be_safe_is_an_alarm():
-    (found,) = reported([event(MadeSafe, what="tester", problems=("no answer",))])
-    assert (found.kind, found.text) == ("alarm", "tester may not be safe: no answer")
+    (message,) = reported([event(MadeSafe, what="tester", problems=("no answer",))])
+    assert (message.kind, message.text) == ("alarm", "tester may not be safe: no answer")
     assert reported([event(MadeSafe, what="tester")]) == []
 
 
@@ -125,6 +126,6 @@ def test_that_a_listener_failed_is_not_reported_by_listeners():
 
 def test_a_line_break_in_a_specimen_makes_no_second_line_of_a_subject(tmp_path):
     hostile = planned(tmp_path, inputs={"specimen": "SN\r\nBcc: all@example.org"})
-    found = reported([hostile, finished()])[-1]
-    assert "\n" not in found.title
-    assert "\r" not in found.title
+    message = reported([hostile, finished()])[-1]
+    assert "\n" not in message.title
+    assert "\r" not in message.title

@@ -20,7 +20,7 @@ from unit.rigrunner_plugins.listeners.helpers_listeners import (
     free_port,
     unkind,
     until,
-    whole,
+    whole_run,
 )
 
 paho = pytest.importorskip("paho.mqtt.client")
@@ -83,20 +83,21 @@ def subscribed(port, user="", word=""):
 def to(port, **more):
     from rigrunner_plugins.listeners.mqtt import mqtt  # noqa: PLC0415  (an extra)
 
-    known = {"host": "127.0.0.1", "port": port, "timeout": "5 s", "attempts": 2}
-    return mqtt(MqttSettings(**{**known, **more}))
+    settings = {"host": "127.0.0.1", "port": port, "timeout": "5 s", "attempts": 2}
+    return mqtt(MqttSettings(**{**settings, **more}))
 
 
 @with_broker
 def test_the_broker_hands_on_what_happened(tmp_path):
     with broker(tmp_path, "allow_anonymous true") as port, subscribed(port) as got:
         sink = to(port)
-        for each in whole(tmp_path):
-            sink(each)
+        for event in whole_run(tmp_path):
+            sink(event)
         sink.close()
         assert sink.lost == 0
         until(lambda: len(got) == 2)
-    assert [each.topic for each in got] == ["rigrunner/rig-1/alarm", "rigrunner/rig-1/run_ended"]
+    topics = [message.topic for message in got]
+    assert topics == ["rigrunner/rig-1/alarm", "rigrunner/rig-1/run_ended"]
     document = json.loads(got[1].payload)
     assert (document["verdict"], document["run"]) == ("pass", "R1")
 

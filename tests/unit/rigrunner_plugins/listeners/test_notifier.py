@@ -12,7 +12,7 @@ from rigrunner.api.events import Answer, Prompt
 from rigrunner_plugins.listeners import notifier
 from rigrunner_plugins.listeners.notifier import MOST_WAITING, DeliveryError, Notifier
 from rigrunner_plugins.listeners.settings import RuleSettings
-from unit.rigrunner_plugins.listeners.helpers_listeners import alarm, event, until, whole
+from unit.rigrunner_plugins.listeners.helpers_listeners import alarm, event, until, whole_run
 
 
 @pytest.fixture(autouse=True)
@@ -21,7 +21,7 @@ def short(monkeypatch):
     monkeypatch.setattr(notifier, "LAST_WORDS_S", 0.5)
 
 
-def made(deliver, **settings):
+def notifier_of(deliver, **settings):
     return Notifier(
         "test", RuleSettings(on=["alarm", "run_ended", "waits_for_answer"], **settings), deliver
     )
@@ -44,19 +44,19 @@ class Flaky:
 
 def test_messages_come_in_their_order_and_no_thread_stays(tmp_path):
     flaky = Flaky(0, None)
-    sink = made(flaky)
-    for each in whole(tmp_path):
-        sink(each)
+    sink = notifier_of(flaky)
+    for run_event in whole_run(tmp_path):
+        sink(run_event)
     sink.close()
     assert flaky.got == ["interlock hot: too hot", "The run ended: completed. Verdict: pass."]
     assert sink.lost == 0
-    until(lambda: not [each for each in threading.enumerate() if each.name == "to test"])
+    until(lambda: not [thread for thread in threading.enumerate() if thread.name == "to test"])
 
 
 @pytest.mark.parametrize("error", [DeliveryError("500"), ConnectionRefusedError(), TimeoutError()])
 def test_what_was_not_taken_is_sent_again(error):
     flaky = Flaky(3, error)
-    sink = made(flaky, attempts=4)
+    sink = notifier_of(flaky, attempts=4)
     sink(alarm())
     until(lambda: flaky.got)
     sink.close()
@@ -65,9 +65,9 @@ def test_what_was_not_taken_is_sent_again(error):
 
 def test_the_end_of_the_run_is_sent_again_too(tmp_path):
     flaky = Flaky(3, DeliveryError("the receiver answered 503"))
-    sink = made(flaky)
-    for each in whole(tmp_path)[-1:]:
-        sink(each)
+    sink = notifier_of(flaky)
+    for run_event in whole_run(tmp_path)[-1:]:
+        sink(run_event)
     sink.close()
     assert (flaky.attempts, sink.lost) == (4, 0)
     assert flaky.got == ["The run ended: completed. Verdict: pass."]
@@ -75,17 +75,17 @@ def test_the_end_of_the_run_is_sent_again_too(tmp_path):
 
 def test_a_receiver_that_is_gone_is_not_waited_for_after_its_time(monkeypatch):
     monkeypatch.setattr(notifier, "FIRST_PAUSE_S", 0.3)
-    gone = Flaky(99, DeliveryError("the receiver answered 503"))
-    sink = made(gone)
+    lost = Flaky(99, DeliveryError("the receiver answered 503"))
+    sink = notifier_of(lost)
     sink(alarm())
     sink.close()
-    assert gone.attempts == 2
+    assert lost.attempts == 2
     assert sink.lost == 1
 
 
 def test_after_the_last_try_it_is_counted_and_said(caplog):
     flaky = Flaky(99, DeliveryError("the receiver answered 503"))
-    sink = made(flaky, attempts=3)
+    sink = notifier_of(flaky, attempts=3)
     with caplog.at_level(logging.WARNING):
         sink(alarm())
         until(lambda: sink.lost)
@@ -98,7 +98,7 @@ def test_after_the_last_try_it_is_counted_and_said(caplog):
 @pytest.mark.parametrize("error", [DeliveryError("404", again=False), ZeroDivisionError("bug")])
 def test_what_no_try_can_help_is_not_tried_again_and_the_next_message_is_sent(error):
     flaky = Flaky(1, error)
-    sink = made(flaky)
+    sink = notifier_of(flaky)
     sink(alarm("first"))
     sink(alarm("second"))
     until(lambda: flaky.got)
@@ -107,7 +107,7 @@ def test_what_no_try_can_help_is_not_tried_again_and_the_next_message_is_sent(er
 
 def test_what_an_error_of_a_library_says_is_not_repeated(caplog):
     flaky = Flaky(1, ValueError("https://user:s3cret@host"))
-    sink = made(flaky)
+    sink = notifier_of(flaky)
     with caplog.at_level(logging.DEBUG):
         sink(alarm())
         until(lambda: sink.lost)
@@ -122,7 +122,7 @@ def test_a_receiver_that_hangs_holds_nothing_up_and_the_oldest_messages_are_drop
         free.wait()
         got.append(message.text)
 
-    sink = made(hangs)
+    sink = notifier_of(hangs)
     began_s = time.monotonic()
     for number in range(10 * MOST_WAITING):
         sink(alarm(str(number)))
@@ -139,7 +139,7 @@ def test_a_receiver_that_hangs_holds_nothing_up_and_the_oldest_messages_are_drop
 
 def test_a_question_is_sent_after_a_time_unless_it_is_answered():
     flaky = Flaky(0, None)
-    sink = made(flaky, wait="0.3 s")
+    sink = notifier_of(flaky, wait="0.3 s")
     sink(event(Prompt, step="a", text="first"))
     sink(event(Answer, step="a", text="yes", by="Ann"))
     sink(event(Prompt, step="b", text="second"))
@@ -154,7 +154,7 @@ def test_a_question_is_sent_after_a_time_unless_it_is_answered():
 
 def test_the_end_of_the_run_does_not_wait_for_a_question():
     flaky = Flaky(0, None)
-    sink = made(flaky, wait="1 h")
+    sink = notifier_of(flaky, wait="1 h")
     sink(event(Prompt, step="a", text="first"))
     began_s = time.monotonic()
     sink.close()

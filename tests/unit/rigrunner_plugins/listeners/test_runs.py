@@ -20,7 +20,7 @@ pytestmark = pytest.mark.usefixtures("tester")
 
 def lab(folder, *listeners):
     """Return a procedure and a station that names listeners, as YAML's flow mappings."""
-    named = "".join(f"\n  - {each}" for each in listeners)
+    named = "".join(f"\n  - {listener}" for listener in listeners)
     changed = ("id: bench\n", f"id: bench\nlisteners:{named}\n")
     return procedure_file(folder, "idle"), station_file(folder, changed)
 
@@ -39,7 +39,7 @@ def key(monkeypatch):
 
 def samples_of(finished):
     stored = read(finished.folder)
-    return {each.name: len(next(iter(each.channels.values()))) for each in stored.recordings}
+    return {rec.name: len(next(iter(rec.channels.values()))) for rec in stored.recordings}
 
 
 def test_a_receiver_is_told_of_a_real_run_and_its_secret_is_in_no_file_of_it(tmp_path):
@@ -47,14 +47,14 @@ def test_a_receiver_is_told_of_a_real_run_and_its_secret_is_in_no_file_of_it(tmp
         procedure, station = lab(tmp_path, hook(port))
         finished = run(procedure, tmp_path / "runs", station=station)
     assert finished.outcome is Outcome.COMPLETED
-    told = [json.loads(body) for _, _, body in receiver.got]
-    assert [each["kind"] for each in told] == ["disk_low", "run_ended"]
-    assert (told[1]["outcome"], told[1]["run"]) == ("completed", finished.folder.name)
-    assert told[1]["station"] == "bench"
-    assert (told[1]["verdict"], "Verdict" in told[1]["text"]) == ("", False), "it has none"
-    files = [each for each in tmp_path.rglob("*") if each.is_file()]
+    messages = [json.loads(body) for _, _, body in receiver.got]
+    assert [message["kind"] for message in messages] == ["disk_low", "run_ended"]
+    assert (messages[1]["outcome"], messages[1]["run"]) == ("completed", finished.folder.name)
+    assert messages[1]["station"] == "bench"
+    assert (messages[1]["verdict"], "Verdict" in messages[1]["text"]) == ("", False), "it has none"
+    files = [path for path in tmp_path.rglob("*") if path.is_file()]
     assert len(files) > 5
-    assert not [each for each in files if SECRET.encode() in each.read_bytes()]
+    assert not [path for path in files if SECRET.encode() in path.read_bytes()]
 
 
 @pytest.mark.parametrize("closes", first(1, [False, True]))
@@ -72,7 +72,8 @@ def test_a_receiver_that_hangs_or_closes_changes_nothing_of_the_run(tmp_path, cl
     assert time.monotonic() - began_s < 60
     assert finished.outcome is Outcome.COMPLETED
     assert samples_of(finished) == samples_of(quiet)
-    events = [each for each in read(finished.folder).events if isinstance(each, (Alarm, Samples))]
+    stored = read(finished.folder).events
+    events = [event for event in stored if isinstance(event, (Alarm, Samples))]
     assert events == []
     assert "webhook: 2 messages were not delivered" in caplog.text
     assert "mail: 2 messages were not delivered" in caplog.text

@@ -21,7 +21,7 @@ from unit.rigrunner_plugins.listeners.helpers_listeners import (
     unkind,
     until,
     web,
-    whole,
+    whole_run,
 )
 
 
@@ -40,27 +40,27 @@ def to(port, **more):
 def test_the_signature_is_that_of_the_standard():
     """The example in the tests of the Standard Webhooks libraries."""
     key = signing_key("whsec_MfKQ9r8GKYqrTwjUPD8ILPZIo2LaLaSw")
-    told = signature(key, "msg_p5jXN8AQM9LWM0D4loKWxJek", "1614265330", b'{"test": 2432232314}')
-    assert told == "v1,g0hM9SsE+OTPJTGt/tmIKtSyZlE3uFJELVlNIOLJ1OE="
+    signed = signature(key, "msg_p5jXN8AQM9LWM0D4loKWxJek", "1614265330", b'{"test": 2432232314}')
+    assert signed == "v1,g0hM9SsE+OTPJTGt/tmIKtSyZlE3uFJELVlNIOLJ1OE="
 
 
 def test_a_receiver_gets_signed_json(tmp_path):
     with web() as (receiver, port):
         sink = to(port, secret={"env": "HOOK_KEY"})
-        for each in whole(tmp_path):
-            sink(each)
+        for event in whole_run(tmp_path):
+            sink(event)
         sink.close()
     assert sink.lost == 0
     kinds = [json.loads(body)["kind"] for _, _, body in receiver.got]
     assert kinds == ["alarm", "run_ended"]
-    path, told, body = receiver.got[-1]
+    path, headers, body = receiver.got[-1]
     document = json.loads(body)
     assert (document["station"], document["specimen"]) == ("rig-1", "SN-042")
-    assert (path, told["Content-Type"]) == ("/hook?rig=1", "application/json")
-    signed = f"{told['webhook-id']}.{told['webhook-timestamp']}.".encode() + body
+    assert (path, headers["Content-Type"]) == ("/hook?rig=1", "application/json")
+    signed = f"{headers['webhook-id']}.{headers['webhook-timestamp']}.".encode() + body
     expected = base64.b64encode(hmac.new(SECRET.encode(), signed, hashlib.sha256).digest()).decode()
-    assert told["webhook-signature"] == f"v1,{expected}"
-    ids = [told["webhook-id"] for _, told, _ in receiver.got]
+    assert headers["webhook-signature"] == f"v1,{expected}"
+    ids = [headers["webhook-id"] for _, headers, _ in receiver.got]
     assert len(set(ids)) == 2
 
 
@@ -71,7 +71,7 @@ def test_a_receiver_that_is_in_trouble_is_asked_again_with_the_same_id():
         until(lambda: len(receiver.got) == 3)
         sink.close()
     assert sink.lost == 0
-    assert len({told["webhook-id"] for _, told, _ in receiver.got}) == 1
+    assert len({headers["webhook-id"] for _, headers, _ in receiver.got}) == 1
     assert "webhook-signature" not in receiver.got[0][1]
 
 

@@ -12,15 +12,15 @@ GOOD = np.array([1.00, 1.02, 0.98, 1.01, 0.99, 1.03, 0.97, 1.00, 1.01, 0.99, 1.0
 
 def rejected(values, **changes):
     rule = GeneralizedEsd(GeneralizedEsdSettings(**changes))
-    return [each.index for each in rule(np.asarray(values, float))]
+    return [rejection.index for rejection in rule(np.asarray(values, float))]
 
 
 def test_a_masked_one_is_rejected_with_its_group_below_its_own_critical_value():
     """9.0 and 9.1 among 14: (9.1 - 2.15)/2.92 = 2.38 is below 2.51, and without it 9.0 exceeds."""
-    found = GeneralizedEsd(GeneralizedEsdSettings())(np.array([*GOOD, 9.0, 9.1]))
-    assert [each.index for each in found] == [13, 12]
-    assert found[0].statistic < found[0].critical
-    assert found[1].statistic > found[1].critical
+    rejections = GeneralizedEsd(GeneralizedEsdSettings())(np.array([*GOOD, 9.0, 9.1]))
+    assert [rejection.index for rejection in rejections] == [13, 12]
+    assert rejections[0].statistic < rejections[0].critical
+    assert rejections[1].statistic > rejections[1].critical
 
 
 @pytest.mark.parametrize(("n", "looked_for"), [(3, 1), (4, 1), (14, 2), (15, 3), (30, 6)])

@@ -13,7 +13,8 @@ GOOD = np.array([1.00, 1.02, 0.98, 1.01, 0.99, 1.03, 0.97, 1.00])
 
 
 def rejected(values, **changes):
-    return [each.index for each in Grubbs(GrubbsSettings(**changes))(np.asarray(values, float))]
+    rule = Grubbs(GrubbsSettings(**changes))
+    return [rejection.index for rejection in rule(np.asarray(values, float))]
 
 
 def test_good_values_stay():
@@ -67,9 +68,9 @@ def test_settings_are_strict(bad):
 @settings(deadline=None, max_examples=60, derandomize=True)
 @given(st.lists(st.floats(-1e3, 1e3), min_size=3, max_size=30))
 def test_it_does_not_depend_on_order(values):
-    found = {values[index] for index in rejected(values)}
+    outliers = {values[index] for index in rejected(values)}
     backwards = values[::-1]
-    assert {backwards[index] for index in rejected(backwards)} == found
+    assert {backwards[index] for index in rejected(backwards)} == outliers
 
 
 def test_the_false_alarm_rate_is_alpha():

@@ -9,7 +9,7 @@ from rigrunner_plugins.outlier_rules.settings import MadSettings
 
 
 def rejected(values, **changes):
-    return [each.index for each in Mad(MadSettings(**changes))(np.asarray(values, float))]
+    return [rejection.index for rejection in Mad(MadSettings(**changes))(np.asarray(values, float))]
 
 
 def test_the_threshold_decides():

@@ -67,10 +67,10 @@ def act(left, capfd):
 def test_an_energised_rig_is_made_safe_and_that_is_noted_in_the_folder_of_its_run(left, act):
     left.run.mkdir()
     left.mark()
-    said = act()
+    output = act()
     assert left.lab.stands() == (0.0, 0.0)
     for line in (f"{REASON}; last set-points: psu.voltage 40 V", SAFE):
-        assert line in said
+        assert line in output
         for name in ("run.log", "guardian.txt"):
             assert line in (left.run / name).read_text()
     assert read_marker("bench").safe_by.startswith("The guardian made it safe at 20")
@@ -98,10 +98,10 @@ def test_without_its_files_a_rig_is_made_safe_as_if_energised(left, act):
 def test_a_rig_that_another_process_has_taken_is_left_alone(left, act):
     left.mark()
     holder = Holder("bench", "WEAR", 8, "2026-03-01T12:01:00.000Z")
-    with ExitStack() as held:
-        held.enter_context(hold([left.lock], holder))
-        said = act()
-    assert "another process has taken the rig (WEAR, process 8): it is left alone" in said
+    with ExitStack() as stack:
+        stack.enter_context(hold([left.lock], holder))
+        output = act()
+    assert "another process has taken the rig (WEAR, process 8): it is left alone" in output
     assert left.lab.stands() == (40.0, 20.0)
 
 
@@ -111,14 +111,12 @@ def test_a_drive_that_stays_is_tried_four_times_and_a_person_is_sent_there(left,
     left.lab.put(stuck="voltage")
     attempts = []
     attempt = acting._one_attempt
-    monkeypatch.setattr(
-        acting, "_one_attempt", lambda *given: attempts.append(1) or attempt(*given)
-    )
-    said = act()
+    monkeypatch.setattr(acting, "_one_attempt", lambda *args: attempts.append(1) or attempt(*args))
+    output = act()
     assert len(attempts) == 4
-    assert "THE RIG IS NOT SAFE: psu" in said
-    assert "Go to the rig." in said
-    assert SAFE not in said
+    assert "THE RIG IS NOT SAFE: psu" in output
+    assert "Go to the rig." in output
+    assert SAFE not in output
     assert "THE RIG IS NOT SAFE: psu" in (left.run / "guardian.txt").read_text()
     assert not read_marker("bench").safe_by
 
@@ -129,11 +127,11 @@ def test_a_drive_that_obeys_at_last_is_not_tried_again(left, act, monkeypatch):
     attempt = acting._one_attempt
     attempts = []
 
-    def free(*given):
+    def free(*args):
         attempts.append(1)
         if len(attempts) == 2:
             left.lab.put(stuck="")
-        return attempt(*given)
+        return attempt(*args)
 
     monkeypatch.setattr(acting, "_one_attempt", free)
     assert SAFE in act()
@@ -146,10 +144,10 @@ def test_only_an_energised_device_that_cannot_be_opened_leaves_the_rig_unsafe(
 ):
     left.mark()
     left.task["unreachable"] = [role]
-    said = act()
-    assert (SAFE in said) is is_safe
-    told = f"THE RIG IS NOT SAFE: {role}: its plugin says that no second process can open it"
-    assert (told in said) is not is_safe
+    output = act()
+    assert (SAFE in output) is is_safe
+    message = f"THE RIG IS NOT SAFE: {role}: its plugin says that no second process can open it"
+    assert (message in output) is not is_safe
     assert bool(read_marker("bench").safe_by) is is_safe
 
 
@@ -166,6 +164,6 @@ def test_the_order_of_the_station_holds_as_far_as_its_devices_can_be_reached(lef
     text = left.task["station_text"].replace("safety: {", "safety: {order: [oven, psu.speed], ")
     oven = "  oven: {type: supply, plugin: supply, settings: {file: oven.json}}\n"
     left.task["station_text"] = text.replace("instruments:\n", f"{oven}instruments:\n")
-    said = act()
-    assert SAFE in said
-    assert said.index("psu.speed is safe: read back") < said.index("psu is safe: read back")
+    output = act()
+    assert SAFE in output
+    assert output.index("psu.speed is safe: read back") < output.index("psu is safe: read back")

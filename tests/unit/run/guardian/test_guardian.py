@@ -85,7 +85,7 @@ def test_a_computer_that_was_suspended_has_missed_nothing(patience, clock):
 def test_a_hung_process_is_asked_and_then_killed(patience, clock, owner):
     ticks(patience, clock, 31)
     patience.end()
-    assert (owner.sent, patience.is_asked) == (["SIGTERM", "SIGCONT"], True)
+    assert (owner.sent, patience.was_asked) == (["SIGTERM", "SIGCONT"], True)
     ticks(patience, clock, 11)
     assert patience.is_over
     patience.end()
@@ -93,12 +93,12 @@ def test_a_hung_process_is_asked_and_then_killed(patience, clock, owner):
 
 
 def test_a_process_that_not_even_a_kill_ends_is_told_to_a_person(patience, clock, monkeypatch):
-    said = []
-    monkeypatch.setattr(main, "say", said.append)
+    lines = []
+    monkeypatch.setattr(main, "say", lines.append)
     monkeypatch.setattr(main, "_dies_within", lambda *_: False)
     patience.end()
     patience.end()
-    assert "go to the rig and switch it off by hand" in said[-1]
+    assert "go to the rig and switch it off by hand" in lines[-1]
     ticks(patience, clock, 60)
     assert not patience.is_over
 
@@ -125,7 +125,7 @@ def test_what_a_debugger_holds_and_what_is_not_energised_is_left_alone(
 
 
 @pytest.mark.parametrize(
-    ("told", "reason"),
+    ("messages", "reason"),
     [
         (["30.0", "end"], ""),
         (["30.0", "closed"], "the process of a run (7) died"),
@@ -133,11 +133,11 @@ def test_what_a_debugger_holds_and_what_is_not_energised_is_left_alone(
         (["dead", "30.0", "closed"], "the process of a run (7) died"),
     ],
 )
-def test_a_rig_that_was_given_back_is_left_alone_and_a_death_is_told(owner, told, reason):
+def test_a_rig_that_was_given_back_is_left_alone_and_a_death_is_told(owner, messages, reason):
     news = SimpleQueue()
-    for each in told:
-        news.put(each)
-    owner.is_dead = "end" not in told or "dead" in told
+    for message in messages:
+        news.put(message)
+    owner.is_dead = "end" not in messages or "dead" in messages
     assert main._guard(TASK, owner, news) == reason
 
 
@@ -173,14 +173,14 @@ def test_a_guardian_whose_pipe_was_closed_waits_for_the_death_of_its_owner(owner
     monkeypatch.setattr(main, "_is_energised", lambda _task: True)
     news = SimpleQueue()
     news.put("closed")
-    found = []
-    waits = in_a_thread(lambda: found.append(main._guard({**TASK, "limit_s": 0.0}, owner, news)))
+    reasons = []
+    waits = in_a_thread(lambda: reasons.append(main._guard({**TASK, "limit_s": 0.0}, owner, news)))
     waits.join(0.3)
-    assert found == []
+    assert reasons == []
     assert owner.sent == []  # without beats it looks at no silence
     owner.is_dead = True
     waits.join(10)
-    assert found == ["the process of a run (7) died"]
+    assert reasons == ["the process of a run (7) died"]
 
 
 def test_the_silence_of_a_living_process_ends_it(owner, monkeypatch):
@@ -195,15 +195,15 @@ def test_the_silence_of_a_living_process_ends_it(owner, monkeypatch):
 
 @pytest.mark.parametrize(("words", "acts"), [("end\n", False), ("30.0\n", True)])
 def test_it_acts_for_a_dead_owner_unless_the_rig_was_given_back(monkeypatch, words, acts):
-    with subprocess.Popen([sys.executable, "-c", ""]) as gone:
+    with subprocess.Popen([sys.executable, "-c", ""]) as owner:
         pass
-    told = io.StringIO(json.dumps({**TASK, "process": gone.pid}) + f"\n{words}")
+    stdin = io.StringIO(json.dumps({**TASK, "process": owner.pid}) + f"\n{words}")
     acted = []
     monkeypatch.setattr(main, "IGNORED", ())
-    monkeypatch.setattr(main.sys, "stdin", told)
+    monkeypatch.setattr(main.sys, "stdin", stdin)
     monkeypatch.setattr(acting, "act", lambda _task, reason: acted.append(reason))
     assert main.main() == 0
-    assert acted == [f"the process of a run ({gone.pid}) died"] * acts
+    assert acted == [f"the process of a run ({owner.pid}) died"] * acts
 
 
 def test_an_owner_that_died_before_it_said_what_to_guard_leaves_nothing_to_do(monkeypatch):
@@ -224,7 +224,8 @@ def test_an_attempt_has_the_time_that_its_drives_need(monkeypatch, needed_s, ret
 
     monkeypatch.setattr(acting, "ATTEMPT_S", 0.02)
     monkeypatch.setattr(acting, "_one_attempt", attempt)
-    assert acting._within({}) == ((), "" if returns else "a device did not return within 0.02 s")
+    problem = "" if returns else "a device did not return within 0.02 s"
+    assert acting._limited_attempt({}) == ((), problem)
     done.set()
 
 
@@ -235,18 +236,18 @@ def in_a_thread(work):
 
 
 def test_a_debugger_of_python_is_seen_in_the_thread_that_it_holds():
-    held, free = threading.Event(), threading.Event()
+    locked, free = threading.Event(), threading.Event()
 
     class Held(bdb.Bdb):
         def user_line(self, frame):  # noqa: ARG002  (a debugger's)
-            held.set()
+            locked.set()
             free.wait(10)
 
     def debugged():
         Held().run("x = 1", {})
 
     thread = in_a_thread(debugged)
-    assert held.wait(10)
+    assert locked.wait(10)
     assert debugger_at(thread)
     free.set()
     waiting = threading.Event()
@@ -260,7 +261,7 @@ def test_a_guardian_that_waits_has_imported_the_standard_library_alone():
     done = subprocess.run(
         [sys.executable, "-I", "-c", script], capture_output=True, text=True, check=True
     )
-    top = {each.partition(".")[0] for each in done.stdout.split()}
+    top = {word.partition(".")[0] for word in done.stdout.split()}
     assert "rigrunner" in top
     assert not {"numpy", "pydantic", "yaml", "filelock", "pluggy", "click"} & top
 

@@ -17,7 +17,7 @@ TWO = ("instruments:\n", f"{OVEN}instruments:\n")
 
 
 class FakeProcess:
-    """A guardian that only takes down what it is told."""
+    """A guardian that only keeps the lines that it gets."""
 
     pid = 4712
 
@@ -33,7 +33,7 @@ class FakeProcess:
     def wait(self, _timeout_s=None):
         return 0
 
-    def told(self):
+    def lines(self):
         with os.fdopen(self.reads, "rb") as pipe:
             return pipe.read().decode().splitlines()
 
@@ -42,14 +42,14 @@ class FakeProcess:
 def started(monkeypatch, tmp_path):
     """The guardians that were started."""
     monkeypatch.setenv("RIGRUNNER_LOCKS", str(tmp_path / "rigs"))
-    found = []
+    processes = []
 
-    def start(*words, **known):
-        found.append(FakeProcess(*words, **known))
-        return found[-1]
+    def start(*words, **options):
+        processes.append(FakeProcess(*words, **options))
+        return processes[-1]
 
     monkeypatch.setattr(guarding.subprocess, "Popen", start)
-    return found
+    return processes
 
 
 @contextmanager
@@ -69,12 +69,12 @@ def test_a_guardian_is_told_what_it_guards_and_that_the_rig_was_given_back(tmp_p
     assert owner.guardian == "a second process"
     (guardian,) = started
     assert guardian.words[-1] == "rigrunner.run.guardian.main"
-    first, *beats = guardian.told()
+    first, *beats = guardian.lines()
     task = json.loads(first)
     assert task["roles"] == ["psu"]
     assert task["unreachable"] == []
     assert task["process"] == os.getpid()
-    assert task["locks"] == [str(each) for each in locks]
+    assert task["locks"] == [str(lock) for lock in locks]
     assert task["handed"] == guardian.passed == list(locks.values())
     assert beats[-1] == "end"
 
@@ -83,7 +83,7 @@ def test_a_guardian_of_the_whole_rig_has_each_device(tmp_path, started):
     with held(tmp_path, TWO) as ready, ready.guarded("jog psu", None):
         pass
     (guardian,) = started
-    assert json.loads(guardian.told()[0])["roles"] == ["oven", "psu"]
+    assert json.loads(guardian.lines()[0])["roles"] == ["oven", "psu"]
 
 
 @pytest.mark.parametrize(("answer_s", "limit_s"), [(1, 10.0), (5, 15.0)])
@@ -95,7 +95,7 @@ def test_silence_may_last_three_answers_and_at_least_ten_seconds(
         ready.guarded("jog psu", None),
     ):
         pass
-    task = json.loads(started[0].told()[0])
+    task = json.loads(started[0].lines()[0])
     assert (task["limit_s"], task["hangs"]) == (limit_s, True)
 
 
@@ -106,9 +106,9 @@ def test_a_lock_that_cannot_be_handed_on_is_taken_again(tmp_path, started):
         with ready.guarded("jog psu", None):
             pass
         ready.marks.locks = before
-    task = json.loads(started[0].told()[0])
+    task = json.loads(started[0].lines()[0])
     assert task["handed"] == started[0].passed == []
-    assert task["locks"] == [str(each) for each in before]
+    assert task["locks"] == [str(path) for path in before]
 
 
 def test_what_cannot_be_opened_twice_is_not_given_to_the_guardian(tmp_path, started, monkeypatch):
@@ -116,7 +116,7 @@ def test_what_cannot_be_opened_twice_is_not_given_to_the_guardian(tmp_path, star
         monkeypatch.setattr(guarding, "not_reopenable", lambda *_: ["oven"])
         with ready.guarded("jog psu", None):
             assert ready.marks.owner.unguarded == "no second process can open oven"
-    task = json.loads(started[0].told()[0])
+    task = json.loads(started[0].lines()[0])
     assert (task["roles"], task["unreachable"]) == (["psu"], ["oven"])
 
 
@@ -125,18 +125,18 @@ def test_a_guardian_that_ended_is_replaced_three_times_and_each_loss_is_told(tmp
         with ready.guarded("jog psu", None) as guardian:
             for pid in range(4):
                 guardian._replace(pid, -9)
-        told = [each.text for each in ready.messages.taken()]
+        texts = [message.text for message in ready.messages.taken()]
     assert len(started) == 4
-    assert told[:3] == [
+    assert texts[:3] == [
         f"the guardian (process {pid}) ended with code -9; process 4712 guards the rig now"
         for pid in range(3)
     ]
-    assert told[3].startswith(
+    assert texts[3].startswith(
         "the guardian (process 3) ended with code -9; no other one is started"
     )
-    assert len(told) == 4
-    assert [each.stdin.closed for each in started] == [True] * 4
-    assert ["end" in each.told() for each in started] == [False] * 4
+    assert len(texts) == 4
+    assert [guardian.stdin.closed for guardian in started] == [True] * 4
+    assert ["end" in guardian.lines() for guardian in started] == [False] * 4
 
 
 def test_a_run_goes_on_without_a_guardian_that_cannot_be_started(tmp_path, started, monkeypatch):
@@ -147,8 +147,8 @@ def test_a_run_goes_on_without_a_guardian_that_cannot_be_started(tmp_path, start
     with held(tmp_path) as ready:
         with ready.guarded("jog psu", None):
             assert not ready.marks.owner.guardian
-        told = [each.text for each in ready.messages.taken()]
-    assert told == ["no guardian could be started: out of memory"]
+        texts = [message.text for message in ready.messages.taken()]
+    assert texts == ["no guardian could be started: out of memory"]
     assert started == []
 
 
@@ -161,4 +161,4 @@ def test_no_debugger_and_no_end_of_the_program_waits_for_its_thread(tmp_path, st
         assert thread.is_pydev_daemon_thread is True
         assert thread.is_alive()
     assert not thread.is_alive()
-    started[0].told()
+    started[0].lines()

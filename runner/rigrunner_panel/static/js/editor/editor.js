@@ -5,7 +5,7 @@ import {
   highlightActiveLineGutter, highlightSpecialChars, history, historyKeymap, hoverTooltip, indentOnInput, keymap, lineNumbers, lintGutter, search, searchKeymap, setDiagnostics, snippet, syntaxHighlighting, tags, yaml,
 } from "../../vendor/codemirror/codemirror.js";
 import { h } from "../dom.js";
-import { said, t } from "../texts.js";
+import { translate, t } from "../texts.js";
 import { placeAt } from "./place.js";
 import { explained, offered } from "./schema.js";
 
@@ -64,11 +64,11 @@ export function procedureEditor(text, { readOnly = false, changed = () => {}, sa
   return {
     element: host,
     text: () => view.state.doc.toString().replaceAll("\n", ending),
-    replace: (other) => view.dispatch({ changes: { from: 0, to: view.state.doc.length, insert: doc(other) } }),
-    know: (known) => {
-      schema = known;
+    replace: (replacement) => view.dispatch({ changes: { from: 0, to: view.state.doc.length, insert: doc(replacement) } }),
+    setSchema: (newSchema) => {
+      schema = newSchema;
     },
-    mark: (problems) => view.dispatch(setDiagnostics(view.state, problems.filter((each) => each.line && !each.file).map((each) => diagnostic(view.state.doc, each)))),
+    mark: (problems) => view.dispatch(setDiagnostics(view.state, problems.filter((problem) => problem.line && !problem.file).map((problem) => diagnostic(view.state.doc, problem)))),
     goTo: ({ line, column }) => {
       const at = position(view.state.doc, line, column);
       view.dispatch({ selection: { anchor: at }, effects: EditorView.scrollIntoView(at, { y: "center" }) });
@@ -79,15 +79,15 @@ export function procedureEditor(text, { readOnly = false, changed = () => {}, sa
 }
 
 function position(text, line, column) {
-  const found = text.line(Math.min(Math.max(line, 1), text.lines));
-  return Math.min(found.from + (column ?? 1) - 1, found.to);
+  const start = text.line(Math.min(Math.max(line, 1), text.lines));
+  return Math.min(start.from + (column ?? 1) - 1, start.to);
 }
 
 function diagnostic(text, problem) {
   const from = position(text, problem.line, problem.column);
   const line = text.lineAt(from);
   const word = /^[^\s,{}[\]]+/.exec(line.text.slice(from - line.from))?.[0] ?? "";
-  const message = [problem.field && `${problem.field}:`, said(problem.message), problem.hint && `(${said(problem.hint)})`].filter(Boolean).join(" ");
+  const message = [problem.field && `${problem.field}:`, translate(problem.message), problem.hint && `(${translate(problem.hint)})`].filter(Boolean).join(" ");
   return { from, to: Math.max(from + word.length, Math.min(from + 1, line.to)), severity: "error", message };
 }
 
@@ -96,20 +96,20 @@ function completions(schema, context) {
   const before = context.state.sliceDoc(0, context.pos);
   const place = placeAt(before);
   if (!place || !/^[\w.$-]*$/.test(place.word) || (!place.word && !context.explicit && place.kind === "key")) return null;
-  const there = [];
-  placeAt(context.state.doc.toString(), (path, key) => path.join("\n") === place.path.join("\n") && there.push(key));
+  const present = [];
+  placeAt(context.state.doc.toString(), (path, key) => path.join("\n") === place.path.join("\n") && present.push(key));
   const line = context.state.doc.lineAt(context.pos);
-  const whole = /^\s*:(\s|$)/.test(line.text.slice(context.pos - line.from)); // the key stands there: only its name is changed
-  const options = offered(schema, place, there.filter((key) => key !== place.word)).map((each) => option(each, whole));
+  const isKeyThere = /^\s*:(\s|$)/.test(line.text.slice(context.pos - line.from)); // the key stands there: only its name is changed
+  const options = offered(schema, place, present.filter((key) => key !== place.word)).map((offer) => option(offer, isKeyThere));
   return { from: context.pos - place.word.length, options, validFor: /^[\w.$-]*$/ };
 }
 
-function option(each, whole) {
-  const dash = each.item ? "- " : "";
-  if (each.kind === "value") return { label: each.label, type: "constant", info: each.description || undefined, apply: `${dash}${each.label}` };
-  const needed = each.needed.map((key) => `${key}: \${}`).join(", ");
-  const written = whole ? each.label : each.inline ? `{${each.label}: {${needed || "${}"}}}` : `${dash}${each.label}: ${each.isMapping ? `{${needed || "${}"}}` : "${}"}`;
-  return { label: each.label, displayLabel: `${each.label}:`, type: "property", detail: each.required ? t("editor.required") : undefined, info: each.description || undefined, boost: each.required ? 1 : 0, apply: whole ? written : snippet(written) };
+function option(offer, isKeyThere) {
+  const dash = offer.item ? "- " : "";
+  if (offer.kind === "value") return { label: offer.label, type: "constant", info: offer.description || undefined, apply: `${dash}${offer.label}` };
+  const needed = offer.needed.map((key) => `${key}: \${}`).join(", ");
+  const written = isKeyThere ? offer.label : offer.inline ? `{${offer.label}: {${needed || "${}"}}}` : `${dash}${offer.label}: ${offer.isMapping ? `{${needed || "${}"}}` : "${}"}`;
+  return { label: offer.label, displayLabel: `${offer.label}:`, type: "property", detail: offer.required ? t("editor.required") : undefined, info: offer.description || undefined, boost: offer.required ? 1 : 0, apply: isKeyThere ? written : snippet(written) };
 }
 
 function help(schema, view, at) {

@@ -6,13 +6,13 @@ const ITEM = /^-(\s+|$)/;
 
 // The place of the end of a text: {path, kind, word}. `kind` is "value" behind a key or in a list
 // written with brackets, else "key"; of that the path is the mapping's. `word` is what is begun.
-// null within a text over several lines or a comment. `onKey(path, key)` hears each whole key.
+// null within a text over several lines or a comment. `onKey(path, key)` is called for each complete key.
 export function placeAt(text, onKey = () => {}) {
   const lines = text.split("\n");
   const open = []; // {column, key} or {column, index}
   let flow = null;
   let literal = -1; // the column of the key whose text goes over several lines
-  const path = () => open.map((each) => each.key ?? each.index);
+  const path = () => open.map((level) => level.key ?? level.index);
 
   for (let i = 0; i < lines.length; i += 1) {
     const last = i === lines.length - 1;
@@ -38,23 +38,23 @@ export function placeAt(text, onKey = () => {}) {
     if (blank && !last) continue;
 
     let column = indent;
-    let rest = line.slice(indent);
-    for (let found; (found = ITEM.exec(rest)); ) {
+    let remainder = line.slice(indent);
+    for (let match; (match = ITEM.exec(remainder)); ) {
       while (open.length && open.at(-1).column > column) open.pop();
       const top = open.at(-1);
       if (top && top.column === column && top.index !== undefined) top.index += 1;
       else open.push({ column, index: 0 });
-      column += Math.max(found[0].length, 2);
-      rest = rest.slice(found[0].length);
+      column += Math.max(match[0].length, 2);
+      remainder = remainder.slice(match[0].length);
     }
     while (open.length && open.at(-1).column >= column) open.pop();
-    const found = KEY.exec(rest);
-    if (found) {
-      const key = unquoted(found[1]);
+    const match = KEY.exec(remainder);
+    if (match) {
+      const key = unquoted(match[1]);
       onKey(path(), key);
       open.push({ column, key });
     }
-    const value = (found ? rest.slice(found[0].length) : rest).trimStart();
+    const value = (match ? remainder.slice(match[0].length) : remainder).trimStart();
     if (/^[|>][+-]?\d?\s*(#.*)?$/.test(value) && !last) literal = column;
     else if (/^[{[]/.test(value)) {
       flow = read(newFlow(path()), value, onKey);
@@ -62,8 +62,8 @@ export function placeAt(text, onKey = () => {}) {
     } else if (last) {
       if (/(^|\s)#/.test(value)) return null;
       const word = value.replace(/^["']/, "");
-      if (found && rest === found[0]) return null; // right behind the colon
-      return { path: path(), kind: found ? "value" : "key", word };
+      if (match && remainder === match[0]) return null; // right behind the colon
+      return { path: path(), kind: match ? "value" : "key", word };
     }
   }
   return null;
@@ -82,7 +82,7 @@ function newFlow(base) {
     place() {
       const inner = this.levels.at(-1);
       if (this.inComment) return null;
-      const outer = [...base, ...this.levels.slice(0, -1).map((each) => each.key ?? each.index)];
+      const outer = [...base, ...this.levels.slice(0, -1).map((level) => level.key ?? level.index)];
       const word = this.word.trimStart();
       if (!inner.map) return { path: [...outer, inner.index], kind: "value", word };
       if (inner.key === null) return { path: outer, kind: "key", word };

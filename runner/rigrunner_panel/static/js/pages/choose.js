@@ -7,9 +7,9 @@ import { draft, newDraft } from "../draft.js";
 import { localTime } from "../format.js";
 import { isBusy } from "../parts/bar.js";
 import { working } from "../parts/working.js";
-import { tried } from "../steer.js";
+import { attempt } from "../steer.js";
 import { listen, store } from "../store.js";
-import { said, t } from "../texts.js";
+import { translate, t } from "../texts.js";
 
 const TYPING_MS = 150;
 
@@ -31,19 +31,19 @@ export function choosePage() {
     goToRig(chosen.station, "#/setup");
   }
 
-  function tellBusy() {
+  function showBusy() {
     const running = isBusy(store.state) && store.state.job;
     busy.hidden = !running;
     if (!running) return;
     const kind = store.state.job.kind === "manual" ? "#/manual" : "#/run";
-    fill(busy, h("span", {}, t("choose.busy", { title: said(store.state.job.title) })), h("a", { class: "button", href: kind }, t("choose.watch")));
+    fill(busy, h("span", {}, t("choose.busy", { title: translate(store.state.job.title) })), h("a", { class: "button", href: kind }, t("choose.watch")));
   }
 
   const forget = listen((changed) => {
-    if (changed.has("phase") || changed.has("job")) tellBusy();
+    if (changed.has("phase") || changed.has("job")) showBusy();
   });
   update();
-  tellBusy();
+  showBusy();
   return {
     title: t("choose.title"),
     element: h("div", { class: "page choose" },
@@ -60,7 +60,7 @@ function list(path, kind, chosen, changed) {
   const doing = h("div", { role: "status" });
   const items = h("div", { class: "items", role: "radiogroup", "aria-label": t(`choose.${kind}`) });
   let timer = 0;
-  let asked = 0;
+  let requests = 0;
 
   function later() {
     clearTimeout(timer);
@@ -68,30 +68,30 @@ function list(path, kind, chosen, changed) {
   }
 
   async function load() {
-    const mine = ++asked;
-    const found = await working(doing, t("loading"), () => tried(() => get(path, { search: search.value.trim() })));
-    if (!found || mine !== asked) return;
-    const known = found.items.map((item) => item.name);
-    if (!chosen[kind] && found.items.length) chosen[kind] = found.items.find((item) => !item.problem)?.name ?? "";
+    const request = ++requests;
+    const answer = await working(doing, t("loading"), () => attempt(() => get(path, { search: search.value.trim() })));
+    if (!answer || request !== requests) return;
+    const names = answer.items.map((item) => item.name);
+    if (!chosen[kind] && answer.items.length) chosen[kind] = answer.items.find((item) => !item.problem)?.name ?? "";
     const focused = items.contains(document.activeElement) ? document.activeElement.id : "";
-    fill(items, known.length ? found.items.map(item) : h("p", { class: "nothing" }, t("choose.nothing")));
+    fill(items, names.length ? answer.items.map(item) : h("p", { class: "nothing" }, t("choose.nothing")));
     if (focused) document.getElementById(focused)?.focus();
     changed();
   }
 
-  function item(each) {
-    const id = `${kind}-${each.name}`;
-    const input = h("input", { type: "radio", name: kind, id, value: each.name, checked: each.name === chosen[kind], disabled: Boolean(each.problem),
+  function item(entry) {
+    const id = `${kind}-${entry.name}`;
+    const input = h("input", { type: "radio", name: kind, id, value: entry.name, checked: entry.name === chosen[kind], disabled: Boolean(entry.problem),
       onchange: () => {
-        chosen[kind] = each.name;
+        chosen[kind] = entry.name;
         changed();
       } });
-    const facts = [each.id, each.shipped ? t("choose.shipped") : "", said(each.note)].filter(Boolean).join(" · ");
-    const used = each.last_used_utc ? [facts ? " · " : "", h("span", { class: "whole" }, t("choose.used", { time: localTime(each.last_used_utc) }))] : null;
-    const marks = [each.problem ? h("span", { class: "mark bad" }, t("choose.broken")) : null];
+    const facts = [entry.id, entry.shipped ? t("choose.shipped") : "", translate(entry.note)].filter(Boolean).join(" · ");
+    const used = entry.last_used_utc ? [facts ? " · " : "", h("span", { class: "whole" }, t("choose.used", { time: localTime(entry.last_used_utc) }))] : null;
+    const marks = [entry.problem ? h("span", { class: "mark bad" }, t("choose.broken")) : null];
     return h("label", { class: "item", for: id }, input,
-      h("span", { class: "item-text" }, h("strong", {}, said(each.title) || each.name), h("span", { class: "soft" }, facts, used),
-        each.problem ? h("span", { class: "bad-text" }, said(each.problem)) : null),
+      h("span", { class: "item-text" }, h("strong", {}, translate(entry.title) || entry.name), h("span", { class: "soft" }, facts, used),
+        entry.problem ? h("span", { class: "bad-text" }, translate(entry.problem)) : null),
       h("span", { class: "marks" }, marks));
   }
 

@@ -4,19 +4,19 @@ import { get } from "../client.js";
 import { fill, h } from "../dom.js";
 import { changesBySection } from "../parts/changes.js";
 import { working } from "../parts/working.js";
-import { tried } from "../steer.js";
-import { said, t } from "../texts.js";
+import { attempt } from "../steer.js";
+import { translate, t } from "../texts.js";
 
 export function comparePage(before, after) {
   const body = h("div", { role: "status" });
 
   async function load() {
-    const found = await working(body, t("loading"), () => tried(() => get("compare", { before, after })));
-    if (!found) return fill(body, h("p", { class: "banner warn" }, t("compare.failed")));
+    const comparison = await working(body, t("loading"), () => attempt(() => get("compare", { before, after })));
+    if (!comparison) return fill(body, h("p", { class: "banner warn" }, t("compare.failed")));
     return fill(body,
-      h("p", { class: `banner ${found.same ? "info" : "warn"}` }, said(found.verdict) || t(found.same ? "compare.same" : "compare.different")),
-      found.changes.some((change) => change.section === "results") ? null : h("p", { class: "good-text" }, t("compare.same_results")),
-      changesBySection(found.changes).map(([heading, list]) => h("section", { class: "card" }, h("h2", {}, heading), list)));
+      h("p", { class: `banner ${comparison.same ? "info" : "warn"}` }, translate(comparison.verdict) || t(comparison.same ? "compare.same" : "compare.different")),
+      comparison.changes.some((change) => change.section === "results") ? null : h("p", { class: "good-text" }, t("compare.same_results")),
+      changesBySection(comparison.changes).map(([heading, list]) => h("section", { class: "card" }, h("h2", {}, heading), list)));
   }
 
   load();

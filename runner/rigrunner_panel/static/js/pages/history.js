@@ -7,8 +7,8 @@ import { localTime, shownNumber, withUncertainty } from "../format.js";
 import { field } from "../parts/field.js";
 import { verdictText } from "../parts/verdict.js";
 import { working } from "../parts/working.js";
-import { tried } from "../steer.js";
-import { said, t } from "../texts.js";
+import { attempt } from "../steer.js";
+import { translate, t } from "../texts.js";
 
 const TYPING_MS = 200;
 const MOST_OVERLAID = 6;
@@ -29,7 +29,7 @@ export function historyPage() {
   const overlay = button(t("history.overlay"), () => go(`#/overlay/${chosen.map(encodeURIComponent).join("/")}`));
   let timer = 0;
   let last = "";
-  let asked = 0;
+  let requests = 0;
 
   function choice(id, any, names, words) {
     return h("select", { id, onchange: () => load(false) }, h("option", { value: "" }, t(any)), names.map((name) => h("option", { value: name }, words(name))));
@@ -41,14 +41,14 @@ export function historyPage() {
   }
 
   async function load(onwards) {
-    const mine = ++asked;
+    const request = ++requests;
     const query = { search: filters.search.value.trim(), verdict: filters.verdict.value, outcome: filters.outcome.value, limit: PAGE, before: onwards ? last : "" };
-    const found = await working(doing, t("history.reading"), () => tried(() => get("runs", query)));
-    if (!found || mine !== asked) return;
+    const answer = await working(doing, t("history.reading"), () => attempt(() => get("runs", query)));
+    if (!answer || request !== requests) return;
     if (!onwards) fill(rows);
-    rows.append(...found.items.map(row));
-    last = found.items.at(-1)?.run ?? last;
-    show(more, found.more);
+    rows.append(...answer.items.map(row));
+    last = answer.items.at(-1)?.run ?? last;
+    show(more, answer.more);
     show(nothing, rows.children.length === 0);
   }
 
@@ -67,7 +67,7 @@ export function historyPage() {
     return h("tr", { onclick: open },
       h("td", {}, h("label", { class: "tick" }, box)),
       h("td", {}, h("a", { class: "row-link", href: `#/runs/${encodeURIComponent(item.run)}` }, localTime(item.started_utc) || item.run)),
-      h("td", { class: "wrap" }, said(item.title) || item.problem || item.run), h("td", { class: "wrap" }, item.specimen), h("td", {}, item.station),
+      h("td", { class: "wrap" }, translate(item.title) || item.problem || item.run), h("td", { class: "wrap" }, item.specimen), h("td", {}, item.station),
       h("td", {}, verdict ? h("span", { class: `mark ${item.interrupted ? "interrupted" : verdict.replaceAll(" ", "-")}` }, item.verdict ? verdictText(item.verdict) : t(`outcome.${outcome}`)) : ""),
       h("td", { class: "number" }, item.headline ? withUncertainty(item.headline.value, item.headline.U, item.headline.unit) : shownNumber(item.result ?? "")));
   }

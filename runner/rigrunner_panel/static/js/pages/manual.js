@@ -17,7 +17,7 @@ import { latestCurve } from "../plots/curve.js";
 import { resultCharts } from "../plots/results.js";
 import { steer, steerOrRefuse } from "../steer.js";
 import { listen, store } from "../store.js";
-import { said, t } from "../texts.js";
+import { translate, t } from "../texts.js";
 import { titlesOf } from "../titles.js";
 
 const CYCLES = 10;
@@ -70,10 +70,10 @@ export function manualPage() {
     numbers.update();
     alarms.update();
     record.disabled = close.disabled = !open;
-    for (const each of drives.querySelectorAll("button, input")) each.disabled = !open;
+    for (const control of drives.querySelectorAll("button, input")) control.disabled = !open;
     if (changed.has("live")) {
       figures.show((state.live?.figures ?? []).slice(-1));
-      points.show((state.live?.results ?? []).filter((each) => !each.is_ongoing));
+      points.show((state.live?.results ?? []).filter((result) => !result.is_ongoing));
     }
     if (!open) return;
     const names = state.manual.drives.map((drive) => drive.name).join();
@@ -113,7 +113,7 @@ export function manualPage() {
     leave() {
       forget();
       clearInterval(aging);
-      for (const each of [curve, figures, channels]) each.leave();
+      for (const part of [curve, figures, channels]) part.leave();
     },
   };
 }
@@ -121,7 +121,7 @@ export function manualPage() {
 // What is recorded now, why the last request was refused, or how much is there: a point may have no result.
 function recordedWords({ recording, refused, points, last }) {
   if (recording) return t("manual.recording", { name: recording });
-  return said(refused) || (points ? t("manual.recorded", { count: points, name: last }) : "");
+  return translate(refused) || (points ? t("manual.recorded", { count: points, name: last }) : "");
 }
 
 function openCard() {
@@ -131,15 +131,15 @@ function openCard() {
   const open = button(t("manual.open"), () => steer("manual/open", { procedure, station, operator: personName() }), { kind: "primary big" });
   const choose = h("a", { class: "button big", href: "#/" }, t("choose.title"));
   const ended = h("div", { class: "stack", hidden: true });
-  const why = h("p", { class: "soft", role: "status" });
-  const card = h("section", { class: "card" }, ended, h("p", { class: "soft" }, t("manual.about")), text, h("div", { class: "row" }, open, choose), why);
+  const hint = h("p", { class: "soft", role: "status" });
+  const card = h("section", { class: "card" }, ended, h("p", { class: "soft" }, t("manual.about")), text, h("div", { class: "row" }, open, choose), hint);
   const preflight = procedure && station ? preflightCard({ procedure, station }) : null;
 
   function judge() {
     const phase = store.state?.phase;
     const inUse = isBusy(store.state) && phase !== "checking";
     open.disabled = !preflight?.may() || preflight.override() !== null || !(phase === "idle" || phase === "finished");
-    setText(why, inUse ? t("manual.in_use") : preflight && !preflight.done() ? t("setup.needs_preflight") : preflight && !preflight.may() ? t("setup.needs_fixing") : "");
+    setText(hint, inUse ? t("manual.in_use") : preflight && !preflight.done() ? t("setup.needs_preflight") : preflight && !preflight.may() ? t("setup.needs_fixing") : "");
   }
 
   if (preflight) preflight.onchange = judge;
@@ -160,7 +160,7 @@ function driveRow(drive) {
   const id = `drive-${drive.name}`;
   const input = h("input", { type: "text", id, inputmode: "decimal", autocomplete: "off", value: plain(drive.set ?? 0).replace("−", "-") });
   const limits = t("manual.limits", { low: plain(drive.minimum), high: plain(drive.maximum), unit: drive.unit });
-  const asked = field(`${said(drive.long_name)} (${drive.unit})`, input, { hint: limits });
+  const setField = field(`${translate(drive.long_name)} (${drive.unit})`, input, { hint: limits });
 
   async function send(text) {
     let refused = "";
@@ -169,14 +169,14 @@ function driveRow(drive) {
     } catch (error) {
       refused = refusedWords(error);
     }
-    asked.refuse(refused);
+    setField.refuse(refused);
   }
 
   const form = h("form", { class: "drive", onsubmit: (event) => {
     event.preventDefault();
     send(typedNumber(input.value.trim()));
   } },
-  asked.element,
+  setField.element,
   h("button", { type: "submit", class: "button primary" }, t("manual.set")),
   button(t("manual.zero"), () => {
     input.value = "0";

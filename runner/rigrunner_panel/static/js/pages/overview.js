@@ -7,7 +7,7 @@ import { stepWords } from "../parts/steps.js";
 import { SIGNS, verdictText } from "../parts/verdict.js";
 import { stopNow } from "../steer.js";
 import { listen, store } from "../store.js";
-import { said, t } from "../texts.js";
+import { translate, t } from "../texts.js";
 
 const IN_USE = new Set(["starting", "running", "asking", "pausing", "paused", "ending", "analysing", "manual"]);
 
@@ -59,22 +59,22 @@ function rigCard({ station }) {
     const busy = IN_USE.has(rig.phase);
     const { kind, text } = stateOf(rig);
     element.className = `rig ${kind}`;
-    setText(name, said(rig.title));
-    stop.setAttribute("aria-label", t("rigs.stop", { name: said(rig.title) }));
+    setText(name, translate(rig.title));
+    stop.setAttribute("aria-label", t("rigs.stop", { name: translate(rig.title) }));
     stop.classList.toggle("idle", !busy && rig.phase !== "checking");
     setText(word, text);
     setText(specimen, rig.specimen || (rig.kind && rig.kind !== "preflight" ? t("rigs.no_specimen") : ""));
     setText(procedure, rig.kind === "preflight" ? "" : rig.procedure);
     setText(step, busy && rig.step && rig.phase !== "asking" ? `${rig.number}/${rig.steps}  ${stepWords(rig.step)}` : "");
     show(progress, busy && rig.steps > 0);
-    const whole = rig.done_s + rig.left_s;
-    bar.value = whole ? rig.done_s / whole : 0;
+    const total = rig.done_s + rig.left_s;
+    bar.value = total ? rig.done_s / total : 0;
     setText(left, t("rigs.left", { time: duration(rig.left_s) }));
     show(alarm, rig.alarms.length > 0);
-    setText(alarm, rig.alarms.map(said).join(" · "));
-    const why = rig.problem || rig.waits_for || (busy ? "" : rig.reason);
-    show(waits, Boolean(why) && !rig.alarms.includes(why)); // an alarm says it already
-    setText(waits, said(why));
+    setText(alarm, rig.alarms.map(translate).join(" · "));
+    const reason = rig.problem || rig.waits_for || (busy ? "" : rig.reason);
+    show(waits, Boolean(reason) && !rig.alarms.includes(reason)); // an alarm says it already
+    setText(waits, translate(reason));
     const next = rig.next ? t("rigs.next", { name: rig.next, count: rig.waiting }) : rig.waiting ? t("queue.waiting", { count: rig.waiting }) : t("rigs.queue_empty");
     setText(foot, [next, rig.automatic_by ? t("rigs.automatic") : "", rig.control ? t("control.other", { name: rig.control }) : t("control.none")].filter(Boolean).join(" · "));
   }

@@ -8,17 +8,17 @@ import { procedureEditor } from "../editor/editor.js";
 import { localTime } from "../format.js";
 import { changesBySection } from "../parts/changes.js";
 import { askName, askText } from "../parts/dialogs.js";
-import { forgetErrors, tell } from "../parts/notices.js";
+import { forgetErrors, notify } from "../parts/notices.js";
 import { planFacts } from "../parts/plan.js";
 import { working } from "../parts/working.js";
-import { person, tried } from "../steer.js";
+import { person, attempt } from "../steer.js";
 import { listen, store } from "../store.js";
-import { said, t } from "../texts.js";
+import { translate, t } from "../texts.js";
 
 const TYPING_MS = 400;
-const KEPT = "rigrunner.text."; // what is typed and not saved: kept in this tab
+const UNSAVED_KEY = "rigrunner.text."; // the typed text that is not saved is stored in this tab
 
-// What is looked at again and again: a failure is no news.
+// For repeated requests: a failure is ignored.
 function quietly(request) {
   return request.catch(() => null);
 }
@@ -43,7 +43,7 @@ export function procedurePage(name) {
   let editor = null;
   let opened = null; // as it is in the file
   let timer = 0;
-  let asked = 0;
+  let requests = 0;
   let saving = false;
   let approvedUtc = null; // of the approval that is shown
   let following = ""; // digest of the file that is being read
@@ -51,42 +51,42 @@ export function procedurePage(name) {
   const isChanged = () => Boolean(opened) && editor.text() !== opened.text;
 
   async function load() {
-    const [found, stations] = await Promise.all([tried(() => get("procedures/text", { name })), tried(() => get("stations"))]);
-    if (!found || !stations) {
+    const [file, stations] = await Promise.all([attempt(() => get("procedures/text", { name })), attempt(() => get("stations"))]);
+    if (!file || !stations) {
       fill(place, h("p", { class: "banner warn" }, t("procedure.gone")));
       return;
     }
-    const usable = stations.items.filter((each) => !each.problem);
-    const chosen = usable.find((each) => each.name === draft().station) ?? usable.find((each) => !each.shipped);
-    fill(station, h("option", { value: "" }, t("procedure.no_station")), usable.map((each) => h("option", { value: each.name, selected: each === chosen }, said(each.title) || each.name)));
-    const kept = found.shipped ? null : JSON.parse(sessionStorage.getItem(KEPT + name));
-    take(kept ? { ...found, digest: kept.digest } : found); // of the file that was changed here
-    editor = procedureEditor(kept?.text ?? found.text, { readOnly: found.shipped, changed: later, save: saveText });
+    const usable = stations.items.filter((item) => !item.problem);
+    const chosen = usable.find((item) => item.name === draft().station) ?? usable.find((item) => !item.shipped);
+    fill(station, h("option", { value: "" }, t("procedure.no_station")), usable.map((item) => h("option", { value: item.name, selected: item === chosen }, translate(item.title) || item.name)));
+    const unsaved = file.shipped ? null : JSON.parse(sessionStorage.getItem(UNSAVED_KEY + name));
+    take(unsaved ? { ...file, digest: unsaved.digest } : file); // of the file that was changed here
+    editor = procedureEditor(unsaved?.text ?? file.text, { readOnly: file.shipped, changed: later, save: saveText });
     fill(place, editor.element);
-    if (kept && kept.text !== found.text) tell(t("procedure.restored"), { kind: "info" });
-    await tellEditing();
+    if (unsaved && unsaved.text !== file.text) notify(t("procedure.restored"), { kind: "info" });
+    await announceEditing();
     learn();
     update();
     look();
   }
 
-  function take(found) {
-    opened = found;
-    const saved = t(found.changed_by ? "procedure.saved_by" : "procedure.saved_elsewhere", { name: found.changed_by, time: localTime(found.changed_utc) });
-    if (found.shipped) fill(state, t("procedure.shipped"));
-    else fill(state, said(found.approval), found.approval && found.changed_utc ? " · " : "", found.changed_utc ? h("span", { class: "whole" }, saved) : "");
-    const heading = /^title:\s*["']?(.*?)["']?\s*$/m.exec(found.text)?.[1];
-    setText(title, said(heading) || name);
+  function take(file) {
+    opened = file;
+    const saved = t(file.changed_by ? "procedure.saved_by" : "procedure.saved_elsewhere", { name: file.changed_by, time: localTime(file.changed_utc) });
+    if (file.shipped) fill(state, t("procedure.shipped"));
+    else fill(state, translate(file.approval), file.approval && file.changed_utc ? " · " : "", file.changed_utc ? h("span", { class: "whole" }, saved) : "");
+    const heading = /^title:\s*["']?(.*?)["']?\s*$/m.exec(file.text)?.[1];
+    setText(title, translate(heading) || name);
   }
 
-  // Others are told that this file is open here, where it can be changed.
-  async function tellEditing() {
-    if (!opened.shipped) await tried(() => post("procedures/edit", { procedure: name, by: personName() }));
+  // Shows others that this file is open here, if it can be changed.
+  async function announceEditing() {
+    if (!opened.shipped) await attempt(() => post("procedures/edit", { procedure: name, by: personName() }));
   }
 
   async function learn() {
-    const known = await tried(() => get("procedures/schema", { station: station.value }));
-    if (known) editor.know(known);
+    const schema = await attempt(() => get("procedures/schema", { station: station.value }));
+    if (schema) editor.setSchema(schema);
   }
 
   function stationChosen() {
@@ -95,58 +95,58 @@ export function procedurePage(name) {
   }
 
   function later() {
-    if (isChanged()) sessionStorage.setItem(KEPT + name, JSON.stringify({ text: editor.text(), digest: opened.digest }));
-    else sessionStorage.removeItem(KEPT + name);
+    if (isChanged()) sessionStorage.setItem(UNSAVED_KEY + name, JSON.stringify({ text: editor.text(), digest: opened.digest }));
+    else sessionStorage.removeItem(UNSAVED_KEY + name);
     update();
     clearTimeout(timer);
     timer = setTimeout(look, TYPING_MS);
     outdated(true);
   }
 
-  // What is shown of an older text looks old until it is made again.
+  // The preview of an older text looks outdated until the next one.
   function outdated(is) {
-    for (const each of [plan, changes]) each.setAttribute("aria-busy", String(is));
+    for (const part of [plan, changes]) part.setAttribute("aria-busy", String(is));
   }
 
   async function look() {
-    const mine = ++asked;
+    const request = ++requests;
     const text = editor.text();
     const body = { procedure: name, text };
-    const found = await working(doing, t("procedure.checking"), () => quietly(post("procedures/check", { ...body, station: station.value })));
-    if (mine !== asked || !found) return;
-    editor.mark(found.problems);
-    showProblems(found);
-    if (!found.ok) {
+    const check = await working(doing, t("procedure.checking"), () => quietly(post("procedures/check", { ...body, station: station.value })));
+    if (request !== requests || !check) return;
+    editor.mark(check.problems);
+    showProblems(check);
+    if (!check.ok) {
       outdated(false);
       fill(plan, h("p", { class: "soft" }, t("procedure.not_while_wrong")));
       fill(changes, h("p", { class: "soft" }, t("procedure.not_while_wrong")));
       return;
     }
     const preview = station.value ? quietly(post("plan", { ...body, station: station.value })) : null;
-    const different = quietly(post("procedures/compare", body));
-    const [planned, compared] = await working(doing, t("procedure.previewing"), () => Promise.all([preview, different]));
-    if (mine !== asked) return;
+    const comparison = quietly(post("procedures/compare", body));
+    const [planned, compared] = await working(doing, t("procedure.previewing"), () => Promise.all([preview, comparison]));
+    if (request !== requests) return;
     outdated(false);
     fill(plan, planned ? planFacts(planned) : h("p", { class: "soft" }, t("procedure.choose_station")));
     showChanges(compared);
   }
 
-  function showProblems(found) {
-    if (found.ok) {
+  function showProblems(check) {
+    if (check.ok) {
       fill(problems, h("p", { class: "good-text" }, t(station.value ? "procedure.good_on" : "procedure.good")));
       return;
     }
-    fill(problems, h("p", { class: "bad-text" }, t("procedure.problems", { count: found.problems.length })),
-      h("ul", { class: "problems" }, found.problems.toSorted((one, other) => Boolean(one.file) - Boolean(other.file) || one.line - other.line).map((each) => h("li", {},
-        each.line && !each.file ? h("button", { type: "button", class: "link", onclick: () => editor.goTo(each) }, t("procedure.line", { line: each.line })) : h("span", { class: "where" }, [each.file, each.line].filter(Boolean).join(":")),
-        each.field ? h("span", { class: "where" }, each.field) : null, h("span", {}, said(each.message)), each.hint ? h("span", { class: "hint" }, said(each.hint)) : null))));
+    fill(problems, h("p", { class: "bad-text" }, t("procedure.problems", { count: check.problems.length })),
+      h("ul", { class: "problems" }, check.problems.toSorted((a, b) => Boolean(a.file) - Boolean(b.file) || a.line - b.line).map((problem) => h("li", {},
+        problem.line && !problem.file ? h("button", { type: "button", class: "link", onclick: () => editor.goTo(problem) }, t("procedure.line", { line: problem.line })) : h("span", { class: "where" }, [problem.file, problem.line].filter(Boolean).join(":")),
+        problem.field ? h("span", { class: "where" }, problem.field) : null, h("span", {}, translate(problem.message)), problem.hint ? h("span", { class: "hint" }, translate(problem.hint)) : null))));
   }
 
   function showChanges(compared) {
     if (!compared) return fill(changes);
     const against = compared.run ? t(`procedure.against.${compared.against}`, { run: compared.run }) : t("procedure.against.nothing");
     fill(changes, h("p", { class: "soft" }, against),
-      compared.run && compared.same ? h("p", {}, said(compared.verdict)) : null,
+      compared.run && compared.same ? h("p", {}, translate(compared.verdict)) : null,
       changesBySection(compared.changes).map(([heading, list]) => [h("h3", {}, heading), list]).flat());
   }
 
@@ -160,10 +160,10 @@ export function procedurePage(name) {
       const saved = await post("procedures/save", { procedure: name, text, digest, by });
       forgetErrors();
       await reopened(saved.digest, text);
-      await tellEditing(); // the name is known by now
+      await announceEditing(); // now with a name
     } catch (error) {
       if (error.code === "changed") conflict();
-      else tell(said(error.message), { hint: said(error.hint), problems: error.problems });
+      else notify(translate(error.message), { hint: translate(error.hint), problems: error.problems });
     } finally {
       saving = false;
     }
@@ -171,9 +171,9 @@ export function procedurePage(name) {
 
   // What is in the file now, while the text in the editor stays.
   async function reopened(digest, text) {
-    const found = await tried(() => get("procedures/text", { name }));
-    if (!found) return;
-    take(found.digest === digest ? found : { ...found, digest, text });
+    const file = await attempt(() => get("procedures/text", { name }));
+    if (!file) return;
+    take(file.digest === digest ? file : { ...file, digest, text });
     later();
     update();
   }
@@ -181,14 +181,14 @@ export function procedurePage(name) {
   async function approveText() {
     const by = await askName({ title: t("procedure.who_approves"), confirm: t("procedure.approve"), value: personName() });
     if (!by) return; // asked each time: it may be another person than the one who edits
-    if (await tried(() => post("procedures/approve", { procedure: name, sha256: opened.sha256, by }))) await reopened(opened.digest, opened.text);
+    if (await attempt(() => post("procedures/approve", { procedure: name, sha256: opened.sha256, by }))) await reopened(opened.digest, opened.text);
   }
 
   async function copyText() {
     const file = await askText(t("procedure.copy"), t("procedure.copy_name"), { value: suggested(), confirm: t("procedure.copy_do") });
     const by = file && (await person(t("procedure.who"), t("procedure.copy_do")));
     if (!by) return;
-    if (await tried(() => post("procedures/save", { procedure: file, text: editor.text(), by }))) go(`#/procedures/${encodeURIComponent(file)}`);
+    if (await attempt(() => post("procedures/save", { procedure: file, text: editor.text(), by }))) go(`#/procedures/${encodeURIComponent(file)}`);
   }
 
   function suggested() {
@@ -203,22 +203,22 @@ export function procedurePage(name) {
       h("div", {}, h("strong", {}, t("procedure.changed", { name: who, time: now ? localTime(now.changed_utc) : "" })), h("p", {}, t("procedure.changed_hint"))),
       h("div", { class: "row" },
         button(t("procedure.compare_theirs"), async () => {
-          const compared = await tried(() => post("procedures/compare", { procedure: name, text: editor.text(), against: "file" }));
-          if (compared) fill(changes, h("p", { class: "soft" }, t("procedure.against.file")), compared.same ? h("p", {}, said(compared.verdict)) : null, changesBySection(compared.changes).flat());
+          const compared = await attempt(() => post("procedures/compare", { procedure: name, text: editor.text(), against: "file" }));
+          if (compared) fill(changes, h("p", { class: "soft" }, t("procedure.against.file")), compared.same ? h("p", {}, translate(compared.verdict)) : null, changesBySection(compared.changes).flat());
           changes.closest("details").open = true;
         }),
         button(t("procedure.take_theirs"), () => takeTheirs()),
         button(t("procedure.keep_mine"), async () => {
-          const found = await quietly(get("procedures/text", { name }));
-          await saveText(found?.digest ?? ""); // it may have been removed
+          const file = await quietly(get("procedures/text", { name }));
+          await saveText(file?.digest ?? ""); // it may have been removed
         }, { kind: "danger" }))));
   }
 
   async function takeTheirs() {
-    const found = await quietly(get("procedures/text", { name }));
-    if (!found) return conflict();
-    take(found);
-    editor.replace(found.text);
+    const file = await quietly(get("procedures/text", { name }));
+    if (!file) return conflict();
+    take(file);
+    editor.replace(file.text);
     return update();
   }
 
@@ -227,11 +227,11 @@ export function procedurePage(name) {
     if (following === digest) return;
     following = digest;
     await takeTheirs();
-    if (opened.digest === digest) tell(t("procedure.followed", { name: who || t("procedure.another_program") }), { kind: "info" });
+    if (opened.digest === digest) notify(t("procedure.followed", { name: who || t("procedure.another_program") }), { kind: "info" });
   }
 
   function nowEdited() {
-    return store.state?.editing?.find((each) => each.procedure === name);
+    return store.state?.editing?.find((item) => item.procedure === name);
   }
 
   // Who else has it open, and whether the file is still as it was opened.
@@ -239,8 +239,8 @@ export function procedurePage(name) {
     if (!opened) return;
     const now = nowEdited();
     const stale = Boolean(now) && now.digest !== opened.digest;
-    const others = (now?.editors ?? []).filter((each) => each.client !== store.state.you);
-    if (!stale) fill(notes, others.map((each) => h("p", { class: "banner info" }, t("procedure.also", { name: each.name || t("procedure.somebody"), time: localTime(each.since_utc) }))));
+    const others = (now?.editors ?? []).filter((other) => other.client !== store.state.you);
+    if (!stale) fill(notes, others.map((other) => h("p", { class: "banner info" }, t("procedure.also", { name: other.name || t("procedure.somebody"), time: localTime(other.since_utc) }))));
     else if (!isChanged()) follow(now);
     else if (!notes.querySelector(".warn")) conflict();
     if (now && approvedUtc !== now.approved_utc) {
@@ -251,7 +251,7 @@ export function procedurePage(name) {
     save.disabled = !isChanged();
     approve.disabled = isChanged() || !opened.sha256 || opened.state === "approved";
     test.disabled = isChanged() || !opened.sha256;
-    [save, approve].forEach((each) => show(each, !opened.shipped));
+    [save, approve].forEach((control) => show(control, !opened.shipped));
   }
 
   const forget = listen((changed) => {
@@ -270,7 +270,7 @@ export function procedurePage(name) {
           h("section", { class: "card" }, h("details", {}, h("summary", {}, h("h2", {}, t("procedure.plan"))), plan))))),
     leave() {
       clearTimeout(timer);
-      asked += 1;
+      requests += 1;
       forget();
       editor?.leave();
       post("procedures/leave").catch(() => {});

@@ -5,8 +5,8 @@ import { get } from "../client.js";
 import { breakable, fill, h, show } from "../dom.js";
 import { localTime } from "../format.js";
 import { working } from "../parts/working.js";
-import { tried } from "../steer.js";
-import { said, t } from "../texts.js";
+import { attempt } from "../steer.js";
+import { translate, t } from "../texts.js";
 
 const TYPING_MS = 150;
 
@@ -16,7 +16,7 @@ export function proceduresPage() {
   const nothing = h("p", { class: "nothing", hidden: true }, t("choose.nothing"));
   const search = h("input", { type: "search", id: "search-procedures", autocomplete: "off", oninput: later });
   let timer = 0;
-  let asked = 0;
+  let requests = 0;
 
   function later() {
     clearTimeout(timer);
@@ -24,11 +24,11 @@ export function proceduresPage() {
   }
 
   async function load() {
-    const mine = ++asked;
-    const found = await working(doing, t("loading"), () => tried(() => get("procedures", { search: search.value.trim() })));
-    if (!found || mine !== asked) return;
-    fill(rows, found.items.map(row));
-    show(nothing, found.items.length === 0);
+    const request = ++requests;
+    const answer = await working(doing, t("loading"), () => attempt(() => get("procedures", { search: search.value.trim() })));
+    if (!answer || request !== requests) return;
+    fill(rows, answer.items.map(row));
+    show(nothing, answer.items.length === 0);
   }
 
   load();
@@ -50,8 +50,8 @@ function row(item) {
     if (!event.target.closest("a") && !String(getSelection())) go(address);
   };
   return h("tr", { onclick: open },
-    h("td", {}, h("a", { class: "row-link wide", href: address }, said(item.title) || item.name), item.problem ? h("span", { class: "bad-text block" }, said(item.problem)) : null),
+    h("td", {}, h("a", { class: "row-link wide", href: address }, translate(item.title) || item.name), item.problem ? h("span", { class: "bad-text block" }, translate(item.problem)) : null),
     h("td", { class: "wrap" }, item.shipped ? t("choose.shipped") : breakable(item.name)),
-    h("td", {}, item.problem ? h("span", { class: "mark bad" }, t("choose.broken")) : said(item.note)),
+    h("td", {}, item.problem ? h("span", { class: "mark bad" }, t("choose.broken")) : translate(item.note)),
     h("td", {}, item.last_used_utc ? localTime(item.last_used_utc) : ""));
 }

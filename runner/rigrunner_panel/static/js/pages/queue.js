@@ -12,9 +12,9 @@ import { problemList, refusedWords } from "../parts/notices.js";
 import { isField, takeScans } from "../parts/scanner.js";
 import { working } from "../parts/working.js";
 import { verdictText } from "../parts/verdict.js";
-import { steer, steerOrRefuse, tried } from "../steer.js";
+import { steer, steerOrRefuse, attempt } from "../steer.js";
 import { listen, store } from "../store.js";
-import { said, t } from "../texts.js";
+import { translate, t } from "../texts.js";
 import { titlesOf } from "../titles.js";
 
 const SPECIMEN = "specimen";
@@ -43,17 +43,17 @@ export function queuePage() {
     if (!state) return;
     const { queue } = state;
     const waiting = queue.entries.filter((entry) => entry.status === "waiting").length;
-    const following = queue.entries.find((entry) => entry.id === queue.next);
-    const asks = queue.entries.some((entry) => entry.status === "interrupted");
-    next.disabled = !following || isBusy(state) || queue.starting !== null;
-    setText(next.firstChild, following ? t("queue.start_named", { name: named(following) }) : t("queue.start_next"));
+    const upNext = queue.entries.find((entry) => entry.id === queue.next);
+    const hasInterrupted = queue.entries.some((entry) => entry.status === "interrupted");
+    next.disabled = !upNext || isBusy(state) || queue.starting !== null;
+    setText(next.firstChild, upNext ? t("queue.start_named", { name: named(upNext) }) : t("queue.start_next"));
     clear.disabled = !queue.entries.some((entry) => OVER.has(entry.status));
     automatic.checked = Boolean(queue.automatic_by);
     const present = queue.entries.find((entry) => entry.id === queue.starting || entry.status === "running");
-    const text = queue.starting !== null && present ? t("queue.checking", { name: named(present) }) : present ? t("queue.running", { name: named(present) }) : asks ? t("queue.asks") : t("queue.waiting", { count: waiting });
+    const text = queue.starting !== null && present ? t("queue.checking", { name: named(present) }) : present ? t("queue.running", { name: named(present) }) : hasInterrupted ? t("queue.asks") : t("queue.waiting", { count: waiting });
     setText(now, queue.automatic_by ? `${text} · ${t("queue.automatic_by", { name: queue.automatic_by })}` : text);
     show(problem, Boolean(queue.problem));
-    if (queue.problem) setText(problem, said(queue.problem));
+    if (queue.problem) setText(problem, translate(queue.problem));
     show(nothing, queue.entries.length === 0);
     show(table, queue.entries.length > 0);
     show(left, queue.left_out > 0);
@@ -70,8 +70,8 @@ export function queuePage() {
     if (changed.has("queue") || changed.has("phase")) update();
   });
   queueMicrotask(update);
-  titlesOf("procedures").then((found) => {
-    titles = found;
+  titlesOf("procedures").then((loaded) => {
+    titles = loaded;
     shown = "";
     update();
   });
@@ -101,8 +101,8 @@ function named(entry) {
 }
 
 function row(entry, i, { entries, next }, titles) {
-  const before = entries.slice(0, i).findLast((each) => MOVABLE.has(each.status));
-  const later = entries.slice(i + 1).filter((each) => MOVABLE.has(each.status));
+  const before = entries.slice(0, i).findLast((other) => MOVABLE.has(other.status));
+  const later = entries.slice(i + 1).filter((other) => MOVABLE.has(other.status));
   const can = MOVABLE.has(entry.status);
   const small = (name, text, work, more = {}) => button(text, work, { kind: "small", id: `queue-${name}-${entry.id}`, ...more });
   const because = async (path, title, confirm) => {
@@ -120,7 +120,7 @@ function row(entry, i, { entries, next }, titles) {
   ];
   const word = entry.verdict ? verdictText(entry.verdict) : entry.status === "done" ? t(`outcome.${entry.outcome || "unknown"}`) : t(`queue.status.${entry.status}`);
   const kind = entry.verdict || entry.outcome || entry.status;
-  const note = [entry.repeats ? t("queue.repeats", { entry: entry.repeats }) : "", said(entry.reason), entry.by].filter(Boolean).join(" · ");
+  const note = [entry.repeats ? t("queue.repeats", { entry: entry.repeats }) : "", translate(entry.reason), entry.by].filter(Boolean).join(" · ");
   const link = (text) => (entry.run ? h("a", { class: "row-link", href: `#/runs/${encodeURIComponent(entry.run)}` }, text) : text);
   return h("tr", { class: `${OVER.has(entry.status) ? "over" : ""} ${entry.id === next ? "next" : ""}`.trim() },
     h("td", { class: "number" }, String(entry.id)), h("td", { class: "what" }, h("strong", {}, link(entry.specimen || UNKNOWN)), h("span", { class: "soft block" }, titles.get(entry.procedure) ?? breakable(entry.procedure))),
@@ -151,8 +151,8 @@ function addCard() {
   const simulated = h("label", { class: "check", for: "queue-realtime", hidden: true }, realtime, h("span", {}, t("setup.realtime")));
   const form = h("form", { onsubmit: scanned }, field);
   let common = null;
-  let plans = 0;
-  let planning = null; // the latest plan that was asked for
+  let requests = 0;
+  let planning = null; // the latest plan that was requested
   let measured = new Set(); // names of inputs that are numbers with units
 
   function changed() {
@@ -166,49 +166,49 @@ function addCard() {
       return;
     }
     keepDraft({ ...chosen, entry: 0 });
-    const mine = ++plans;
+    const request = ++requests;
     common = null;
     fill(others);
     if (!chosen.procedure || !chosen.station) return;
-    const found = await tried(() => post("plan", { procedure: chosen.procedure, station: chosen.station }));
-    if (!found || mine !== plans) return; // another one was chosen meanwhile
-    const asked = found.inputs.filter((input) => input.name !== SPECIMEN);
-    measured = new Set(asked.filter((input) => input.unit).map((input) => input.name));
-    show(simulated, found.station.simulated);
-    show(field, asked.length < found.inputs.length);
-    if (asked.length) {
-      common = inputForm(chosen.procedure, asked, draft().inputs ?? {}, (values) => keepDraft({ inputs: { ...draft().inputs, ...values } }));
+    const planned = await attempt(() => post("plan", { procedure: chosen.procedure, station: chosen.station }));
+    if (!planned || request !== requests) return; // another one was chosen meanwhile
+    const inputs = planned.inputs.filter((input) => input.name !== SPECIMEN);
+    measured = new Set(inputs.filter((input) => input.unit).map((input) => input.name));
+    show(simulated, planned.station.simulated);
+    show(field, inputs.length < planned.inputs.length);
+    if (inputs.length) {
+      common = inputForm(chosen.procedure, inputs, draft().inputs ?? {}, (values) => keepDraft({ inputs: { ...draft().inputs, ...values } }));
       fill(others, h("h3", {}, t("queue.common")), common.element);
     }
-    show(plain, asked.length === found.inputs.length);
+    show(plain, inputs.length === planned.inputs.length);
   }
 
   const plain = button(t("queue.add"), () => add("", note, field), { kind: "primary big", hidden: true });
 
-  async function add(list, told, where, again = "") {
+  async function add(list, status, where, again = "") {
     await planning; // the inputs of the lot are those of the procedure that is chosen now
     const inputs = Object.fromEntries(Object.entries(common?.values() ?? {}).filter(([, text]) => text.trim()));
     try {
-      const made = await steerOrRefuse("queue/add", { ...chosen, list, inputs, operator: inputs.operator ? "" : personName(), realtime: realtime.checked, again });
-      if (!made) return false;
+      const added = await steerOrRefuse("queue/add", { ...chosen, list, inputs, operator: inputs.operator ? "" : personName(), realtime: realtime.checked, again });
+      if (!added) return false;
       where.className = "field good";
-      const [first, last] = [made.entries[0], made.entries.at(-1)];
-      fill(told, first === last ? t("queue.added", { entry: first }) : t("queue.added_several", { first, last }));
+      const [first, last] = [added.entries[0], added.entries.at(-1)];
+      fill(status, first === last ? t("queue.added", { entry: first }) : t("queue.added_several", { first, last }));
       return true;
     } catch (error) {
       where.className = "field bad";
-      const problems = error.problems.map((each) => (each.field === "again" ? { ...each, field: "", hint: "" } : each));
-      if (error.asksWhy) fill(told, testedBefore(problems, list, told, where));
-      else fill(told, problems.length ? problemList(problems) : refusedWords(error));
+      const problems = error.problems.map((problem) => (problem.field === "again" ? { ...problem, field: "", hint: "" } : problem));
+      if (error.asksWhy) fill(status, testedBefore(problems, list, status, where));
+      else fill(status, problems.length ? problemList(problems) : refusedWords(error));
       return false;
     }
   }
 
   // What was tested before is added once there is a reason.
-  function testedBefore(problems, list, told, where) {
+  function testedBefore(problems, list, status, where) {
     const refusal = h("div", {}, problemList(problems), button(t("queue.again"), async () => {
       const reason = await askReason(t("queue.again.title"), { confirm: t("queue.add") });
-      if (!reason || !(await add(list, told, where, reason))) return;
+      if (!reason || !(await add(list, status, where, reason))) return;
       refusal.remove();
       if (scan.value === list) {
         scan.value = "";
@@ -253,10 +253,10 @@ function addCard() {
   }
 
   async function read() {
-    const [found] = file.files;
-    if (!found) return;
-    const text = found.size > MOST_BYTES ? "" : textOf(await found.arrayBuffer());
-    const wrong = found.size > MOST_BYTES ? t("queue.too_long", { bytes: MOST_BYTES }) : text.includes("\0") ? t("queue.no_text", { name: found.name }) : "";
+    const [upload] = file.files;
+    if (!upload) return;
+    const text = upload.size > MOST_BYTES ? "" : textOf(await upload.arrayBuffer());
+    const wrong = upload.size > MOST_BYTES ? t("queue.too_long", { bytes: MOST_BYTES }) : text.includes("\0") ? t("queue.no_text", { name: upload.name }) : "";
     listField.className = wrong ? "field bad" : "field";
     setText(listNote, wrong || t("queue.list.hint"));
     if (!wrong) pasted.value = text;
@@ -278,8 +278,8 @@ function addCard() {
 
 // A file as spreadsheets write it: UTF-8, UTF-16 with its mark, or the coding of Windows.
 function textOf(bytes) {
-  const [one, two] = new Uint8Array(bytes);
-  if (one === 0xff && two === 0xfe) return new TextDecoder("utf-16le").decode(bytes);
+  const [first, second] = new Uint8Array(bytes);
+  if (first === 0xff && second === 0xfe) return new TextDecoder("utf-16le").decode(bytes);
   try {
     return new TextDecoder("utf-8", { fatal: true }).decode(bytes);
   } catch {
@@ -293,11 +293,11 @@ function picker(kind, chosen, changed) {
     if (!select.matches(":focus-visible")) select.blur(); // chosen by mouse: the letters of the next scan choose nothing
     changed();
   } }, h("option", { value: "" }, t("setup.choose")));
-  tried(() => get(`${kind}s`)).then((found) => {
-    const usable = (found?.items ?? []).filter((item) => !item.problem);
+  attempt(() => get(`${kind}s`)).then((answer) => {
+    const usable = (answer?.items ?? []).filter((item) => !item.problem);
     const first = !chosen[kind] && usable.length; // the one that was used last
     if (first) chosen[kind] = usable[0].name;
-    select.append(...usable.map((item) => h("option", { value: item.name, selected: item.name === chosen[kind] }, [said(item.title) || item.name, item.shipped ? t("choose.shipped") : ""].filter(Boolean).join(" · "))));
+    select.append(...usable.map((item) => h("option", { value: item.name, selected: item.name === chosen[kind] }, [translate(item.title) || item.name, item.shipped ? t("choose.shipped") : ""].filter(Boolean).join(" · "))));
     if (first) changed();
   });
   return h("div", { class: "field" }, h("label", { for: `queue-${kind}` }, t(`choose.${kind}`)), select);

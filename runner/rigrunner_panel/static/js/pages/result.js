@@ -12,11 +12,11 @@ import { endedBanners } from "../parts/ended.js";
 import { resultTables, storedResults } from "../parts/results.js";
 import { SIGNS, verdictText } from "../parts/verdict.js";
 import { working } from "../parts/working.js";
-import { steer, tried } from "../steer.js";
+import { steer, attempt } from "../steer.js";
 import { store } from "../store.js";
-import { said, t } from "../texts.js";
+import { translate, t } from "../texts.js";
 
-const NOT_CHECKED = "not checked: "; // what the text of a check begins with that could not be made
+const NOT_CHECKED = "not checked: "; // how the text of a check begins that could not be made
 
 const CONCLUDED = ["completed", "stopped at a limit"]; // how a run ends that has a verdict
 const MOST_LIMITS = 50;
@@ -26,13 +26,13 @@ export function resultPage(run) {
   const element = h("div", { class: "page result" }, body);
 
   async function load() {
-    const found = await working(body, t("loading"), () => tried(() => get(`runs/${encodeURIComponent(run)}`)));
-    if (found) show(found);
+    const detail = await working(body, t("loading"), () => attempt(() => get(`runs/${encodeURIComponent(run)}`)));
+    if (detail) show(detail);
     else fill(body, h("p", { class: "banner warn" }, t("result.gone")));
   }
 
   async function again() {
-    const next = await tried(() => get(`runs/${encodeURIComponent(run)}/again`));
+    const next = await attempt(() => get(`runs/${encodeURIComponent(run)}/again`));
     if (!next) return;
     if (!next.procedure || !next.station) {
       go("#/");
@@ -42,16 +42,16 @@ export function resultPage(run) {
     goToRig(next.station, "#/setup");
   }
 
-  // Asks, at the rig of the run, and does it; what is refused is told.
+  // Asks, at the rig of the run, and sends the request; errors are shown.
   async function finish(ask, path) {
-    const next = await tried(() => get(`runs/${encodeURIComponent(run)}/again`));
+    const next = await attempt(() => get(`runs/${encodeURIComponent(run)}/again`));
     if (!next) return null;
     if (next.station && next.station !== station()) {
       goToRig(next.station, `#/runs/${encodeURIComponent(run)}`);
       return null;
     }
-    const asked = await ask();
-    return asked && steer(`runs/${encodeURIComponent(run)}/${path}`, asked.body);
+    const answer = await ask();
+    return answer && steer(`runs/${encodeURIComponent(run)}/${path}`, answer.body);
   }
 
   async function resume() {
@@ -72,14 +72,14 @@ export function resultPage(run) {
       h("div", { class: "row" }, button(t("unfinished.resume"), resume, { kind: "primary" }), button(t("unfinished.close"), close)));
   }
 
-  function show(found) {
+  function show(detail) {
     const documents = certificateList(run);
-    const report = found.files.find((file) => file.name === "report.html");
+    const report = detail.files.find((file) => file.name === "report.html");
     const frame = report ? h("iframe", { class: "report", src: report.url, title: t("result.report") }) : h("p", { class: "soft" }, t("result.no_report"));
     fill(body,
-      head(found, again, found.item.interrupted ? unfinished() : null),
+      head(detail, again, detail.item.interrupted ? unfinished() : null),
       h("div", { class: "result-columns" },
-        h("div", { class: "stack" }, facts(found), results(found), limits(found), checks(found), files(found), documents.element, CONCLUDED.includes(found.item.outcome) ? certificateForm(run, found.inputs, documents.load) : null),
+        h("div", { class: "stack" }, facts(detail), results(detail), limits(detail), checks(detail), files(detail), documents.element, CONCLUDED.includes(detail.item.outcome) ? certificateForm(run, detail.inputs, documents.load) : null),
         h("section", { class: "card report-card" },
           h("div", { class: "head" }, h("h2", {}, t("result.report")), report ? h("a", { class: "button", href: report.url, target: "_blank", rel: "noopener" }, t("result.open_report")) : null), frame)));
   }
@@ -94,77 +94,77 @@ function head({ item, reason }, again, unfinished) {
   const verdict = item.verdict;
   const kind = verdict ? verdict.replaceAll(" ", "-") : CONCLUDED.includes(item.outcome) ? "none" : item.outcome || "unknown";
   const word = verdict ? `${SIGNS[verdict] ?? "~"} ${verdictText(verdict)}` : t(`outcome.${item.outcome || "unknown"}`);
-  const why = mine?.error || reason;
+  const cause = mine?.error || reason;
   return h("div", { class: "result-head" },
-    h("div", {}, h("h1", {}, said(item.title) || item.run), h("p", { class: "soft" }, [item.specimen, item.station, localTime(item.started_utc), item.operator].filter(Boolean).join(" · "))),
+    h("div", {}, h("h1", {}, translate(item.title) || item.run), h("p", { class: "soft" }, [item.specimen, item.station, localTime(item.started_utc), item.operator].filter(Boolean).join(" · "))),
     h("div", { class: `verdict ${kind}` }, h("strong", { class: "verdict-word" }, word),
       h("span", { class: "verdict-value" }, item.headline ? withUncertainty(item.headline.value, item.headline.U, item.headline.unit) : shownNumber(item.result ?? ""))),
     button(t("result.again"), again, { kind: "primary big" }),
-    item.outcome !== "completed" ? endedBanners(why, { isNow: Boolean(mine), hint: mine?.hint }) : null,
+    item.outcome !== "completed" ? endedBanners(cause, { isNow: Boolean(mine), hint: mine?.hint }) : null,
     unfinished);
 }
 
-function facts(found) {
-  const rows = Object.entries(found.inputs).flatMap(([name, value]) => [h("dt", {}, said(name)), h("dd", {}, shownQuantity(value))]);
+function facts(detail) {
+  const rows = Object.entries(detail.inputs).flatMap(([name, value]) => [h("dt", {}, translate(name)), h("dd", {}, shownQuantity(value))]);
   return h("section", { class: "card" }, h("h2", {}, t("result.facts")),
     h("dl", { class: "facts" }, rows,
-      h("dt", {}, t("result.run")), h("dd", {}, breakable(found.item.run)),
-      h("dt", {}, t("result.sealed")), h("dd", {}, found.sealed ? t("yes") : t("no")),
-      found.approval.state ? [h("dt", {}, t("result.approval")), h("dd", {}, t(`result.state.${found.approval.state}`))] : null));
+      h("dt", {}, t("result.run")), h("dd", {}, breakable(detail.item.run)),
+      h("dt", {}, t("result.sealed")), h("dd", {}, detail.sealed ? t("yes") : t("no")),
+      detail.approval.state ? [h("dt", {}, t("result.approval")), h("dd", {}, t(`result.state.${detail.approval.state}`))] : null));
 }
 
-// Measured values that have limits: those out of them at once, all when they are asked for.
-function limits(found) {
-  const { values, judged, missed } = found.result?.limits ?? {};
+// Measured values with limits: those out of limits first, all on a click.
+function limits(detail) {
+  const { values, judged, missed } = detail.result?.limits ?? {};
   if (!values) return null;
-  const item = (each) => {
-    const [kind, sign] = each.verdict === "fail" ? ["fail", SIGNS.fail] : ["ok", SIGNS.pass];
+  const item = (value) => {
+    const [kind, sign] = value.verdict === "fail" ? ["fail", SIGNS.fail] : ["ok", SIGNS.pass];
     return h("li", { class: `light ${kind}` },
-      h("span", { class: "sign", role: "img", "aria-label": verdictText(each.verdict) }, sign),
-      h("div", { class: "light-text" }, h("strong", {}, `${each.of}: ${shownNumber(each.shown)}`), h("span", {}, t("limits.allowed", { allowed: shownNumber(said(each.allowed)) })), h("span", { class: "soft" }, `${each.table} ${each.row}`)));
+      h("span", { class: "sign", role: "img", "aria-label": verdictText(value.verdict) }, sign),
+      h("div", { class: "light-text" }, h("strong", {}, `${value.of}: ${shownNumber(value.shown)}`), h("span", {}, t("limits.allowed", { allowed: shownNumber(translate(value.allowed)) })), h("span", { class: "soft" }, `${value.table} ${value.row}`)));
   };
-  const list = (some) => h("ul", { class: "lights" }, some.slice(0, MOST_LIMITS).map(item));
-  const failed = values.filter((each) => each.verdict === "fail");
+  const list = (items) => h("ul", { class: "lights" }, items.slice(0, MOST_LIMITS).map(item));
+  const failed = values.filter((value) => value.verdict === "fail");
   return h("section", { class: "card" }, h("h2", {}, t("limits.title")),
     h("p", { class: missed ? "" : "good-text" }, t(missed ? "limits.missed" : "limits.none_missed", { missed, judged })),
     failed.length ? list(failed) : null,
     h("details", {}, h("summary", {}, t("limits.all", { judged })), list(values), judged > MOST_LIMITS ? h("p", { class: "soft" }, t("limits.more")) : null));
 }
 
-function results(found) {
-  const rows = storedResults(found.result);
+function results(detail) {
+  const rows = storedResults(detail.result);
   return rows.length ? h("section", { class: "card" }, h("h2", {}, t("results.title")), h("div", { class: "live-results" }, resultTables(rows))) : null;
 }
 
-// Those of the run and those of each method, as the report has them.
+// The checks of the run and of each method, as in the report.
 function allChecks(result) {
   const methods = Object.entries(result?.compensations ?? {});
-  return [...(result?.checks ?? []), ...methods.flatMap(([method, { checks: own }]) => own.map((check) => ({ ...check, name: check.name, method })))];
+  return [...(result?.checks ?? []), ...methods.flatMap(([method, { checks: list }]) => list.map((check) => ({ ...check, name: check.name, method })))];
 }
 
 function nameOf({ name, method }) {
-  return method ? `${said(name)} (${method})` : said(name);
+  return method ? `${translate(name)} (${method})` : translate(name);
 }
 
-function checks(found) {
-  const all = allChecks(found.result);
+function checks(detail) {
+  const all = allChecks(detail.result);
   if (!all.length) return null;
   const failed = all.filter((check) => !check.ok);
   const skipped = all.filter((check) => check.ok && check.text.startsWith(NOT_CHECKED));
-  const made = all.length - skipped.length;
+  const performed = all.length - skipped.length;
   const item = (check) => {
     const [kind, sign] = !check.ok ? ["warn", "!"] : check.consequence === "note" ? ["note", "\u00b7"] : skipped.includes(check) ? ["skipped", "\u2013"] : ["ok", "✓"];
     return h("li", { class: `light ${kind}` },
       h("span", { class: "sign", role: "img", "aria-label": t(`check.${kind}`) }, sign),
-      h("div", { class: "light-text" }, h("strong", {}, nameOf(check)), h("span", {}, shownNumber(said(check.text ?? ""))), check.effect ? h("span", { class: "soft" }, t("check.effect", { effect: shownNumber(said(check.effect)) })) : null, check.advice ? h("span", { class: "fix" }, said(check.advice)) : null));
+      h("div", { class: "light-text" }, h("strong", {}, nameOf(check)), h("span", {}, shownNumber(translate(check.text ?? ""))), check.effect ? h("span", { class: "soft" }, t("check.effect", { effect: shownNumber(translate(check.effect)) })) : null, check.advice ? h("span", { class: "fix" }, translate(check.advice)) : null));
   };
   return h("section", { class: "card" }, h("h2", {}, t("result.checks")),
-    failed.length ? h("ul", { class: "lights" }, failed.map(item)) : made ? h("p", { class: "good-text" }, t("result.all_good", { count: made })) : null,
+    failed.length ? h("ul", { class: "lights" }, failed.map(item)) : performed ? h("p", { class: "good-text" }, t("result.all_good", { count: performed })) : null,
     skipped.length ? h("p", { class: "soft" }, t("result.not_made", { names: skipped.map(nameOf).join(", ") })) : null,
     h("details", {}, h("summary", {}, t("result.all_checks", { count: all.length })), h("ul", { class: "lights" }, all.map(item))));
 }
 
-function files(found) {
+function files(detail) {
   return h("section", { class: "card" }, h("h2", {}, t("result.files")),
-    h("ul", { class: "files" }, found.files.map((file) => h("li", {}, h("a", { href: file.url, target: "_blank", rel: "noopener" }, file.name), h("span", { class: "soft" }, bytes(file.size))))));
+    h("ul", { class: "files" }, detail.files.map((file) => h("li", {}, h("a", { href: file.url, target: "_blank", rel: "noopener" }, file.name), h("span", { class: "soft" }, bytes(file.size))))));
 }

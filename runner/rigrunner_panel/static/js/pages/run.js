@@ -17,7 +17,7 @@ import { resultCharts } from "../plots/results.js";
 import { trendChart } from "../plots/trend.js";
 import { steer } from "../steer.js";
 import { listen, store } from "../store.js";
-import { said, t } from "../texts.js";
+import { translate, t } from "../texts.js";
 
 const STEERABLE = new Set(["running", "asking", "pausing", "paused"]);
 
@@ -29,8 +29,8 @@ export function runPage() {
   const channels = channelList();
   const ofCurve = [["curve", t("plots.curve")], ["trend", t("plots.trend")], ["figures", t("plots.figures")]];
   const ofResults = [["trend", t("plots.trend")], ["results", t("plots.results")], ["figures", t("plots.figures")]];
-  const own = () => (store.lastCurve ? ofCurve : ofResults);
-  const chosen = plotChoice(own, () => store.state && arrange(store.state));
+  const pagePlots = () => (store.lastCurve ? ofCurve : ofResults);
+  const chosen = plotChoice(pagePlots, () => store.state && arrange(store.state));
   const steps = stepList();
   const numbers = readouts();
   const alarms = alarmStrip();
@@ -75,18 +75,18 @@ export function runPage() {
     const { state } = store;
     if (!state) return;
     const can = STEERABLE.has(state.phase);
-    setText(title, [said(state.job?.title), state.job?.inputs.specimen].filter(Boolean).join(" · "));
+    setText(title, [translate(state.job?.title), state.job?.inputs.specimen].filter(Boolean).join(" · "));
     setText(step, stepText(state));
     show(nothing, state.phase === "idle" || state.phase === "checking");
-    for (const each of [pause, stopped]) each.disabled = !can;
+    for (const control of [pause, stopped]) control.disabled = !can;
     const choices = state.pause?.choices;
     repeat.disabled = !can || Boolean(choices && !choices.includes("repeat"));
     skip.disabled = !can || Boolean(choices && !choices.includes("skip"));
     show(override, Boolean(state.pause?.choices.includes("override")));
     setText(pause.firstChild, state.phase === "paused" ? t("run.resume") : t("run.pause"));
-    if (changed.has("phase") || changed.has("finished")) tellOver(state);
+    if (changed.has("phase") || changed.has("finished")) showOver(state);
     show(paused, Boolean(state.pause));
-    if (state.pause) fill(paused, h("strong", {}, t("run.paused")), h("span", {}, [state.pause.reason, ...(state.pause.moving.length ? state.pause.moving : [t("run.standing")])].filter(Boolean).map(said).join(" · ")));
+    if (state.pause) fill(paused, h("strong", {}, t("run.paused")), h("span", {}, [state.pause.reason, ...(state.pause.moving.length ? state.pause.moving : [t("run.standing")])].filter(Boolean).map(translate).join(" · ")));
     if (changed.has("live") || changed.has("plan") || changed.has("progress")) arrange(state);
     steps.update(changed);
     numbers.update();
@@ -96,15 +96,15 @@ export function runPage() {
   }
 
   // Nothing on this page is of now any more: it says so, and why.
-  function tellOver({ phase, job, finished }) {
+  function showOver({ phase, job, finished }) {
     const isOver = phase === "finished" && job?.kind === "run";
     show(over, isOver);
     if (!isOver) return;
     const see = finished?.run ? h("a", { class: "button", href: `#/runs/${encodeURIComponent(finished.run)}` }, t("run.see")) : null;
-    const why = endedBanners(finished?.error, { isNow: true, hint: finished?.hint }).filter(Boolean);
-    if (!why.length) why.push(h("p", { class: "banner info" }, h("span", {}, t("run.over"))));
-    if (see) why.at(-1).append(see);
-    fill(over, why);
+    const banners = endedBanners(finished?.error, { isNow: true, hint: finished?.hint }).filter(Boolean);
+    if (!banners.length) banners.push(h("p", { class: "banner info" }, h("span", {}, t("run.over"))));
+    if (see) banners.at(-1).append(see);
+    fill(over, banners);
   }
 
   // Where no analysis shows curves there is the table of results; a plot of nothing is not shown.
@@ -149,7 +149,7 @@ export function runPage() {
     leave() {
       forget();
       clearInterval(aging);
-      for (const each of [curve, trend, curves, channels, chosen]) each.leave();
+      for (const part of [curve, trend, curves, channels, chosen]) part.leave();
     },
   };
 }
@@ -159,6 +159,6 @@ function stepText(state) {
   if (state.phase === "analysing" && state.analysing) return t("run.analysing", { done: state.analysing.done, of: state.analysing.of });
   if (state.asked && STEERABLE.has(state.phase)) return t(`run.asked.${state.asked}`);
   const index = state.progress?.index ?? -1;
-  const step = state.plan?.steps.find((each) => each.index === index);
+  const step = state.plan?.steps.find((item) => item.index === index);
   return step ? `${index + 1}/${state.plan.steps.length}  ${stepWords(step)}` : t(`phase.${state.phase}`);
 }

@@ -11,9 +11,9 @@ import { problemList } from "../parts/notices.js";
 import { planFacts } from "../parts/plan.js";
 import { preflightCard } from "../parts/preflight.js";
 import { working } from "../parts/working.js";
-import { steer, steerOrRefuse, tried } from "../steer.js";
+import { steer, steerOrRefuse, attempt } from "../steer.js";
 import { listen, store } from "../store.js";
-import { said, t } from "../texts.js";
+import { translate, t } from "../texts.js";
 
 export function setupPage() {
   const { procedure, station } = draft();
@@ -33,16 +33,16 @@ export function setupPage() {
     try {
       plan = await working(body, t("loading"), () => post("plan", { procedure, station }));
     } catch (error) {
-      fill(body, h("section", { class: "card bad-card" }, h("h2", {}, t("setup.invalid")), h("p", {}, said(error.message)), error.hint ? h("p", { class: "hint" }, said(error.hint)) : null, problemList(error.problems ?? [])));
+      fill(body, h("section", { class: "card bad-card" }, h("h2", {}, t("setup.invalid")), h("p", {}, translate(error.message)), error.hint ? h("p", { class: "hint" }, translate(error.hint)) : null, problemList(error.problems ?? [])));
       return;
     }
-    setText(heading, said(plan.procedure.title));
+    setText(heading, translate(plan.procedure.title));
     const inputs = inputForm(procedure, plan.inputs, draft().inputs ?? {}, (values) => keepDraft({ inputs: values }));
     const realtime = h("input", { type: "checkbox", id: "realtime", checked: draft().realtime !== false, onchange: () => keepDraft({ realtime: realtime.checked }) });
     const card = preflightCard({ procedure, station });
     const start = button(t("setup.start"), () => begin(inputs, card, realtime, plan), { kind: "primary big" });
     const later = button(t("queue.add"), () => enqueue(inputs, realtime, plan), { kind: "big" });
-    const why = h("p", { class: "soft", role: "status" });
+    const hint = h("p", { class: "soft", role: "status" });
 
     function update() {
       const missing = inputs.missing();
@@ -52,7 +52,7 @@ export function setupPage() {
       start.disabled = !(ready && may) || inUse;
       later.disabled = !ready;
       show(later, !draft().entry);
-      setText(why, inUse ? t("setup.in_use") : !ready ? t("setup.needs_inputs", { names: missing.join(", ") }) : !card.done() ? t("setup.needs_preflight") : !may ? t("setup.needs_fixing") : t("setup.ready"));
+      setText(hint, inUse ? t("setup.in_use") : !ready ? t("setup.needs_inputs", { names: missing.join(", ") }) : !card.done() ? t("setup.needs_preflight") : !may ? t("setup.needs_fixing") : t("setup.ready"));
     }
 
     inputs.onchange = update;
@@ -67,7 +67,7 @@ export function setupPage() {
       h("section", { class: "card" }, h("h2", {}, t("setup.plan")), planFacts(plan)),
       h("section", { class: "card" }, h("h2", {}, t("setup.inputs")), inputs.element,
         plan.station.simulated ? h("label", { class: "check", for: "realtime" }, realtime, h("span", {}, t("setup.realtime"))) : null),
-      h("div", { class: "stack" }, card.element, h("section", { class: "card start-card" }, why, h("div", { class: "start-buttons" }, start, later))));
+      h("div", { class: "stack" }, card.element, h("section", { class: "card start-card" }, hint, h("div", { class: "start-buttons" }, start, later))));
     card.update();
     update();
     if (Object.values(draft().inputs ?? {}).some(Boolean)) inputs.toEmpty(); // of the next specimen, which may be scanned at once
@@ -77,14 +77,14 @@ export function setupPage() {
 }
 
 // Returns the partner runs that the plan was shown with, by name.
-function taken(plan) {
-  return Object.fromEntries(plan.partners.filter((each) => each.run).map((each) => [each.name, each.run]));
+function partnersOf(plan) {
+  return Object.fromEntries(plan.partners.filter((partner) => partner.run).map((partner) => [partner.name, partner.run]));
 }
 
 async function begin(inputs, card, realtime, plan) {
   const values = inputs.values();
   const { procedure, station } = draft();
-  const body = { procedure, station, inputs: values, operator: values.operator ? "" : personName(), partners: taken(plan), realtime: realtime.checked };
+  const body = { procedure, station, inputs: values, operator: values.operator ? "" : personName(), partners: partnersOf(plan), realtime: realtime.checked };
   const override = card.override();
   if (override) body.override = override;
   if (draft().entry) body.entry = draft().entry;
@@ -97,8 +97,8 @@ async function begin(inputs, card, realtime, plan) {
 async function enqueue(inputs, realtime, plan) {
   const values = inputs.values();
   const { procedure, station } = draft();
-  const body = { procedure, station, inputs: values, operator: values.operator ? "" : personName(), partners: taken(plan), realtime: realtime.checked };
-  const made = await tried(async () => {
+  const body = { procedure, station, inputs: values, operator: values.operator ? "" : personName(), partners: partnersOf(plan), realtime: realtime.checked };
+  const added = await attempt(async () => {
     try {
       return await steerOrRefuse("queue/add", body);
     } catch (error) {
@@ -107,5 +107,5 @@ async function enqueue(inputs, realtime, plan) {
       return again ? steerOrRefuse("queue/add", { ...body, again }) : null;
     }
   });
-  if (made) go("#/queue");
+  if (added) go("#/queue");
 }

@@ -3,7 +3,7 @@
 import { fill, h, setText, show } from "../dom.js";
 import { localTime } from "../format.js";
 import { store } from "../store.js";
-import { said, t } from "../texts.js";
+import { translate, t } from "../texts.js";
 
 export function alarmStrip() {
   const first = h("span", { class: "alarm-text" });
@@ -22,9 +22,9 @@ export function alarmStrip() {
       const newest = [...alarms].reverse();
       const top = newest.find((alarm) => alarm.active) ?? newest[0];
       element.classList.toggle("active", top.active);
-      const words = [top.utc ? localTime(top.utc) : "", said(top.text)].filter(Boolean).join(" · ");
+      const words = [top.utc ? localTime(top.utc) : "", translate(top.text)].filter(Boolean).join(" · ");
       setText(first, alarms.length > 1 ? t("alarms.many", { text: words, count: alarms.length }) : words);
-      fill(list, newest.map((alarm) => h("li", { class: alarm.active ? "active" : "" }, h("time", {}, localTime(alarm.utc)), h("span", {}, said(alarm.text)))));
+      fill(list, newest.map((alarm) => h("li", { class: alarm.active ? "active" : "" }, h("time", {}, localTime(alarm.utc)), h("span", {}, translate(alarm.text)))));
     },
   };
 }

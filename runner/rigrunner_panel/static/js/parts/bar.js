@@ -2,9 +2,9 @@
 
 import { station } from "../address.js";
 import { button, h, setText, show } from "../dom.js";
-import { releaseControl, stopNow, takeControl, tried } from "../steer.js";
+import { releaseControl, stopNow, takeControl, attempt } from "../steer.js";
 import { hasControl, listen, store } from "../store.js";
-import { chooseLanguage, languages, said, t } from "../texts.js";
+import { chooseLanguage, languages, translate, t } from "../texts.js";
 import { chooseTheme, themeNow } from "../theme.js";
 
 const PAGES = [["#/", "nav.run"], ["#/queue", "nav.queue"], ["#/manual", "nav.manual"], ["#/procedures", "nav.procedures"], ["#/history", "nav.history"]];
@@ -23,7 +23,7 @@ export function topBar() {
   const name = h("span", { class: "rig-name", hidden: true });
   const phase = h("span", { class: "chip", role: "status" });
   const holder = h("span", { class: "holder" });
-  const take = button(t("control.take"), () => tried(() => takeControl()), { kind: "small" });
+  const take = button(t("control.take"), () => attempt(() => takeControl()), { kind: "small" });
   const release = button(t("control.release"), () => releaseControl(), { kind: "small quiet" });
   const control = h("div", { class: "control" }, holder, take, release);
   const stop = h("button", { type: "button", class: "stop", onclick: () => stopNow(), "aria-keyshortcuts": "F9" },
@@ -35,8 +35,8 @@ export function topBar() {
     const key = connected && state ? `phase.${state.phase}` : "phase.disconnected";
     phase.className = `chip ${connected && state ? state.phase : "disconnected"}`;
     setText(phase, t(key));
-    const had = state?.control;
-    setText(holder, hasControl() ? t("control.you", { name: had.name }) : had ? t("control.other", { name: had.name }) : t("control.none"));
+    const current = state?.control;
+    setText(holder, hasControl() ? t("control.you", { name: current.name }) : current ? t("control.other", { name: current.name }) : t("control.none"));
     show(control, Boolean(station()));
     show(take, !hasControl());
     show(release, hasControl());
@@ -48,7 +48,7 @@ export function topBar() {
     const several = store.rigs.length > 1;
     show(rigs, several || !station());
     show(name, several && Boolean(station()));
-    setText(name, said(store.rigs.find((rig) => rig.station === station())?.title ?? ""));
+    setText(name, translate(store.rigs.find((rig) => rig.station === station())?.title ?? ""));
     name.title = name.textContent; // a long one is cut off
     const waiting = store.rigs.filter((rig) => rig.station !== station() && (rig.waits_for || rig.alarms.length)).length;
     show(count, Boolean(station()) && waiting > 0);

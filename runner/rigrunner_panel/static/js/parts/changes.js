@@ -1,12 +1,12 @@
-// What is different, in sentences by section: [heading, list] of each.
+// Differences as sentences, by section: [heading, list] of each.
 
 import { h } from "../dom.js";
-import { has, said, t } from "../texts.js";
+import { has, translate, t } from "../texts.js";
 
 // A section is called as in the file of the procedure or station, but for these.
 function sectionWords(section) {
   const key = `compare.section.${section.replaceAll(" ", "_")}`;
-  return has(key) ? t(key) : said(section);
+  return has(key) ? t(key) : translate(section);
 }
 
 export function changesBySection(changes) {
@@ -15,5 +15,5 @@ export function changesBySection(changes) {
 }
 
 function row(change) {
-  return h("li", { class: change.matters ? "matters" : "" }, change.matters ? h("span", { class: "mark warn" }, t("compare.matters")) : null, h("span", {}, said(change.text)));
+  return h("li", { class: change.matters ? "matters" : "" }, change.matters ? h("span", { class: "mark warn" }, t("compare.matters")) : null, h("span", {}, translate(change.text)));
 }

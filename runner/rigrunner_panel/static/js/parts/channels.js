@@ -5,14 +5,14 @@ import { fill, h, setText } from "../dom.js";
 import { clock, plain, UNKNOWN } from "../format.js";
 import { pastOf, WINDOW_MS } from "../past.js";
 import { listen, store } from "../store.js";
-import { said, t } from "../texts.js";
+import { translate, t } from "../texts.js";
 import { colour } from "../theme.js";
 
 const LEAST_OLD_MS = 1000;
 const DRAW_MS = 250;
-const KEPT = "rigrunner.strips.";
+const STORAGE_KEY = "rigrunner.strips.";
 
-// How far the clock of the panel's machine is behind this one: by its time as the state was told, or a fresher value.
+// How far the clock of the panel's machine is behind this one: by its time when the state was sent, or a newer value.
 let behind = Infinity;
 
 listen((changed) => {
@@ -32,9 +32,9 @@ export function isOld(utc, intervalS = 0.1) {
   return !(ageMs(utc) < Math.max(LEAST_OLD_MS, 3000 * intervalS));
 }
 
-function keptFor(procedure) {
+function hiddenFor(procedure) {
   try {
-    return JSON.parse(localStorage.getItem(KEPT + procedure)) ?? {};
+    return JSON.parse(localStorage.getItem(STORAGE_KEY + procedure)) ?? {};
   } catch {
     return {};
   }
@@ -49,29 +49,29 @@ export function channelList() {
   let built = "";
 
   function build(channels, procedure) {
-    const hidden = keptFor(procedure);
+    const hidden = hiddenFor(procedure);
     rows = channels.map((channel) => {
       const value = h("strong", {}, UNKNOWN);
       const age = h("span", {});
       const canvas = h("canvas", { class: "strip", width: "300", height: "40", role: "img", "aria-label": t("channels.strip_of", { name: channel.name }) });
       const box = h("input", { type: "checkbox", checked: !hidden[channel.name], "aria-label": t("channels.show", { name: channel.name }), onchange: () => {
-        const kept = { ...keptFor(procedure), [channel.name]: !box.checked };
-        localStorage.setItem(KEPT + procedure, JSON.stringify(kept));
+        const next = { ...hiddenFor(procedure), [channel.name]: !box.checked };
+        localStorage.setItem(STORAGE_KEY + procedure, JSON.stringify(next));
         canvas.hidden = !box.checked;
       } });
       canvas.hidden = Boolean(hidden[channel.name]);
-      const row = h("tr", {}, h("th", { scope: "row" }, said(channel.long_name) || channel.name, h("span", { class: "soft block" }, channel.name)),
+      const row = h("tr", {}, h("th", { scope: "row" }, translate(channel.long_name) || channel.name, h("span", { class: "soft block" }, channel.name)),
         h("td", { class: "number" }, value, ` ${channel.unit === "1" ? "" : channel.unit}`), h("td", { class: "number" }, limitText(channel)), h("td", { class: "age" }, age),
         h("td", {}, h("div", { class: "strip-cell" }, h("label", { class: "tick" }, box), canvas)));
       return { name: channel.name, row, value, age, canvas };
     });
-    fill(body, rows.map((each) => each.row));
+    fill(body, rows.map((row) => row.row));
   }
 
   function take() {
     const { state } = store;
     const channels = state?.channels ?? [];
-    const key = `${state?.job?.run}${channels.map((each) => each.name).join()}`;
+    const key = `${state?.job?.run}${channels.map((channel) => channel.name).join()}`;
     if (key !== built) {
       built = key;
       build(channels, state?.job?.procedure ?? "");
@@ -88,12 +88,12 @@ export function channelList() {
     if (element.hidden) return;
     const channels = store.state?.channels ?? [];
     channels.forEach((channel, i) => {
-      const each = rows[i];
-      if (!each) return;
+      const row = rows[i];
+      if (!row) return;
       const old = !channel.utc || isOld(channel.utc, channel.interval_s);
-      each.row.classList.toggle("old", old);
-      setText(each.age, !channel.utc ? UNKNOWN : old ? t("channels.since", { time: clock(channel.utc) }) : ageText(channel.utc));
-      if (!each.canvas.hidden) strip(each.canvas, pastOf(channel.name));
+      row.row.classList.toggle("old", old);
+      setText(row.age, !channel.utc ? UNKNOWN : old ? t("channels.since", { time: clock(channel.utc) }) : ageText(channel.utc));
+      if (!row.canvas.hidden) strip(row.canvas, pastOf(channel.name));
     });
   }
 

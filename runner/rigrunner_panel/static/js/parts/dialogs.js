@@ -13,12 +13,12 @@ export function dialogHost() {
   return host;
 }
 
-// Puts away what is asked, as when the page is left that it was asked on.
+// Closes the open dialog, for example when its page is left.
 export function dismissDialog() {
   dismiss();
 }
 
-// Shows a form; resolves with what `read` gives once `check` allows it, or null where it was put away.
+// Shows a form; resolves with the result of `read` once `check` allows it, or null if it was closed.
 export function askForm(title, fields, { confirm, read, kind = "primary", check = () => true, scans = false }) {
   const before = document.activeElement;
   return new Promise((resolve) => {

@@ -1,7 +1,7 @@
 // Why a run ended. That the rig is not safe stands by itself, in red, and says what to do.
 
 import { h } from "../dom.js";
-import { said, t } from "../texts.js";
+import { translate, t } from "../texts.js";
 
 const UNSAFE = /^(.*?)(?:; |^)the rig is not safe: (.+)$/s; // as the engine words it
 
@@ -10,7 +10,7 @@ export function endedBanners(why, { isNow, hint = "" }) {
   if (!why) return [];
   const [, first, unsafe] = UNSAFE.exec(why) ?? [null, why, ""];
   return [
-    unsafe ? h("p", { class: "banner bad wide", role: "alert" }, h("strong", {}, t(isNow ? "ended.unsafe" : "ended.was_unsafe")), h("span", {}, said(unsafe))) : null,
-    first ? h("div", { class: "banner warn wide" }, h("span", {}, said(first)), hint ? h("span", {}, said(hint)) : null) : null,
+    unsafe ? h("p", { class: "banner bad wide", role: "alert" }, h("strong", {}, t(isNow ? "ended.unsafe" : "ended.was_unsafe")), h("span", {}, translate(unsafe))) : null,
+    first ? h("div", { class: "banner warn wide" }, h("span", {}, translate(first)), hint ? h("span", {}, translate(hint)) : null) : null,
   ];
 }

@@ -21,8 +21,8 @@ export function field(label, control, { hint = "", kind = "" } = {}) {
 
 // Marks what was left empty and goes to the first of them; returns whether all is filled in.
 export function filledIn(fields) {
-  for (const each of fields) each.refuse(each.value() ? "" : t("field.empty"));
-  const first = fields.find((each) => !each.value());
+  for (const item of fields) item.refuse(item.value() ? "" : t("field.empty"));
+  const first = fields.find((item) => !item.value());
   first?.control.focus();
   return !first;
 }

@@ -1,24 +1,24 @@
-// The answers that a procedure asks for, looked at while they are typed. A scanner ends with Enter,
+// The inputs of a procedure, checked while they are typed. A scanner ends with Enter,
 // which goes on to the next field.
 
 import { personName, post } from "../client.js";
 import { h, setText } from "../dom.js";
 import { shownNumber, typedNumber } from "../format.js";
-import { said, t } from "../texts.js";
+import { translate, t } from "../texts.js";
 import { refusedWords } from "./notices.js";
 
-const OPERATOR = "operator"; // who it is was asked once already
+const OPERATOR = "operator"; // the person's name is already known
 const LONGEST = 80;
 const TYPING_MS = 200;
 
-export function inputForm(procedure, inputs, given, keep) {
-  const fields = inputs.map((input) => field(procedure, input, given[input.name] ?? (input.name === OPERATOR ? personName() : ""), changed));
+export function inputForm(procedure, inputs, values, keep) {
+  const fields = inputs.map((input) => field(procedure, input, values[input.name] ?? (input.name === OPERATOR ? personName() : ""), changed));
   const form = {
     element: h("form", { class: "inputs", onsubmit: (event) => event.preventDefault() },
-      fields.length ? fields.map((each) => each.element) : h("p", { class: "soft" }, t("setup.no_inputs"))),
-    values: () => Object.fromEntries(fields.map((each) => [each.name, each.value()])),
-    missing: () => fields.filter((each) => !each.good()).map((each) => each.label),
-    toEmpty: () => fields.find((each) => !each.value().trim())?.control.focus(),
+      fields.length ? fields.map((item) => item.element) : h("p", { class: "soft" }, t("setup.no_inputs"))),
+    values: () => Object.fromEntries(fields.map((item) => [item.name, item.value()])),
+    missing: () => fields.filter((item) => !item.good()).map((item) => item.label),
+    toEmpty: () => fields.find((item) => !item.value().trim())?.control.focus(),
     onchange: () => {},
   };
 
@@ -27,13 +27,13 @@ export function inputForm(procedure, inputs, given, keep) {
     form.onchange();
   }
 
-  fields.forEach((each, i) => {
-    each.control.addEventListener("keydown", (event) => {
+  fields.forEach((item, i) => {
+    item.control.addEventListener("keydown", (event) => {
       if (event.key !== "Enter") return;
       event.preventDefault();
       const next = fields[i + 1]?.control;
       if (next) next.focus();
-      else each.control.blur();
+      else item.control.blur();
     });
   });
   return form;
@@ -42,13 +42,13 @@ export function inputForm(procedure, inputs, given, keep) {
 function field(procedure, input, value, changed) {
   const id = `input-${input.name}`;
   const [show, read] = input.unit ? [shownNumber, typedNumber] : [String, String];
-  const told = h("p", { class: "field-note", id: `${id}-note`, role: "status" }, said(input.expected));
+  const note = h("p", { class: "field-note", id: `${id}-note`, role: "status" }, translate(input.expected));
   const control = input.choices.length
     ? h("select", { id, "aria-describedby": `${id}-note`, onchange: look }, h("option", { value: "" }, t("setup.choose")), input.choices.map((choice) => h("option", { value: choice, selected: choice === value }, choice)))
     : h("input", { type: "text", id, value: show(value), autocomplete: "off", spellcheck: "false", "aria-describedby": `${id}-note`, oninput: later });
-  const row = h("div", { class: "field" }, h("label", { for: id }, said(input.ask)), control, told);
+  const row = h("div", { class: "field" }, h("label", { for: id }, translate(input.ask)), control, note);
   let good = false;
-  let asked = 0;
+  let requests = 0;
   let timer = 0;
 
   function later() {
@@ -59,10 +59,10 @@ function field(procedure, input, value, changed) {
   }
 
   async function look() {
-    const mine = ++asked;
+    const request = ++requests;
     const text = control.value;
     if (!text.trim()) {
-      state("", said(input.expected));
+      state("", translate(input.expected));
       return;
     }
     let answer;
@@ -71,9 +71,9 @@ function field(procedure, input, value, changed) {
     } catch (error) {
       answer = error;
     }
-    if (mine !== asked) return;
+    if (request !== requests) return;
     if (!answer.ok) state("bad", refusedWords(answer));
-    else if (answer.note) state("warn", said(answer.note), true);
+    else if (answer.note) state("warn", translate(answer.note), true);
     else state("good", t("setup.taken", { value: show(short(answer.value)) }), true);
   }
 
@@ -81,12 +81,12 @@ function field(procedure, input, value, changed) {
     good = ok;
     row.className = `field ${kind}`;
     control.setAttribute("aria-invalid", String(kind === "bad"));
-    setText(told, text);
+    setText(note, text);
     changed();
   }
 
   if (value) look();
-  return { element: row, control, name: input.name, label: said(input.ask), value: () => read(control.value), good: () => good };
+  return { element: row, control, name: input.name, label: translate(input.ask), value: () => read(control.value), good: () => good };
 }
 
 function short(text) {

@@ -1,7 +1,7 @@
-// What the person has to know now: errors of requests, shown until they are put away.
+// Notices, such as errors of requests, shown until they are closed.
 
 import { button, h } from "../dom.js";
-import { said, t } from "../texts.js";
+import { translate, t } from "../texts.js";
 
 const list = h("div", { class: "notices", role: "alert" });
 const LONGEST_MS = 15000;
@@ -10,7 +10,7 @@ export function noticesElement() {
   return list;
 }
 
-export function tell(message, { hint = "", problems = [], kind = "error" } = {}) {
+export function notify(message, { hint = "", problems = [], kind = "error" } = {}) {
   const note = h(
     "section",
     { class: `notice ${kind}` },
@@ -22,20 +22,20 @@ export function tell(message, { hint = "", problems = [], kind = "error" } = {})
   while (list.children.length > 3) list.firstChild.remove();
 }
 
-// Puts away what was refused: something else worked since.
+// Closes the errors of earlier requests, after one that succeeded.
 export function forgetErrors() {
-  for (const each of list.querySelectorAll(".notice.error")) each.remove();
+  for (const notice of list.querySelectorAll(".notice.error")) notice.remove();
 }
 
-export function tellError(error) {
-  if (error.code === "no_connection") tell(t("error.no_connection"), { hint: t("error.no_connection.hint") });
-  else tell(said(error.message), { hint: said(error.hint), problems: error.problems });
+export function notifyError(error) {
+  if (error.code === "no_connection") notify(t("error.no_connection"), { hint: t("error.no_connection.hint") });
+  else notify(translate(error.message), { hint: translate(error.hint), problems: error.problems });
 }
 
 // Why something was refused in one line, as it stands beside a field.
 export function refusedWords(error) {
   if (error.code === "no_connection") return t("error.no_connection");
-  return [error.message, error.hint].filter(Boolean).map(said).join(" \u00b7 ");
+  return [error.message, error.hint].filter(Boolean).map(translate).join(" \u00b7 ");
 }
 
 // A line of the list that was typed or pasted, which is not a file.
@@ -50,8 +50,8 @@ export function problemList(problems) {
       "li",
       {},
       h("span", { class: "where" }, [place(problem.where), problem.field].filter(Boolean).join(" ")),
-      h("span", {}, said(problem.message)),
-      problem.hint ? h("span", { class: "hint" }, said(problem.hint)) : null,
+      h("span", {}, translate(problem.message)),
+      problem.hint ? h("span", { class: "hint" }, translate(problem.hint)) : null,
     );
   return h("ul", { class: "problems" }, problems.map(item));
 }

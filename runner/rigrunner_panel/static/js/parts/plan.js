@@ -2,30 +2,30 @@
 
 import { breakable, h } from "../dom.js";
 import { bytes, duration, fixed, plain } from "../format.js";
-import { said, t } from "../texts.js";
+import { translate, t } from "../texts.js";
 import { stepWords } from "./steps.js";
 
 const NEARLY_FULL = 0.8;
 
 // What a run would do, as `rigrunner plan` has it.
 export function planFacts(plan) {
-  const channels = [...new Set(plan.readings.map((each) => each.channel))];
-  const one = channels.length === 1; // it is named once: the column would take the room of the share
-  const caption = one ? t("setup.readings_of", { channel: channels[0] }) : t("setup.readings");
-  const head = ["setup.recording", one ? "" : "setup.channel", "setup.peak", "setup.share"].filter(Boolean);
+  const channels = [...new Set(plan.readings.map((reading) => reading.channel))];
+  const isSingle = channels.length === 1; // it is named once: the column would take the room of the share
+  const caption = isSingle ? t("setup.readings_of", { channel: channels[0] }) : t("setup.readings");
+  const head = ["setup.recording", isSingle ? "" : "setup.channel", "setup.peak", "setup.share"].filter(Boolean);
   const readings = plan.readings.map((reading) => {
     const sign = reading.share > 1 ? "✗" : reading.share > NEARLY_FULL ? "!" : "";
     return h("tr", {},
       h("td", {}, reading.recording),
-      one ? null : h("td", {}, reading.channel),
+      isSingle ? null : h("td", {}, reading.channel),
       h("td", {}, `${plain(Number(reading.peak.toPrecision(3)))} ${reading.unit}`),
       h("td", {}, h("meter", { min: "0", max: "1.01", low: String(NEARLY_FULL), high: "1", optimum: "0", value: String(reading.share), "aria-label": t("setup.share") }), ` ${fixed(100 * reading.share, 0)} % `, h("strong", {}, sign)));
   });
-  const partners = plan.partners.flatMap((each) => [h("dt", {}, said(each.words)), h("dd", { class: each.problem ? "bad-text" : "" }, each.run ? breakable(each.run) : said(each.problem), each.hint ? h("span", { class: "hint block" }, said(each.hint)) : null)]);
+  const partners = plan.partners.flatMap((partner) => [h("dt", {}, translate(partner.words)), h("dd", { class: partner.problem ? "bad-text" : "" }, partner.run ? breakable(partner.run) : translate(partner.problem), partner.hint ? h("span", { class: "hint block" }, translate(partner.hint)) : null)]);
   return [
-    ...plan.warnings.map((warning) => h("p", { class: "banner warn" }, said(warning))),
+    ...plan.warnings.map((warning) => h("p", { class: "banner warn" }, translate(warning))),
     h("dl", { class: "facts" },
-      h("dt", {}, t("setup.station")), h("dd", {}, said(plan.station.title)),
+      h("dt", {}, t("setup.station")), h("dd", {}, translate(plan.station.title)),
       h("dt", {}, t("setup.revision")), h("dd", {}, `${plan.procedure.id} ${plan.procedure.revision}`),
       h("dt", {}, t("setup.duration")), h("dd", {}, duration(plan.estimated_s)),
       h("dt", {}, t("setup.steps")), h("dd", {}, String(plan.steps.length)),

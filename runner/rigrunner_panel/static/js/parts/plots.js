@@ -5,13 +5,13 @@ import { channelChart } from "../plots/channel.js";
 import { listen, store } from "../store.js";
 import { t } from "../texts.js";
 
-const KEPT = "rigrunner.plots.";
+const STORAGE_KEY = "rigrunner.plots.";
 const MOST = 4;
 const DRAW_MS = 100;
 
-function keptFor(procedure) {
+function storedFor(procedure) {
   try {
-    const { hidden = [], added = [] } = JSON.parse(localStorage.getItem(KEPT + procedure)) ?? {};
+    const { hidden = [], added = [] } = JSON.parse(localStorage.getItem(STORAGE_KEY + procedure)) ?? {};
     return { hidden, added };
   } catch {
     return { hidden: [], added: [] };
@@ -19,65 +19,65 @@ function keptFor(procedure) {
 }
 
 // `own()` gives the page's plots as [key, title]; `changed()` is called when others are wanted.
-export function plotChoice(own, changed) {
+export function plotChoice(pagePlots, changed) {
   let procedure = null;
-  let kept = keptFor("");
+  let choice = storedFor("");
   let charts = [];
-  let known = "";
+  let shownKey = "";
   const boxes = h("div", { class: "plot-boxes" });
   const y = h("select", { "aria-label": t("plots.y") });
   const x = h("select", { "aria-label": t("plots.x") });
-  const add = button(t("plots.add"), () => keep({ ...kept, added: [...kept.added, [y.value, x.value]] }));
+  const add = button(t("plots.add"), () => keep({ ...choice, added: [...choice.added, [y.value, x.value]] }));
   const chooser = h("section", { class: "plot-chooser", role: "region", "aria-label": t("plots.title"), hidden: true }, boxes,
     h("div", { class: "plot-add" }, h("label", {}, t("plots.y"), y), h("label", {}, t("plots.x"), x), add));
   const element = h("div", { class: "chosen-plots", hidden: true });
 
   function keep(next) {
-    kept = next;
-    localStorage.setItem(KEPT + procedure, JSON.stringify(kept));
+    choice = next;
+    localStorage.setItem(STORAGE_KEY + procedure, JSON.stringify(choice));
     arrange();
     changed();
   }
 
   function tick(key, title) {
-    const box = h("input", { type: "checkbox", checked: !kept.hidden.includes(key), onchange: () => {
-      keep({ ...kept, hidden: box.checked ? kept.hidden.filter((each) => each !== key) : [...kept.hidden, key] });
+    const box = h("input", { type: "checkbox", checked: !choice.hidden.includes(key), onchange: () => {
+      keep({ ...choice, hidden: box.checked ? choice.hidden.filter((name) => name !== key) : [...choice.hidden, key] });
     } });
     return h("label", { class: "plot-box" }, box, title);
   }
 
   function arrange() {
-    const channels = new Map((store.state?.channels ?? []).map((each) => [each.name, each]));
-    const wanted = kept.added.filter(([one, other]) => channels.has(one) && (!other || channels.has(other))).slice(0, MOST);
-    for (const each of charts) each.leave();
-    charts = wanted.map(([one, other]) => channelChart(channels.get(one), other ? channels.get(other) : null));
-    fill(element, charts.map((each) => each.element));
+    const channels = new Map((store.state?.channels ?? []).map((channel) => [channel.name, channel]));
+    const pairs = choice.added.filter(([yName, xName]) => channels.has(yName) && (!xName || channels.has(xName))).slice(0, MOST);
+    for (const chart of charts) chart.leave();
+    charts = pairs.map(([yName, xName]) => channelChart(channels.get(yName), xName ? channels.get(xName) : null));
+    fill(element, charts.map((chart) => chart.element));
     show(element, charts.length > 0);
     const names = [...channels.keys()];
     const before = [y.value, x.value];
-    fill(boxes, own().map(([key, title]) => tick(key, title)), kept.added.map((pair, i) => {
+    fill(boxes, pagePlots().map(([key, title]) => tick(key, title)), choice.added.map((pair, i) => {
       const title = pair[1] ? t("plot.of_over", { y: pair[0], x: pair[1] }) : t("plot.channel", { channel: pair[0] });
-      const drop = () => keep({ ...kept, added: kept.added.filter((_, at) => at !== i) });
+      const drop = () => keep({ ...choice, added: choice.added.filter((_, index) => index !== i) });
       return button(t("plots.remove", { title }), drop, { kind: "small" });
     }));
     fill(y, names.map((name) => h("option", { value: name }, name)));
     fill(x, h("option", { value: "" }, t("plots.time")), names.map((name) => h("option", { value: name }, name)));
     if (names.includes(before[0])) [y.value, x.value] = before;
-    add.disabled = !names.length || kept.added.length >= MOST;
+    add.disabled = !names.length || choice.added.length >= MOST;
     draw();
   }
 
   function draw() {
-    for (const each of charts) each.show();
+    for (const chart of charts) chart.show();
   }
 
   function take() {
     const { job, channels = [] } = store.state ?? {};
-    const key = JSON.stringify([job?.procedure, own(), channels.map((each) => [each.name, each.unit])]);
-    if (key === known) return;
-    known = key;
+    const key = JSON.stringify([job?.procedure, pagePlots(), channels.map((channel) => [channel.name, channel.unit])]);
+    if (key === shownKey) return;
+    shownKey = key;
     procedure = job?.procedure ?? "";
-    kept = keptFor(procedure);
+    choice = storedFor(procedure);
     arrange();
     changed();
   }
@@ -90,11 +90,11 @@ export function plotChoice(own, changed) {
     element,
     chooser,
     take,
-    wants: (key) => !kept.hidden.includes(key),
+    wants: (key) => !choice.hidden.includes(key),
     leave() {
       forget();
       clearInterval(timer);
-      for (const each of charts) each.leave();
+      for (const chart of charts) chart.leave();
     },
   };
 }

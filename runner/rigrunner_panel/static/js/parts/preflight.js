@@ -1,4 +1,4 @@
-// The preflight: what was looked at, each with the way to fix it, and what may be let pass.
+// The preflight: its checks, each with the way to fix it, and those that may be overridden.
 
 import { personName } from "../client.js";
 import { isBusy } from "./bar.js";
@@ -6,14 +6,14 @@ import { askReason } from "./dialogs.js";
 import { button, fill, h, setText, show } from "../dom.js";
 import { steer } from "../steer.js";
 import { store } from "../store.js";
-import { said, t } from "../texts.js";
+import { translate, t } from "../texts.js";
 
 const SIGNS = { ok: "✓", warn: "!", fail: "✗" };
 const GRAVEST = ["fail", "warn", "ok"];
 
 // Some names only say the kind again: "disk"; that of a partner run says all of it.
 function title({ kind, name }) {
-  if (kind === "partner") return said(name);
+  if (kind === "partner") return translate(name);
   const same = name.replaceAll(/[ -]/g, "_").startsWith(kind);
   return [t(`preflight.kind.${kind}`), same ? "" : name].filter(Boolean).join(" ");
 }
@@ -22,7 +22,7 @@ export function preflightCard({ procedure, station }) {
   const passed = new Set();
   const items = h("ul", { class: "lights", tabindex: "0", "aria-label": t("preflight.title") });
   const note = h("p", { class: "soft", role: "status" });
-  let asked = false; // what was found before counts no more once it is looked again
+  let outdated = false; // earlier results do not count once a new preflight is requested
   const check = button(t("preflight.check"), lookAgain, { kind: "big" });
   const by = h("input", { type: "text", id: "override-by", value: personName(), autocomplete: "off", oninput: () => card.onchange() });
   const reason = h("input", { type: "text", id: "override-reason", autocomplete: "off", oninput: () => card.onchange() });
@@ -32,15 +32,15 @@ export function preflightCard({ procedure, station }) {
     h("div", { class: "field" }, h("label", { for: "override-reason" }, t("preflight.reason")), reason));
 
   async function lookAgain() {
-    asked = true;
+    outdated = true;
     card.onchange();
-    if (!(await steer("preflight", { procedure, station }))) asked = false; // refused
+    if (!(await steer("preflight", { procedure, station }))) outdated = false; // refused
     card.onchange();
   }
 
   function mine() {
-    const found = store.state?.preflight;
-    return found && found.procedure === procedure && found.station === station ? found : null;
+    const preflight = store.state?.preflight;
+    return preflight && preflight.procedure === procedure && preflight.station === station ? preflight : null;
   }
 
   function fails() {
@@ -51,23 +51,23 @@ export function preflightCard({ procedure, station }) {
     element: h("section", { class: "card preflight" }, h("h2", {}, t("preflight.title")), note, items, override, check),
     onchange: () => {},
     done: () => Boolean(mine()?.done),
-    may: () => !asked && Boolean(mine()?.done) && fails().every((item) => item.override && passed.has(item.override)) && (!passed.size || Boolean(by.value.trim() && reason.value.trim())),
+    may: () => !outdated && Boolean(mine()?.done) && fails().every((item) => item.override && passed.has(item.override)) && (!passed.size || Boolean(by.value.trim() && reason.value.trim())),
     override: () => (passed.size ? { what: [...passed], by: by.value.trim(), reason: reason.value.trim() } : null),
     update,
   };
 
   function update() {
-    const found = mine();
+    const preflight = mine();
     const checking = store.state?.phase === "checking";
-    if (checking) asked = false;
+    if (checking) outdated = false;
     check.disabled = isBusy(store.state);
-    setText(check.firstChild, checking ? t("preflight.checking") : found?.done ? t("preflight.again") : t("preflight.check"));
-    for (const word of [...passed]) if (!fails().some((item) => item.override === word)) passed.delete(word);
-    const ordered = (found?.items ?? []).toSorted((one, other) => GRAVEST.indexOf(one.state) - GRAVEST.indexOf(other.state));
+    setText(check.firstChild, checking ? t("preflight.checking") : preflight?.done ? t("preflight.again") : t("preflight.check"));
+    for (const name of [...passed]) if (!fails().some((item) => item.override === name)) passed.delete(name);
+    const ordered = (preflight?.items ?? []).toSorted((a, b) => GRAVEST.indexOf(a.state) - GRAVEST.indexOf(b.state));
     fill(items, ordered.map(light));
-    setText(note, !found ? t("preflight.not_yet") : !found.done ? t("preflight.checking") : found.may_start ? t("preflight.green") : t("preflight.red", { count: fails().length, of: found.items.length }));
+    setText(note, !preflight ? t("preflight.not_yet") : !preflight.done ? t("preflight.checking") : preflight.may_start ? t("preflight.green") : t("preflight.red", { count: fails().length, of: preflight.items.length }));
     show(override, passed.size > 0);
-    if (!by.value) by.value = personName(); // who it is was asked for the control meanwhile
+    if (!by.value) by.value = personName(); // the name was entered to take control meanwhile
     card.onchange();
   }
 
@@ -88,7 +88,7 @@ export function preflightCard({ procedure, station }) {
     const safe = item.asks_safe ? button(t("preflight.safe"), sayItIsSafe) : null;
     return h("li", { class: `light ${item.state}` },
       h("span", { class: "sign", role: "img", "aria-label": t(`preflight.${item.state}`) }, SIGNS[item.state]),
-      h("div", { class: "light-text" }, h("strong", {}, title(item)), h("span", {}, said(item.text)), item.fix ? h("span", { class: "fix" }, said(item.fix)) : null, pass, safe));
+      h("div", { class: "light-text" }, h("strong", {}, title(item)), h("span", {}, translate(item.text)), item.fix ? h("span", { class: "fix" }, translate(item.fix)) : null, pass, safe));
   }
 
   return card;

@@ -6,7 +6,7 @@ import { field } from "./field.js";
 import { refusedWords } from "./notices.js";
 import { steer, steerOrRefuse } from "../steer.js";
 import { store } from "../store.js";
-import { said, t } from "../texts.js";
+import { translate, t } from "../texts.js";
 
 function stepOf(path) {
   if (path.startsWith("inputs.")) return t("prompt.input");
@@ -28,7 +28,7 @@ export function promptCard() {
   function build(prompt) {
     const picture = prompt.picture ? h("img", { class: "prompt-picture", src: prompt.picture, alt: t("prompt.picture") }) : null;
     const card = h("section", { class: "prompt", role: "dialog", tabindex: "-1", "aria-labelledby": "prompt-text" },
-      h("span", { class: "soft" }, [stepOf(prompt.step), store.state.job?.inputs.specimen].filter(Boolean).join(" · ")), h("p", { id: "prompt-text", class: "prompt-text" }, said(prompt.text)), picture,
+      h("span", { class: "soft" }, [stepOf(prompt.step), store.state.job?.inputs.specimen].filter(Boolean).join(" · ")), h("p", { id: "prompt-text", class: "prompt-text" }, translate(prompt.text)), picture,
       prompt.kind === "confirm" ? choices(prompt, prompt.choices) : prompt.choices.length ? choices(prompt, prompt.choices) : typed(prompt));
     fill(element, card);
     // not on a button: the Enter of a scanner, which is a keyboard, would answer
@@ -43,16 +43,16 @@ export function promptCard() {
   // What is refused is fixed where it stands.
   function typed(prompt) {
     const input = h("input", { type: "text", id: "prompt-input", autocomplete: "off" });
-    const asked = field(said(prompt.text), input, { hint: said(prompt.expected) || prompt.unit, kind: "prompt-field" });
+    const answerField = field(translate(prompt.text), input, { hint: translate(prompt.expected) || prompt.unit, kind: "prompt-field" });
     return h("form", { class: "prompt-form", onsubmit: async (event) => {
       event.preventDefault();
       try {
         await steerOrRefuse("run/answer", { prompt: prompt.id, text: prompt.unit ? typedNumber(input.value) : input.value });
       } catch (error) {
-        asked.refuse(refusedWords(error));
+        answerField.refuse(refusedWords(error));
         input.focus();
       }
-    } }, asked.element, h("button", { type: "submit", class: "button huge primary" }, t("prompt.send")));
+    } }, answerField.element, h("button", { type: "submit", class: "button huge primary" }, t("prompt.send")));
   }
 
   return {

@@ -4,7 +4,7 @@ import { fill, h, setText } from "../dom.js";
 import { clock, plain, shownNumber, UNKNOWN, withUncertainty } from "../format.js";
 import { ageText, isOld } from "./channels.js";
 import { store } from "../store.js";
-import { said, t } from "../texts.js";
+import { translate, t } from "../texts.js";
 
 function readout(name, kind = "") {
   const value = h("span", { class: "readout-value" }, UNKNOWN);
@@ -23,17 +23,17 @@ function age(row, text, utc) {
 // The value that the analyses show of the readings in progress, or the last one that they showed; null where they cannot.
 function presentResult({ live }) {
   const results = live?.results ?? [];
-  return results.findLast((each) => each.is_ongoing) ?? (live?.problem ? null : results.at(-1));
+  return results.findLast((result) => result.is_ongoing) ?? (live?.problem ? null : results.at(-1));
 }
 
 // Where drives were set and what was read, the drives first.
 function presentValues({ readings, channels, plan }, most) {
   const drives = plan?.drives ?? {};
-  const names = new Map([...Object.entries(drives), ...channels.map((each) => [each.name, each.long_name])]);
+  const names = new Map([...Object.entries(drives), ...channels.map((channel) => [channel.name, channel.long_name])]);
   const all = Object.entries(readings);
   const isDrive = ([name]) => name in drives;
-  const known = [...all.filter(isDrive), ...all.filter((each) => !isDrive(each)).reverse()].slice(0, most);
-  return known.map(([name, value]) => ({ key: name, name: said(names.get(name)) || name, value }));
+  const shown = [...all.filter(isDrive), ...all.filter((entry) => !isDrive(entry)).reverse()].slice(0, most);
+  return shown.map(([name, value]) => ({ key: name, name: translate(names.get(name)) || name, value }));
 }
 
 const MOST_VALUES = 5;
@@ -55,11 +55,11 @@ export function readouts() {
   let built = "";
 
   // Each row is [key, name, kind]; a row that stays keeps its place on the page.
-  function build(wanted) {
-    const key = JSON.stringify(wanted);
+  function build(rowSpecs) {
+    const key = JSON.stringify(rowSpecs);
     if (key === built) return;
     built = key;
-    rows = new Map(wanted.map(([id, name, kind]) => [id, readout(name, kind)]));
+    rows = new Map(rowSpecs.map(([id, name, kind]) => [id, readout(name, kind)]));
     fill(element, [...rows.values()].map((row) => row.element));
   }
 
@@ -73,7 +73,7 @@ export function readouts() {
       const corrects = Number.isFinite(result?.uncorrected);
       build([...values.map(({ key, name }) => [key, name, ""]),
         ...(corrects ? [["uncorrected", t("read.uncorrected"), "raw"]] : []),
-        ...(result ? [["result", said(result.text) || result.name, "compensated"]] : []),
+        ...(result ? [["result", translate(result.text) || result.name, "compensated"]] : []),
         ...(problem ? [["problem", t("read.result"), "compensated"]] : [])]);
       for (const { key, value } of values) {
         const row = rows.get(key);
@@ -82,7 +82,7 @@ export function readouts() {
       }
       if (problem) {
         const { small } = rows.get("problem");
-        setText(small, shownNumber(said(problem)));
+        setText(small, shownNumber(translate(problem)));
         small.title = small.textContent; // two lines of it are seen
       }
       if (!result) return;

@@ -2,7 +2,7 @@
 
 import { fill, h } from "../dom.js";
 import { plain, shownNumber, withUncertainty } from "../format.js";
-import { said, t } from "../texts.js";
+import { translate, t } from "../texts.js";
 import { SIGNS, verdictText } from "./verdict.js";
 
 // Rows are {name, text, symbol, unit, place, value, U, lower, upper, verdict}.
@@ -22,7 +22,7 @@ function table(rows) {
   ].flat();
   const head = [placed ? ["results.where", ""] : null, ["results.value", "number"], limited ? ["results.limit", "number"] : null];
   return h("table", { class: "results" },
-    h("caption", {}, [said(text) || name, symbol, unit && unit !== "1" ? t("results.in_unit", { unit }) : ""].filter(Boolean).join(", ")),
+    h("caption", {}, [translate(text) || name, symbol, unit && unit !== "1" ? t("results.in_unit", { unit }) : ""].filter(Boolean).join(", ")),
     h("thead", {}, h("tr", {}, head.filter(Boolean).map(([key, kind]) => h("th", { scope: "col", class: kind }, t(key))), limited ? h("td", {}) : null)),
     h("tbody", {}, rows.map((row) => h("tr", {}, cells(row)))));
 }
@@ -61,16 +61,16 @@ export function liveResults() {
 // Those of a stored run, from its result document.
 export function storedResults(result) {
   const parts = result?.decision?.parts ?? [];
-  const own = (each) => parts.find((part) => part.named === each.name && part.result?.value === each.estimate.value && part.result.expanded_uncertainty_95 === each.estimate.expanded_uncertainty_95);
-  return (result?.results ?? []).map((each) => {
-    const part = own(each);
+  const partOf = (named) => parts.find((part) => part.named === named.name && part.result?.value === named.estimate.value && part.result.expanded_uncertainty_95 === named.estimate.expanded_uncertainty_95);
+  return (result?.results ?? []).map((named) => {
+    const part = partOf(named);
     return {
-      name: each.name, text: each.text, symbol: each.symbol, unit: each.estimate.unit, place: placeWords(each.coordinates),
-      value: each.estimate.value, U: each.estimate.expanded_uncertainty_95, lower: part?.lower_limit?.value, upper: part?.upper_limit?.value, verdict: part?.verdict ?? "",
+      name: named.name, text: named.text, symbol: named.symbol, unit: named.estimate.unit, place: placeWords(named.coordinates),
+      value: named.estimate.value, U: named.estimate.expanded_uncertainty_95, lower: part?.lower_limit?.value, upper: part?.upper_limit?.value, verdict: part?.verdict ?? "",
     };
   });
 }
 
 function placeWords(coordinates) {
-  return Object.values(coordinates ?? {}).map((each) => (typeof each === "object" ? `${Number(each.value.toPrecision(6))}${each.unit && each.unit !== "1" ? ` ${each.unit}` : ""}` : String(each))).join(", ");
+  return Object.values(coordinates ?? {}).map((value) => (typeof value === "object" ? `${Number(value.value.toPrecision(6))}${value.unit && value.unit !== "1" ? ` ${value.unit}` : ""}` : String(value))).join(", ");
 }

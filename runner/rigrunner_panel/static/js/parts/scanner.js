@@ -1,7 +1,7 @@
-// A scanner is a keyboard with Enter. What it sends into a question, or where there is no field, is told from typing by its
+// A scanner is a keyboard with Enter. What it sends into a question, or where there is no field, is distinguished from typing by its
 // pace, and goes to the page that takes scans, or is refused: a serial number is no reason, and its Enter presses no button.
 
-import { tell } from "./notices.js";
+import { notify } from "./notices.js";
 import { t } from "../texts.js";
 
 const FEWEST = 3; // characters, in a field; where there is none, nobody types
@@ -39,7 +39,7 @@ export function keepScansOut(element, { fields = false } = {}) {
         if (!inField) target.dispatchEvent(new Event("change")); // of a list, in which letters choose
       }
       if (sink) sink(text);
-      else tell(t("scan.refused", { text }), { hint: t("scan.refused.hint") });
+      else notify(t("scan.refused", { text }), { hint: t("scan.refused.hint") });
       text = "";
     } else if (event.key.length === 1 && !event.repeat && !event.ctrlKey && !event.metaKey) {
       if (!isNext) {

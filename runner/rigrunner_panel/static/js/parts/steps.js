@@ -3,14 +3,14 @@
 import { fill, h, setText } from "../dom.js";
 import { duration } from "../format.js";
 import { store } from "../store.js";
-import { said, t } from "../texts.js";
+import { translate, t } from "../texts.js";
 
 const SIGNS = { ".": "", r: "▶", o: "✓", x: "✗", s: "↷" };
 const WORDS = { ".": "to_come", r: "running", o: "done", x: "failed", s: "skipped" };
 
 // The words of a step; what the procedure of a laboratory asks stays in its own words.
 export function stepWords({ text }) {
-  return said(text);
+  return translate(text);
 }
 
 export function stepList() {
@@ -28,22 +28,22 @@ export function stepList() {
       const row = h("li", { class: "step" }, sign, h("span", {}, stepWords(step)));
       return { row, sign, state: "" };
     });
-    fill(list, rows.map((each) => each.row));
+    fill(list, rows.map((entry) => entry.row));
   }
 
   function mark(states) {
-    rows.forEach((each, i) => {
+    rows.forEach((entry, i) => {
       const state = states[i] ?? ".";
-      if (each.state === state) return;
-      each.state = state;
-      each.row.className = `step ${WORDS[state]}`;
-      each.sign.setAttribute("aria-label", t(`steps.${WORDS[state]}`));
-      setText(each.sign, SIGNS[state]);
+      if (entry.state === state) return;
+      entry.state = state;
+      entry.row.className = `step ${WORDS[state]}`;
+      entry.sign.setAttribute("aria-label", t(`steps.${WORDS[state]}`));
+      setText(entry.sign, SIGNS[state]);
       if (state === "r") {
-        each.row.setAttribute("aria-current", "step");
-      } else each.row.removeAttribute("aria-current");
+        entry.row.setAttribute("aria-current", "step");
+      } else entry.row.removeAttribute("aria-current");
     });
-    const present = rows.find((each) => each.state === "r") ?? rows.find((each) => each.state === ".");
+    const present = rows.find((entry) => entry.state === "r") ?? rows.find((entry) => entry.state === ".");
     if (present && present.row !== seen) reveal(present.row);
   }
 

@@ -1,4 +1,4 @@
-// The verdict and the value that it is about, as large as it can be.
+// The verdict and its value, as large as possible.
 
 import { h, setText } from "../dom.js";
 import { shownNumber, withUncertainty } from "../format.js";
@@ -25,10 +25,10 @@ export function verdictLine() {
       const headline = final ? finished.headline : live?.headline;
       const kind = verdict.replaceAll(" ", "-") || "none";
       element.className = `verdict ${kind} ${final ? "" : "so-far"}`;
-      const said = verdict ? `${SIGNS[verdict] ?? "~"} ${verdictText(verdict)}` : t(final ? "verdict.none" : "verdict.not_yet");
-      setText(word, verdict && !final ? t("verdict.so_far", { verdict: said }) : said);
-      const named = (final && finished.result) || "";
-      setText(value, headline ? withUncertainty(headline.value, headline.U, headline.unit) : shownNumber(named));
+      const text = verdict ? `${SIGNS[verdict] ?? "~"} ${verdictText(verdict)}` : t(final ? "verdict.none" : "verdict.not_yet");
+      setText(word, verdict && !final ? t("verdict.so_far", { verdict: text }) : text);
+      const result = (final && finished.result) || "";
+      setText(value, headline ? withUncertainty(headline.value, headline.U, headline.unit) : shownNumber(result));
     },
   };
 }

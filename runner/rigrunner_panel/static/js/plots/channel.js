@@ -8,7 +8,7 @@ import { axis, chart } from "./chart.js";
 const POINT_PX = 2.5;
 const EMPTY = [[0, 1], [null, null]];
 
-// `y` and `x` are channels; without `x` it is over time. `show()` draws what is known by now.
+// `y` and `x` are channels; without `x` it is over time. `show()` draws the values so far.
 export function channelChart(y, x = null) {
   let pairs = [];
   const options = () => ({
@@ -19,15 +19,15 @@ export function channelChart(y, x = null) {
   });
   const words = (channel) => (channel.unit === "1" ? channel.name : `${channel.name} / ${channel.unit}`);
   const title = x ? t("plot.of_over", { y: y.name, x: x.name }) : t("plot.channel", { channel: y.name });
-  const made = chart(title, t("plot.of_over", { y: words(y), x: x ? words(x) : "s" }), options, EMPTY);
+  const plot = chart(title, t("plot.of_over", { y: words(y), x: x ? words(x) : "s" }), options, EMPTY);
   return {
-    ...made,
+    ...plot,
     show() {
       const ys = pastOf(y.name);
       const end = ys.at(-1)?.[0];
       pairs = x ? paired(pastOf(x.name), ys) : ys.map(([ms, value]) => [(ms - end) / 1000, value]);
-      const sorted = [...pairs].sort((one, other) => one[0] - other[0]);
-      made.set(sorted.length ? [sorted.map((each) => each[0]), sorted.map((each) => each[1])] : EMPTY);
+      const sorted = [...pairs].sort((a, b) => a[0] - b[0]);
+      plot.set(sorted.length ? [sorted.map((pair) => pair[0]), sorted.map((pair) => pair[1])] : EMPTY);
     },
   };
 }
@@ -38,7 +38,7 @@ function padded(plot, low, high) {
   return [low - margin, high + margin];
 }
 
-// Over time a line; over another channel points, as between two readings nothing is known of either.
+// A line over time; points over another channel, because nothing is known between two readings.
 function draw(plot, pairs, asPoints) {
   const { ctx } = plot;
   ctx.save();

@@ -3,11 +3,11 @@
 import { h, setText } from "../dom.js";
 import { fixed, plain } from "../format.js";
 import { colour } from "../theme.js";
-import { said, t } from "../texts.js";
+import { translate, t } from "../texts.js";
 import { axis, chart, legend } from "./chart.js";
 
 const X = "x"; // the array with the values of x; the others are series
-const UNKEPT = "-"; // the name of a recording of which statistics alone are kept
+const UNKEPT = "-"; // the name of a recording of which only the statistics are kept
 const EMPTY = [[0, 1], [null, null], [null, null]];
 const PAINTS = ["raw", "compensated"];
 const STEPS_DEG = [30, 45, 90];
@@ -23,54 +23,54 @@ function curveChart({ title, x, y }) {
     axes: [axis({ size: 26, ...(x.unit === "°" ? { incrs: STEPS_DEG } : {}) }), axis({ size: 46 })],
     series: [{}, ...PAINTS.map((paint, i) => ({ stroke: colour(paint), width: 2 + i, points: { show: false } }))],
   });
-  const made = chart(said(title), t("plot.of_over", { y: words(y), x: words(x) }), options, EMPTY);
-  made.element.append(keys);
+  const plot = chart(translate(title), t("plot.of_over", { y: words(y), x: words(x) }), options, EMPTY);
+  plot.element.append(keys);
   let shown = "";
   return {
-    ...made,
+    ...plot,
     // `recording` is what is being recorded now; a curve of another one is a past one, and looks so. One that
     // should have been followed by another one looks old, and says how old it is.
-    show({ curves, recording: own, frequency_hz: hertz, since }, recording) {
-      const { [X]: at, ...series } = curves;
+    show({ curves, recording: drawn, frequency_hz: hertz, since }, recording) {
+      const { [X]: xs, ...series } = curves;
       const names = Object.keys(series);
       if (names.join() !== shown) {
         shown = names.join();
-        keys.replaceChildren(...legend(names.map((name, i) => [PAINTS[i], said(name)])).childNodes, of);
+        keys.replaceChildren(...legend(names.map((name, i) => [PAINTS[i], translate(name)])).childNodes, of);
       }
       const values = names.map((name) => series[name]);
-      made.set([at, values[0], values[1] ?? new Array(at.length).fill(null)]);
-      const isPast = own !== recording;
+      plot.set([xs, values[0], values[1] ?? new Array(xs.length).fill(null)]);
+      const isPast = drawn !== recording;
       const ageS = (performance.now() - since) / 1000;
       const isLate = !isPast && ageS > Math.max(LEAST_OLD_S, hertz > 0 ? MISSED / hertz : 0);
-      made.element.classList.toggle("past", isPast || isLate);
-      const name = [own === UNKEPT ? t("plot.unkept") : own, Number.isFinite(hertz) ? `${fixed(hertz, 2)} Hz` : ""].filter(Boolean).join(", ");
+      plot.element.classList.toggle("past", isPast || isLate);
+      const name = [drawn === UNKEPT ? t("plot.unkept") : drawn, Number.isFinite(hertz) ? `${fixed(hertz, 2)} Hz` : ""].filter(Boolean).join(", ");
       setText(of, isPast ? t("plot.past", { name }) : isLate ? t("plot.late", { name, seconds: plain(Math.round(ageS)) }) : name);
     },
   };
 }
 
 function words({ name, unit }) {
-  return unit && unit !== "1" ? `${said(name)} / ${unit}` : said(name);
+  return unit && unit !== "1" ? `${translate(name)} / ${unit}` : translate(name);
 }
 
-// The chart of the latest curve, made again where its axes are others.
+// The chart of the latest curve, built again if its axes differ.
 export function latestCurve() {
   const element = h("div", { class: "plot-curve" });
-  let made = null;
+  let current = null;
   let title = "";
   return {
     element,
     show(frame, recording) {
       if (frame?.title !== title) {
-        made?.leave();
-        made = frame ? curveChart(frame) : null;
+        current?.leave();
+        current = frame ? curveChart(frame) : null;
         title = frame?.title;
-        element.replaceChildren(...(made ? [made.element] : []));
+        element.replaceChildren(...(current ? [current.element] : []));
       }
-      made?.show(frame, recording);
+      current?.show(frame, recording);
     },
     leave() {
-      made?.leave();
+      current?.leave();
     },
   };
 }

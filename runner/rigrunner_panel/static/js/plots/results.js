@@ -2,7 +2,7 @@
 
 import { h, show } from "../dom.js";
 import { colour } from "../theme.js";
-import { said, t } from "../texts.js";
+import { translate, t } from "../texts.js";
 import { axis, chart, legend } from "./chart.js";
 
 const CAP_PX = 4;
@@ -13,26 +13,26 @@ const FIRST = 3; // series that differ by colour; the next ones are dashed and h
 const DASH_PX = 11;
 const WHOLE = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000]; // steps of a count, such as of runs
 
-// Shows the figures that the server sends as data; a chart is made again where its axes are others.
+// Shows the figures that the server sends as data; a chart is built again if its axes differ.
 export function resultCharts(most = 2) {
   const element = h("div", { class: "result-plots" });
   let charts = [];
-  let known = "";
+  let shownNames = "";
   return {
     element,
     show(figures) {
       const shown = figures.slice(0, most);
-      const names = JSON.stringify(shown.map(({ title, x, y, series }) => [title, x, y, series.map((each) => [each.name, each.kind])]));
-      if (names !== known) {
-        for (const each of charts) each.leave();
+      const names = JSON.stringify(shown.map(({ title, x, y, series }) => [title, x, y, series.map((line) => [line.name, line.kind])]));
+      if (names !== shownNames) {
+        for (const plot of charts) plot.leave();
         charts = shown.map(figureChart);
-        known = names;
-        element.replaceChildren(...charts.map((each) => each.element));
+        shownNames = names;
+        element.replaceChildren(...charts.map((plot) => plot.element));
       }
       shown.forEach((figure, i) => charts[i].show(figure));
     },
     leave() {
-      for (const each of charts) each.leave();
+      for (const plot of charts) plot.leave();
     },
   };
 }
@@ -46,18 +46,18 @@ function figureChart(figure) {
     series: [{}, hidden(), hidden(), hidden()],
     hooks: { draw: [(plot) => draw(plot, now)] },
   });
-  const made = chart(said(figure.title), t("plot.of_over", { y: words(figure.y), x: words(figure.x) }), options, columns([]));
+  const plot = chart(translate(figure.title), t("plot.of_over", { y: words(figure.y), x: words(figure.x) }), options, columns([]));
   const limit = legend([["limit", t("plot.limit")]]);
-  const keys = figure.series.map((each, i) => [`${paint(each, i)} ${each.kind === "line" ? "" : "point"} ${isLater(each, i) ? "later" : ""}`, said(each.name) || t("plot.result_u")]);
-  made.element.append(h("div", { class: "legends" }, legend(keys), limit));
+  const keys = figure.series.map((line, i) => [`${paint(line, i)} ${line.kind === "line" ? "" : "point"} ${isLater(line, i) ? "later" : ""}`, translate(line.name) || t("plot.result_u")]);
+  plot.element.append(h("div", { class: "legends" }, legend(keys), limit));
   return {
-    ...made,
+    ...plot,
     show(newest) {
       now = newest;
-      const points = newest.series.flatMap((each) => each.points).sort((a, b) => a.x - b.x);
+      const points = newest.series.flatMap((line) => line.points).sort((a, b) => a.x - b.x);
       const limits = newest.marks.filter((mark) => mark.is_limit && mark.axis === "y").map((mark) => mark.at);
       show(limit, limits.length || points.some((point) => Number.isFinite(point.lower) || Number.isFinite(point.upper)));
-      made.set(columns(points, limits));
+      plot.set(columns(points, limits));
     },
   };
 }
@@ -72,7 +72,7 @@ function isLater({ kind }, i) {
 }
 
 function words({ name, unit }) {
-  return unit && unit !== "1" ? `${said(name)} / ${unit}` : said(name);
+  return unit && unit !== "1" ? `${translate(name)} / ${unit}` : translate(name);
 }
 
 function padded(share) {
@@ -145,7 +145,7 @@ function draw(plot, figure) {
   }, 1);
   ctx.strokeStyle = colour("raw");
   path(() => {
-    for (const { x, lower, upper } of figure.series.flatMap((each) => each.points)) {
+    for (const { x, lower, upper } of figure.series.flatMap((line) => line.points)) {
       for (const limit of [lower, upper]) {
         if (Number.isFinite(limit)) line(across(x) - DASH_PX * px, up(limit), across(x) + DASH_PX * px, up(limit));
       }
@@ -158,11 +158,11 @@ function draw(plot, figure) {
 }
 
 function band(ctx, points, across, up) {
-  const known = points.filter((point) => Number.isFinite(point.U));
+  const withU = points.filter((point) => Number.isFinite(point.U));
   ctx.globalAlpha = BAND;
   ctx.beginPath();
-  for (const { x, y, U } of known) ctx.lineTo(across(x), up(y + U));
-  for (const { x, y, U } of [...known].reverse()) ctx.lineTo(across(x), up(y - U));
+  for (const { x, y, U } of withU) ctx.lineTo(across(x), up(y + U));
+  for (const { x, y, U } of [...withU].reverse()) ctx.lineTo(across(x), up(y - U));
   ctx.fill();
   ctx.globalAlpha = 1;
 }

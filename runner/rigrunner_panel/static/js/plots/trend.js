@@ -17,21 +17,21 @@ export function trendChart() {
       { stroke: colour("raw"), width: 1, points: { show: false }, spanGaps: false },
     ],
   });
-  const made = chart(t("plots.trend"), t("plot.seconds"), options, EMPTY);
+  const plot = chart(t("plots.trend"), t("plot.seconds"), options, EMPTY);
   return {
-    ...made,
+    ...plot,
     show(trend) {
       if (!trend.minimum.length) {
-        made.set(EMPTY);
+        plot.set(EMPTY);
         return;
       }
-      made.call(t("plot.channel", { channel: trend.channel }), [trend.unit === "1" ? "" : trend.unit, t("plot.seconds")].filter(Boolean).join(" "));
-      const at = trend.minimum.map((_, i) => (trend.first + i) * trend.stepS);
-      made.set([at, trend.minimum.map(known), trend.maximum.map(known)]);
+      plot.call(t("plot.channel", { channel: trend.channel }), [trend.unit === "1" ? "" : trend.unit, t("plot.seconds")].filter(Boolean).join(" "));
+      const times = trend.minimum.map((_, i) => (trend.first + i) * trend.stepS);
+      plot.set([times, trend.minimum.map(finite), trend.maximum.map(finite)]);
     },
   };
 }
 
-function known(value) {
+function finite(value) {
   return Number.isNaN(value) ? null : value;
 }

@@ -12,13 +12,7 @@ from rigrunner.api.verdict import Verdict, worst
 from rigrunner.signal import rounding
 from rigrunner.signal.coverage import expanded
 from rigrunner.signal.result_figures import over_coordinate
-from rigrunner_panel.view.sections import (
-    CheckView,
-    Finished,
-    LiveView,
-    ResultView,
-    Value,
-)
+from rigrunner_panel.view.sections import CheckView, Finished, LiveView, ResultView, Value
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -39,8 +33,8 @@ MOST_RESULTS = 200
 def live_view(
     result: Result, *, final: bool, taken_s: float = 0.0, acceptance: Acceptance | None = None
 ) -> LiveView:
-    """Return the result of the recordings so far, or of all, with what it may be."""
-    limited = [(each, _limits(each, acceptance)) for each in result.results]
+    """Return the result of the recordings so far, or of all, with its limits."""
+    limited = [(named, _limits(named, acceptance)) for named in result.results]
     # On what was measured so far: all within limits is no verdict yet.
     missed = Verdict.FAIL if result.limits.missed else None
     verdict = worst((missed, result.decision.verdict if result.decision else None))
@@ -53,48 +47,48 @@ def live_view(
         headline=_value(result.headline),
         checks=tuple(
             CheckView(
-                name=each.name,
-                ok=each.ok,
-                text=each.text,
-                advice=each.advice,
-                effect=effect_words(each),
-                consequence=str(each.consequence),
+                name=check.name,
+                ok=check.ok,
+                text=check.text,
+                advice=check.advice,
+                effect=effect_words(check),
+                consequence=str(check.consequence),
             )
-            for each in result.every_check
+            for check in result.every_check
         ),
-        results=tuple(_named_view(each, limits) for each, limits in limited[-MOST_RESULTS:]),
+        results=tuple(_named_view(named, limits) for named, limits in limited[-MOST_RESULTS:]),
         figures=(*_figures(limited), *result.figures),
     )
 
 
-def with_live(view: LiveView | None, found: Findings) -> LiveView:
+def with_live(view: LiveView | None, findings: Findings) -> LiveView:
     """Return the analysis with what a recording in progress shows so far.
 
     A value of no more readings than the analysis has already is left out.
     """
     view = view or LiveView(recordings=0, final=False, problem="", taken_s=0.0)
-    rows = {(each.name, each.place): each for each in view.results}
-    for each in found.results:
-        now = _named_view(each, None)
-        known = rows.pop((now.name, now.place), None)
-        if known is not None and known.readings >= now.readings:
-            rows[now.name, now.place] = known
+    rows = {(row.name, row.place): row for row in view.results}
+    for named in findings.results:
+        row = _named_view(named, None)
+        earlier = rows.pop((row.name, row.place), None)
+        if earlier is not None and earlier.readings >= row.readings:
+            rows[row.name, row.place] = earlier
             continue
-        limits = {} if known is None else {"lower": known.lower, "upper": known.upper}
-        rows[now.name, now.place] = now.model_copy(update={"is_ongoing": True, **limits})
-    drawn = {(each.of, each.title) for each in found.figures}
-    others = (each for each in view.figures if (each.of, each.title) not in drawn)
+        limits = {} if earlier is None else {"lower": earlier.lower, "upper": earlier.upper}
+        rows[row.name, row.place] = row.model_copy(update={"is_ongoing": True, **limits})
+    drawn = {(figure.of, figure.title) for figure in findings.figures}
+    others = (figure for figure in view.figures if (figure.of, figure.title) not in drawn)
     return view.model_copy(
         update={
-            "problem": view.problem or " ".join(found.notes),
+            "problem": view.problem or " ".join(findings.notes),
             "results": tuple(rows.values())[-MOST_RESULTS:],
-            "figures": (*others, *found.figures),
+            "figures": (*others, *findings.figures),
         }
     )
 
 
 def _limits(result: MeasurementResult, acceptance: Acceptance | None) -> Limits | None:
-    """Return what a result may be by the first limit on it, which is none of a mean."""
+    """Return the first limits on a result that are not on a mean."""
     for limit in acceptance.limits_of(result.name) if acceptance else ():
         if not limit.mean and limit.is_of(result.coordinates):
             with suppress(DataError):  # it follows a coordinate, and has none here
@@ -107,31 +101,31 @@ def _at(name: str, value: CoordinateValue) -> str:
     return str(value) if value.unit or isinstance(value.value, str) else f"{name} {value}"
 
 
-def _named_view(found: MeasurementResult, limits: Limits | None) -> ResultView:
+def _named_view(named: MeasurementResult, limits: Limits | None) -> ResultView:
     return ResultView(
-        name=found.name,
-        text=found.of.words,
-        symbol=found.of.symbol,
-        unit=found.of.unit,
-        place=", ".join(_at(name, value) for name, value in found.coordinates.items()),
-        value=found.estimate.value,
-        U=_known(expanded(found.estimate)),
-        readings=found.readings,
-        lower=None if limits is None else _known(limits.lower),
-        upper=None if limits is None else _known(limits.upper),
-        uncorrected=None if found.uncorrected is None else found.uncorrected.value,
+        name=named.name,
+        text=named.of.words,
+        symbol=named.of.symbol,
+        unit=named.of.unit,
+        place=", ".join(_at(name, value) for name, value in named.coordinates.items()),
+        value=named.estimate.value,
+        U=_finite(expanded(named.estimate)),
+        readings=named.readings,
+        lower=None if limits is None else _finite(limits.lower),
+        upper=None if limits is None else _finite(limits.upper),
+        uncorrected=None if named.uncorrected is None else named.uncorrected.value,
     )
 
 
 def _figures(limited: Sequence[tuple[MeasurementResult, Limits | None]]) -> Iterator[Figure]:
     """Yield for each result over a coordinate the figure that shows most: within its limits."""
-    for name in dict.fromkeys(each.name for each, _ in limited):
-        own = [
-            (each, at, at is not None and not at.allow(each.estimate.value))
-            for each, at in limited
-            if each.name == name
+    for name in dict.fromkeys(named.name for named, _ in limited):
+        points = [
+            (named, limits, limits is not None and not limits.allow(named.estimate.value))
+            for named, limits in limited
+            if named.name == name
         ]
-        yield from over_coordinate(own)[-1:]
+        yield from over_coordinate(points)[-1:]
 
 
 def finished_view(finished: FinishedRun) -> Finished:
@@ -145,7 +139,7 @@ def finished_view(finished: FinishedRun) -> Finished:
         verdict=str((result and result.verdict) or ""),
         headline=None if result is None else _value(result.headline),
         measurand="" if result is None else result.measurand,
-        result="" if result is None else _named(result),
+        result="" if result is None else _deciding_text(result),
         error="" if error is None else finished.reason if finished.unsafe else str(error),
         hint=getattr(error, "hint", ""),
         sealed=finished.sealed,
@@ -153,16 +147,16 @@ def finished_view(finished: FinishedRun) -> Finished:
     )
 
 
-def _named(result: Result) -> str:
+def _deciding_text(result: Result) -> str:
     deciding = None if result.decision is None else result.decision.deciding.result
-    found = [each for each in result.other_results if each.estimate is deciding]
-    if not found and len(result.other_results) == 1:
-        found = list(result.other_results)
-    if not found:
+    results = [named for named in result.other_results if named.estimate is deciding]
+    if not results and len(result.other_results) == 1:
+        results = list(result.other_results)
+    if not results:
         return ""
-    estimate = found[0].estimate
+    estimate = results[0].estimate
     shown = with_uncertainty(estimate.value, expanded(estimate))
-    return f"{found[0].of.words}: {shown} {estimate.unit}"
+    return f"{results[0].of.words}: {shown} {estimate.unit}"
 
 
 def with_uncertainty(value: float, width: float) -> str:
@@ -173,9 +167,9 @@ def with_uncertainty(value: float, width: float) -> str:
 def _value(estimate: Estimate | None) -> Value | None:
     if estimate is None:
         return None
-    return Value(value=estimate.value, U=_known(expanded(estimate)), unit=estimate.unit)
+    return Value(value=estimate.value, U=_finite(expanded(estimate)), unit=estimate.unit)
 
 
-def _known(value: float) -> float | None:
-    """Return a number that a screen can show; what the data do not tell is not a number."""
+def _finite(value: float) -> float | None:
+    """Return a finite number, or None."""
     return value if isfinite(value) else None

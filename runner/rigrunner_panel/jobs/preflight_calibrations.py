@@ -35,18 +35,18 @@ def calibrations(planned: Planned) -> Iterator[PreflightItem]:
     register = planned.station.register
     for channel in entering_channels(planned):
         if channel in register and channel not in refused:
-            yield _good(register[channel], planned.clock.utc().date())
+            yield _valid(register[channel], planned.clock.utc().date())
 
 
-def _good(each: Instrument, today: date) -> PreflightItem:
-    soon = each.due is not None and each.due - today <= _SOON
-    paper = f"certificate {each.certificate}" if each.certificate else ""
-    paper = paper or each.calibration or "no certificate"
-    due = f", due {each.due}" if each.due else ""
+def _valid(instrument: Instrument, today: date) -> PreflightItem:
+    is_due_soon = instrument.due is not None and instrument.due - today <= _SOON
+    certificate = f"certificate {instrument.certificate}" if instrument.certificate else ""
+    certificate = certificate or instrument.calibration or "no certificate"
+    due = f", due {instrument.due}" if instrument.due else ""
     return PreflightItem(
         kind="calibration",
-        name=each.channel,
-        state="warn" if soon else "ok",
-        text=f"{each.name}: {paper}{due}",
-        fix="have it calibrated soon" if soon else "",
+        name=instrument.channel,
+        state="warn" if is_due_soon else "ok",
+        text=f"{instrument.name}: {certificate}{due}",
+        fix="have it calibrated soon" if is_due_soon else "",
     )

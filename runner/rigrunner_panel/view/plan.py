@@ -20,9 +20,9 @@ def plan_view(plan: Plan, devices: Mapping[str, Device]) -> PlanView:
         estimated_s=plan.estimated_s,
         steps=tuple(_step(index, step) for index, step in enumerate(plan.steps)),
         drives={
-            Member(role, each.name): each.long_name
+            Member(role, drive.name): drive.long_name
             for role, device in devices.items()
-            for each in device.drives
+            for drive in device.drives
         },
     )
 

@@ -16,9 +16,9 @@ if TYPE_CHECKING:
 
 def overrides_of(planned: Planned, job: Job) -> Iterator[Override]:
     """Yield the overrides of calibrations and of other preflight checks."""
-    words = [each.override for each in job.items if each.kind == "calibration"]
-    by, reason = (job.by, job.reason) if words else ("", "")
-    yield from overrides_for(planned, words, by, reason)
-    for each in job.items:
-        if each.kind != "calibration":
-            yield Override(f"{each.kind} {each.name}", each.text, job.by, job.reason)
+    names = [item.override for item in job.items if item.kind == "calibration"]
+    by, reason = (job.by, job.reason) if names else ("", "")
+    yield from overrides_for(planned, names, by, reason)
+    for item in job.items:
+        if item.kind != "calibration":
+            yield Override(f"{item.kind} {item.name}", item.text, job.by, job.reason)

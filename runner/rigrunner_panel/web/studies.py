@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from rigrunner.clock import utc_text
 from rigrunner.runfile import read
 from rigrunner_panel.errors import PanelError
-from rigrunner_panel.overlaying import channel_figure, recorded, result_figures, result_rows
+from rigrunner_panel.overlay import channel_figure, channels_in, result_figures, result_rows
 from rigrunner_panel.web.answers import (
     AlarmAt,
     ArchiveUpdated,
@@ -26,7 +26,7 @@ from rigrunner_panel.web.answers import (
 if TYPE_CHECKING:
     from rigrunner.api.figures import Figure
     from rigrunner.api.studies import TrendSeries
-    from rigrunner_panel.web.asked import Asked
+    from rigrunner_panel.web.operation import ApiRequest
     from rigrunner_panel.web.panel import Panel
 
 MOST_RUNS = 6
@@ -34,16 +34,16 @@ MOST_RUNS = 6
 GROUPS = ("type", "lot", "rig", "mandrel", "specimen", "operator", "procedure", "revision")
 
 
-def overlay(panel: Panel, asked: Asked) -> OverlayAnswer:
+def overlay(panel: Panel, request: ApiRequest) -> OverlayAnswer:
     """Return the results of some runs, and one of their channels, in figures."""
-    names = [each for each in asked.query.get("runs", "").split(",") if each]
+    names = [name for name in request.query.get("runs", "").split(",") if name]
     if not 1 <= len(names) <= MOST_RUNS:
         message = f"got {len(names)} runs, expected 1 to {MOST_RUNS}"
         raise PanelError(400, "bad_request", message)
     runs = {name: read(panel.history.folder(name)) for name in names}
-    recording, channel = asked.query.get("recording", ""), asked.query.get("channel", "")
+    recording, channel = request.query.get("recording", ""), request.query.get("channel", "")
     return OverlayAnswer(
-        recordings=recorded(runs),
+        recordings=channels_in(runs),
         results=tuple(result_figures(runs)),
         rows=[
             OverlayRow(name=name, unit=unit, values=values)
@@ -53,66 +53,66 @@ def overlay(panel: Panel, asked: Asked) -> OverlayAnswer:
     )
 
 
-def update(panel: Panel, _: Asked) -> ArchiveUpdated:
+def update(panel: Panel, _: ApiRequest) -> ArchiveUpdated:
     """Bring the archive up to date with the runs: a file beside them, made of them alone."""
     from rigrunner_panel import trends  # noqa: PLC0415  (see above)
 
     with panel.archiving:
-        found = trends.update(panel.settings.runs)
-    if found is None:
+        result = trends.update(panel.settings.runs)
+    if result is None:
         return ArchiveUpdated(runs=0, new=0, changed=0, unreadable=0)
     return ArchiveUpdated(
-        runs=found.runs, new=found.new, changed=found.changed, unreadable=len(found.unreadable)
+        runs=result.runs, new=result.new, changed=result.changed, unreadable=len(result.unreadable)
     )
 
 
-def quantities(panel: Panel, _: Asked) -> Quantities:
+def quantities(panel: Panel, _: ApiRequest) -> Quantities:
     """Return the results that can be charted."""
     from rigrunner_panel import trends  # noqa: PLC0415  (see above)
 
     return Quantities(items=trends.quantities(panel.settings.runs))
 
 
-def trend(panel: Panel, asked: Asked) -> TrendAnswer:
+def trend(panel: Panel, request: ApiRequest) -> TrendAnswer:
     """Return control charts of a quantity, one for each group of runs."""
     from rigrunner_panel import trends  # noqa: PLC0415  (see above)
 
-    query = asked.query
-    by = tuple(each for each in query.get("by", "").split(",") if each)
+    query = request.query
+    by = tuple(name for name in query.get("by", "").split(",") if name)
     chart, rules = query.get("chart") or "i-mr", query.get("rules") or "nelson"
     if set(by) - set(GROUPS) or chart not in ("i-mr", "ewma") or rules not in trends.RULES:
         message = "got by, chart or rules with a value that is not known"
         raise PanelError(400, "bad_request", message, "GET /api/v1/openapi.json describes it")
-    how = trends.charting(chart, rules, query.get("baseline") or "20")
-    words = {name: query[name] for name in ("procedure", "since", "until") if query.get(name)}
-    found = trends.charts(panel.settings.runs, query.get("quantity", ""), by, words, how)
+    settings = trends.chart_settings(chart, rules, query.get("baseline") or "20")
+    filters = {name: query[name] for name in ("procedure", "since", "until") if query.get(name)}
+    study = trends.charts(panel.settings.runs, query.get("quantity", ""), by, filters, settings)
     return TrendAnswer(
-        quantity=found.quantity,
-        unit=found.unit,
-        rules=dict(found.rules),
-        charts=[_chart(each, trends.figure(found, each)) for each in found.series],
-        not_charted=dict(found.not_charted),
-        excluded=[RunAndReason(run=each.run_id, reason=each.reason) for each in found.excluded],
-        warnings=list(found.warnings),
+        quantity=study.quantity,
+        unit=study.unit,
+        rules=dict(study.rules),
+        charts=[_chart(series, trends.figure(study, series)) for series in study.series],
+        not_charted=dict(study.not_charted),
+        excluded=[RunAndReason(run=run.run_id, reason=run.reason) for run in study.excluded],
+        warnings=list(study.warnings),
     )
 
 
 def _chart(series: TrendSeries, figure: Figure) -> ChartOfGroup:
     alarms = [
         AlarmAt(
-            run=each.observed.run_id,
-            utc=utc_text(each.observed.started_utc),
-            value=each.observed.value,
-            rules=each.rules,
+            run=alarm.observed.run_id,
+            utc=utc_text(alarm.observed.started_utc),
+            value=alarm.observed.value,
+            rules=alarm.rules,
         )
-        for each in series.alarms
+        for alarm in series.alarms
     ]
     return ChartOfGroup(
         name=series.name,
         centre=series.individuals.centre,
         lower=series.individuals.lower,
         upper=series.individuals.upper,
-        runs=[each.observed.run_id for each in series.points],
+        runs=[point.observed.run_id for point in series.points],
         alarms=alarms,
         warnings=list(series.warnings),
         figure=figure,

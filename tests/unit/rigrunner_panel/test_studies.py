@@ -12,7 +12,7 @@ from starlette.testclient import TestClient
 from e2e.helpers_trends import store_results
 from rigrunner.runfile import read
 from rigrunner_fleet.archive.location import FILE
-from rigrunner_panel.overlaying import result_rows
+from rigrunner_panel.overlay import result_rows
 from rigrunner_panel.web.app import make_app
 from rigrunner_panel.web.panel import Panel, Settings
 
@@ -35,8 +35,8 @@ def runs(tmp_path_factory):
 def client(runs):
     panel = Panel(settings=Settings(runs=runs, procedures=runs.parent))
     app = make_app(panel)
-    with TestClient(app, base_url="http://127.0.0.1:8750", headers=CLIENT) as found:
-        yield found
+    with TestClient(app, base_url="http://127.0.0.1:8750", headers=CLIENT) as client:
+        yield client
 
 
 def test_the_archive_is_brought_up_to_date_and_says_what_there_is_to_chart(client, runs):
@@ -52,12 +52,12 @@ def test_the_archive_is_brought_up_to_date_and_says_what_there_is_to_chart(clien
 
 def test_a_chart_has_the_limits_of_its_baseline_and_names_the_run_beyond_them(client):
     client.post("/api/v1/archive/update", json={})
-    found = client.get("/api/v1/trend", params={"quantity": "torque"}).json()
-    (chart,) = found["charts"]
+    study = client.get("/api/v1/trend", params={"quantity": "torque"}).json()
+    (chart,) = study["charts"]
     sigma = fmean(np.abs(np.diff(TORQUES))) / D2
     assert chart["centre"] == pytest.approx(fmean(TORQUES))
     assert chart["upper"] == pytest.approx(fmean(TORQUES) + 3 * sigma, rel=1e-3)
-    assert [each["run"] for each in chart["alarms"]] == ["day-20"]
+    assert [alarm["run"] for alarm in chart["alarms"]] == ["day-20"]
     assert chart["alarms"][0]["value"] == HIGH
     shown = chart["figure"]["series"]
     assert [point["y"] for point in shown[0]["points"]] == pytest.approx([*TORQUES, HIGH])
@@ -85,29 +85,29 @@ def test_what_cannot_be_charted_is_refused_with_a_message(client, query, status)
 
 def test_a_group_of_too_few_runs_has_a_reason_and_no_error(client):
     client.post("/api/v1/archive/update", json={})
-    found = client.get("/api/v1/trend", params={"quantity": "torque", "baseline": "200"})
-    assert (found.status_code, found.json()["charts"]) == (200, [])
-    (reason,) = found.json()["not_charted"].values()
+    answer = client.get("/api/v1/trend", params={"quantity": "torque", "baseline": "200"})
+    assert (answer.status_code, answer.json()["charts"]) == (200, [])
+    (reason,) = answer.json()["not_charted"].values()
     assert reason == "there are 21 values, and the baseline is the first 200"
 
 
 def test_runs_are_laid_over_each_other_with_their_u(client, runs):
-    names = sorted(each.name for each in runs.iterdir() if each.is_dir())[:2]
-    found = client.get("/api/v1/overlay", params={"runs": ",".join(names)}).json()
-    torque = found["results"][0]
-    assert [each["name"] for each in torque["series"]] == names
+    names = sorted(path.name for path in runs.iterdir() if path.is_dir())[:2]
+    overlay = client.get("/api/v1/overlay", params={"runs": ",".join(names)}).json()
+    torque = overlay["results"][0]
+    assert [series["name"] for series in torque["series"]] == names
     # the set-points of the document that was stored: 10 Hz and 20 Hz, f/1000 N·m above the headline
     first = torque["series"][0]["points"]
-    assert [(each["x"], each["y"], each["U"]) for each in first] == [
+    assert [(point["x"], point["y"], point["U"]) for point in first] == [
         (10.0, pytest.approx(TORQUES[0] + 0.01), 0.01),
         (20.0, pytest.approx(TORQUES[0] + 0.02), 0.01),
     ]
-    recording, channels = next(iter(found["recordings"].items()))
+    recording, channels = next(iter(overlay["recordings"].items()))
     query = {"runs": ",".join(names), "recording": recording, "channel": channels[0]}
     curve = client.get("/api/v1/overlay", params=query).json()["curve"]
     stored = read(runs / names[0]).recordings[0]
     values = np.asarray(stored.channels[channels[0]])
-    shown = [each["y"] for each in curve["series"][0]["points"]]
+    shown = [point["y"] for point in curve["series"][0]["points"]]
     assert (min(shown), max(shown)) == pytest.approx((values.min(), values.max()))
     assert len(curve["series"]) == 2
 

@@ -13,7 +13,7 @@ from rigrunner.api.errors import AbortedError
 from rigrunner.api.events import Outcome
 from rigrunner.api.findings import Findings, MeasurementResult, ResultDefinition
 from rigrunner.run.finish import FinishedRun
-from rigrunner_panel.view.of_result import finished_view, with_live, with_uncertainty
+from rigrunner_panel.view.result import finished_view, with_live, with_uncertainty
 from rigrunner_panel.view.sections import ResultView
 
 
@@ -40,14 +40,14 @@ def test_a_value_of_more_readings_stands_in_for_the_one_that_was_analysed():
             of=of, estimate=Estimate(5.0, nan, nan, "V"), coordinates=where, readings=readings
         )
 
-    known = tuple(
+    earlier = tuple(
         ResultView(name="voltage", text="output voltage", symbol="", unit="V", place=place,
                    value=4.0, U=0.1, readings=10, upper=6.0)
         for place in ("1 A", "2 A")
     )  # fmt: skip
-    view = with_live(None, Findings()).model_copy(update={"results": known})
-    found = with_live(view, Findings(results=(now(20, 1.0), now(5, 2.0), now(1, 3.0))))
-    assert [(e.place, e.value, e.U, e.upper) for e in found.results] == [
+    view = with_live(None, Findings()).model_copy(update={"results": earlier})
+    view_now = with_live(view, Findings(results=(now(20, 1.0), now(5, 2.0), now(1, 3.0))))
+    assert [(e.place, e.value, e.U, e.upper) for e in view_now.results] == [
         ("1 A", 5.0, None, 6.0), ("2 A", 4.0, 0.1, 6.0), ("3 A", 5.0, None, None),
     ]  # fmt: skip
 
@@ -58,8 +58,8 @@ def test_a_count_says_what_it_counts():
     result = MeasurementResult(
         of=of, estimate=Estimate(1.0, nan, nan, "N·m"), coordinates=where, readings=1
     )
-    found = with_live(None, Findings(results=(result,)))
-    assert [each.place for each in found.results] == ["cycles 505, wear"]
+    view = with_live(None, Findings(results=(result,)))
+    assert [result.place for result in view.results] == ["cycles 505, wear"]
 
 
 @pytest.mark.parametrize(
