@@ -22,6 +22,7 @@ from playwright.sync_api import sync_playwright
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
+from benchmarks.panel import tell
 from e2e.panel.helpers_screen import Screen, browser_path, running_panel
 from helpers_cli import call
 
@@ -61,12 +62,6 @@ PROBE = """
 RIG = "simulated"
 PICTURED = "at 5 Hz"
 LAST = "at 35 Hz"
-
-
-def tell(text):
-    """Print a line at once."""
-    sys.stdout.write(f"{text}\n")
-    sys.stdout.flush()
 
 
 def offset_s(page):

@@ -27,6 +27,7 @@ from websockets.asyncio.client import connect
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from benchmarks import fast_tester, many_channels
+from benchmarks.panel import tell
 from e2e.helpers_panel import Screen, process_is_gone, ready, served, started_by
 from e2e.panel.helpers_screen import browser_path
 from helpers_workflow import edited
@@ -76,12 +77,6 @@ COUNT = """async () => {
     window.counted = 0;
     listen((changed) => { if (changed.has("channels")) window.counted += 1; });
 }"""
-
-
-def tell(text):
-    """Print a line at once."""
-    sys.stdout.write(f"{text}\n")
-    sys.stdout.flush()
 
 
 def lab(folder, seconds):

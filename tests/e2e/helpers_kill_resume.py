@@ -17,9 +17,10 @@ import sys
 import time
 from collections import Counter
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from e2e.helpers_kill import Noter
+from e2e.helpers_numbers import numbers
 from e2e.helpers_resume import NO_LOAD, take_up
 from helpers_workflow import START, quick_procedure, station_file
 from rigrunner.api.errors import DataError
@@ -61,19 +62,6 @@ WORST_CASE = 4
 """The most kills of one run."""
 GIVES_UP = 0.3
 """How often a run is left to its end after a kill."""
-
-
-def numbers(content: object, path: tuple[object, ...] = ()) -> dict[tuple[object, ...], float]:
-    """Return all numbers of a result document by place."""
-    if isinstance(content, float):
-        return {path: content}
-    parts: Any = ()
-    if isinstance(content, dict):
-        parts = content.items()
-    elif isinstance(content, list):
-        parts = enumerate(content)
-    numbers_of_parts = (numbers(part, (*path, name)) for name, part in parts)
-    return {place: value for part in numbers_of_parts for place, value in part.items()}
 
 
 class Laboratory:

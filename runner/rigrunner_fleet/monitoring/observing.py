@@ -126,7 +126,7 @@ def observe(
     return Observations(quantity, by, shown, groups, tuple(excluded), tuple(warnings))
 
 
-def check_one_kind(group: Group, quantity: Quantity) -> None:
+def _check_one_kind(group: Group, quantity: Quantity) -> None:
     """Raise DataError if values of a group cannot be compared with each other."""
     if len(group.kinds) < 2:  # noqa: PLR2004  (of one kind, all can be compared)
         return
@@ -291,7 +291,7 @@ def study_groups(
     series, refused, hint = [], {}, ""
     for name, group in sorted(observations.groups.items()):
         try:
-            check_one_kind(group, observations.quantity)
+            _check_one_kind(group, observations.quantity)
             series.append(study(name, group))
         except DataError as error:
             refused[name], hint = error.message, error.hint
