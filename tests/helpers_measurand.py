@@ -36,8 +36,8 @@ class LimitOfHardness(Settings):
     def __str__(self):
         return f"hardness {self.scale}"
 
-    def objection(self, found):
-        return "" if found == Hardness(self.scale) else f"it is {found}, not {self}"
+    def objection(self, measurand):
+        return "" if measurand == Hardness(self.scale) else f"it is {measurand}, not {self}"
 
     def as_written(self):
         fields = {"scale": self.scale}

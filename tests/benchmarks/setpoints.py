@@ -132,8 +132,8 @@ def against(way: str, what: str, scale: Scale, points: int) -> Figure:
             peer_result = peer_figure(scale, way, what, points)
             if peer_result.value is None:
                 return Figure(what, None, "us", note=peer_result.note)
-            values += (own := [MICRO * bench.run() / points for _ in range(scale.of(9, 2))])
-            ratios.append(Spread.of(own).median / peer_result.value.median)
+            values += (own_us := [MICRO * bench.run() / points for _ in range(scale.of(9, 2))])
+            ratios.append(Spread.of(own_us).median / peer_result.value.median)
     ratio = Spread.of(ratios)
     return Figure(what, Spread.of(values), "us", ratio=ratio, target=at_most(1.5), note=PEER_LIMIT)
 

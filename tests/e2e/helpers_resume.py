@@ -24,16 +24,16 @@ FEWER = ("cycles: 12}", "cycles: 10}")
 class Snapshot:
     """Copies the folder of a run when an event comes, once: that is what a kill would leave."""
 
-    def __init__(self, runs: Path, kept: Path, at) -> None:
+    def __init__(self, runs: Path, target: Path, at) -> None:
         self.runs = runs
-        self.kept = kept
+        self.target = target
         self.at = at
         self.folder: Path | None = None
 
     def __call__(self, event) -> None:
         if self.folder is None and self.at(event):
             (source,) = (path for path in self.runs.iterdir() if not (path / "run.h5").exists())
-            self.folder = self.kept / source.name
+            self.folder = self.target / source.name
             shutil.copytree(source, self.folder, ignore=shutil.ignore_patterns("run.lock"))
 
 

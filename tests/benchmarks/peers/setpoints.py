@@ -129,10 +129,10 @@ def pymeasure(points, folder):
 
         def execute(self):
             press = Press()
-            for each in loads_n(points):
-                press.set(each)
+            for load_n in loads_n(points):
+                press.set(load_n)
                 torque_nm = press.read()
-                row = {"load": each, "torque": torque_nm, "ok": torque_nm <= LIMIT_NM}
+                row = {"load": load_n, "torque": torque_nm, "ok": torque_nm <= LIMIT_NM}
                 self.emit("results", row)
                 if self.should_stop():
                     return

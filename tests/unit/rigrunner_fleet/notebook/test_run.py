@@ -78,9 +78,9 @@ def test_a_run_analysed_again_gives_the_same_numbers(quick):
     again = rigrunner_fleet.analyse(quick.loaded)
     assert again.document["headline"] == rigrunner_fleet.open_run(quick.loaded).result["headline"]
     assert again.points == rigrunner_fleet.open_run(quick.loaded).points
-    other = rigrunner_fleet.analyse(quick.loaded, {"no_load": quick.no_load})
-    assert other.points == again.points
-    assert other.plot().figure.axes
+    with_partner = rigrunner_fleet.analyse(quick.loaded, {"no_load": quick.no_load})
+    assert with_partner.points == again.points
+    assert with_partner.plot().figure.axes
 
 
 def test_what_is_no_run_is_refused(tmp_path):

@@ -32,9 +32,9 @@ def lab(quick, tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def whole(lab, tmp_path_factory):
+def complete(lab, tmp_path_factory):
     """All runs analysed again in two processes: (folder, summary)."""
-    out = tmp_path_factory.mktemp("whole") / "out"
+    out = tmp_path_factory.mktemp("complete") / "out"
     return out, reanalysed(lab, out, workers=Processes(2))
 
 
@@ -42,8 +42,8 @@ def settings(**analysis):
     return AnalysisFile.model_validate({"rigrunner": "analysis/1", "analysis": analysis}).analysis
 
 
-def test_every_result_is_that_of_a_single_analysis(lab, whole, quick):
-    out, _ = whole
+def test_every_result_is_that_of_a_single_analysis(lab, complete, quick):
+    out, _ = complete
     texts = results(out)
     names = ["rig-1/loaded-0", "rig-1/loaded-2", "rig-1/no-load", "rig-2/loaded-1"]
     assert list(texts) == names
@@ -53,8 +53,8 @@ def test_every_result_is_that_of_a_single_analysis(lab, whole, quick):
     assert json.loads(texts["rig-1/loaded-0"])["headline"] == first["headline"]
 
 
-def test_the_summary_has_a_line_per_run_with_now_and_before(whole, quick):
-    out, found = whole
+def test_the_summary_has_a_line_per_run_with_now_and_before(complete, quick):
+    out, summary = complete
     with (out / "summary.csv").open() as file:
         rows = {row["run"]: row for row in csv.DictReader(file)}
     row = rows["rig-2/loaded-1"]
@@ -64,20 +64,20 @@ def test_the_summary_has_a_line_per_run_with_now_and_before(whole, quick):
     assert (row["verdict"], row["verdict_before"]) == ("pass", "pass")
     assert (row["method"], row["run_id"]) == ("template_inverse", quick.loaded.name)
     assert rows["rig-1/no-load"]["torque_nm"] == ""
-    assert found.document() == json.loads((out / "summary.json").read_text())
-    assert (len(found.analysed), found.failed, found.other_verdicts) == (4, (), ())
+    assert summary.document() == json.loads((out / "summary.json").read_text())
+    assert (len(summary.analysed), summary.failed, summary.other_verdicts) == (4, (), ())
 
 
-def test_nothing_is_done_twice(lab, whole, monkeypatch):
+def test_nothing_is_done_twice(lab, complete, monkeypatch):
     monkeypatch.setattr(module.Reanalysis, "__call__", lambda *_: pytest.fail("done again"))
     counts = []
-    again = reanalysed(lab, whole[0], progress=lambda *count: counts.append(count))
-    assert again == whole[1]
+    again = reanalysed(lab, complete[0], progress=lambda *count: counts.append(count))
+    assert again == complete[1]
     assert counts == [(4, 4)]
 
 
 @pytest.mark.thorough
-def test_what_was_stopped_goes_on_and_is_the_same_in_the_end(lab, whole, tmp_path):
+def test_what_was_stopped_goes_on_and_is_the_same_in_the_end(lab, complete, tmp_path):
     stop, counts = threading.Event(), []
 
     def after_two(done, of):
@@ -92,9 +92,9 @@ def test_what_was_stopped_goes_on_and_is_the_same_in_the_end(lab, whole, tmp_pat
     times = {path: path.stat().st_mtime_ns for path in (tmp_path / "out").rglob("result.json")}
     assert len(times) == 2
     again = reanalysed(lab, tmp_path / "out", progress=lambda *count: counts.append(count))
-    assert again == whole[1]
+    assert again == complete[1]
     assert counts == [(0, 4), (1, 4), (2, 4), (2, 4), (3, 4), (4, 4)]
-    assert results(tmp_path / "out") == results(whole[0])
+    assert results(tmp_path / "out") == results(complete[0])
     assert times.items() <= {p: p.stat().st_mtime_ns for p in times}.items()
 
 
@@ -102,16 +102,16 @@ def test_what_was_stopped_goes_on_and_is_the_same_in_the_end(lab, whole, tmp_pat
 def test_damaged_files_are_listed_and_tried_again(quick, tmp_path):
     lab, out = lab_of(tmp_path / "lab", quick, copies=2), tmp_path / "out"
     broken, text = lab / "rig-1/loaded-0/run.h5", lab / "no run.h5"
-    whole = broken.read_bytes()
+    content = broken.read_bytes()
     broken.chmod(0o644)
-    broken.write_bytes(whole[: len(whole) // 2])
+    broken.write_bytes(content[: len(content) // 2])
     text.write_text("not HDF5")
     runs = select_runs([lab, text])
     summary = batch(out, workers=Processes(2)).run(runs)
     assert [row.run for row in summary.failed] == ["no run", "rig-1/loaded-0"]
     assert all("run.h5" in row.problem for row in summary.failed)
     assert [row.run for row in summary.analysed] == ["rig-1/no-load", "rig-2/loaded-1"]
-    broken.write_bytes(whole)
+    broken.write_bytes(content)
     again = batch(out).run(runs)
     assert [row.run for row in again.failed] == ["no run"]
     assert "rig-1/loaded-0" in results(out)
@@ -171,9 +171,9 @@ def test_changes_that_contradict_a_procedure(lab, tmp_path):
     assert "allowed: " in summary.failed[0].problem
 
 
-def test_results_of_other_settings_do_not_get_into_one_folder(lab, whole):
+def test_results_of_other_settings_do_not_get_into_one_folder(lab, complete):
     with pytest.raises(UsageError, match="changes of the analysis was none, is energy"):
-        reanalysed(lab, whole[0], changes=Changes(primary="energy"))
+        reanalysed(lab, complete[0], changes=Changes(primary="energy"))
 
 
 def test_another_folder_of_the_user_is_left_alone(lab, tmp_path):
@@ -204,7 +204,7 @@ def test_what_has_nothing_to_analyse_is_skipped_and_not_looked_at_again(tmp_path
 
 
 @pytest.mark.thorough
-def test_a_batch_on_a_cluster_is_the_same_though_a_worker_is_killed(lab, whole, tmp_path):
+def test_a_batch_on_a_cluster_is_the_same_though_a_worker_is_killed(lab, complete, tmp_path):
     """The process that is at a run just then; the scheduler gives the run to another one."""
     with two_workers() as cluster:
         counts = []
@@ -216,8 +216,8 @@ def test_a_batch_on_a_cluster_is_the_same_though_a_worker_is_killed(lab, whole, 
 
         workers = Cluster(cluster.scheduler_address)
         summary = reanalysed(lab, tmp_path / "out", workers=workers, progress=kill)
-    assert summary == whole[1]
-    assert results(tmp_path / "out") == results(whole[0])
+    assert summary == complete[1]
+    assert results(tmp_path / "out") == results(complete[0])
     assert counts == [(done, 4) for done in range(5)]
     lines = (tmp_path / "out/done.jsonl").read_text().splitlines()
     assert len(lines) == 1 + 4
