@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from rigrunner.api.devices import StopToken
     from rigrunner.api.events import Event
     from rigrunner.engine import Pauses, ResumePoint, RunSummary
-    from rigrunner.runfile.attempts import Measured
+    from rigrunner.runfile.attempts import MeasuredRows
 
 RATE_HZ = 1000.0
 BLOCK = 100
@@ -182,7 +182,7 @@ class Listener:
         return [event for event in self.events if isinstance(event, kind)]
 
 
-def measured(events: Iterable[Event]) -> Measured:
+def measured(events: Iterable[Event]) -> MeasuredRows:
     """Return the rows of a run from its events."""
     attempts = Attempts()
     for event in events:

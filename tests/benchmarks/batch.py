@@ -27,8 +27,8 @@ from helpers_workflow import run
 from rigrunner.clock import SimulatedClock
 from rigrunner.jobs import InProcess, Processes, journal
 from rigrunner.run.locate import find_procedure
+from rigrunner_bearings.study.case_runner import CaseRunner
 from rigrunner_bearings.study.coverage import run_coverage
-from rigrunner_bearings.study.going import Going
 from unit.jobs.helpers_jobs import Squares
 from unit.rigrunner_fleet.reanalysis.helpers_reanalysis import reanalysed
 
@@ -52,8 +52,8 @@ def measure(scale: Scale) -> list[Figure]:
 
 def study(rigs: int) -> list[Figure]:
     def examined(jobs: int) -> None:
-        going = Going(Processes(jobs), NEVER, lambda *_: None)
-        run_coverage(rigs=rigs // 2, seed=1, going=going)
+        runner = CaseRunner(Processes(jobs), NEVER, lambda *_: None)
+        run_coverage(rigs=rigs // 2, seed=1, runner=runner)
 
     return speed_up("study coverage", examined, rigs, "rigs/min")
 

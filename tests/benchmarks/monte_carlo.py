@@ -29,7 +29,7 @@ from rigrunner.run.locate import find_procedure
 from rigrunner.run.stored import analyse_stored, read
 from rigrunner.signal.monte_carlo.adaptive import BLOCK, Adaptive, propagate
 from rigrunner.signal.monte_carlo.distributions import MultivariateT
-from rigrunner.signal.monte_carlo.model import _grouped, output_of
+from rigrunner.signal.monte_carlo.model import _grouped_inputs, output_of
 from rigrunner_bearings.api.compensations import Sweep
 from rigrunner_bearings.api.torque import TorqueDetails
 from rigrunner_bearings.signal.mean_model import mean_model
@@ -76,7 +76,7 @@ def numbers(draws: list[Callable[[Generator], object]], count: int) -> None:
 
 def needed(model: MeasurementModel) -> list[Callable[[Generator], object]]:
     """Return the bare calls of numpy's generator that the inputs of a model need."""
-    alone, together = _grouped(model)
+    alone, together = _grouped_inputs(model)
     joint = (_joint(distribution, len(group)) for group, distribution in together)
     return [*map(_alone, alone), *joint]
 

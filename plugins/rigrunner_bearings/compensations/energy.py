@@ -56,22 +56,17 @@ class Energy:
         matched = pairs(sweep.loaded, sweep.no_load, self.settings.frequency_match)
         ratio = measured_ratio((*sweep.loaded, *sweep.no_load))
         dry_nm = _dry_nm(sweep.no_load, ratio)
-        done = [self._point(sweep, ratio, dry_nm, *pair) for pair in matched]
-        points = tuple(point for point, _ in done)
-        scattered_nm = [[influences(run) for run in without_each] for _, without_each in done]
-        found = (
-            checks.independent(points, scattered_nm),
+        results = [self._point(sweep, ratio, dry_nm, *pair) for pair in matched]
+        points = tuple(point for point, _ in results)
+        scattered_nm = [[influences(run) for run in without_each] for _, without_each in results]
+        energy_checks = (
+            checks.independent_cycles(points, scattered_nm),
             checks.positive(points, [point.torque.value for point in points]),
         )
-        return Compensation(MEASURAND, points, checks=found, notes=NOTES)
+        return Compensation(MEASURAND, points, checks=energy_checks, notes=NOTES)
 
     def _point(
-        self,
-        sweep: Sweep,
-        ratio: float,
-        dry_nm: float,
-        loaded: SwingPoint,
-        no_load: SwingPoint,
+        self, sweep: Sweep, ratio: float, dry_nm: float, loaded: SwingPoint, no_load: SwingPoint
     ) -> tuple[CompensatedPoint, list[Array]]:
         """Return the point, and the torques of both runs without each of their cycles.
 
@@ -118,9 +113,9 @@ def _dry_nm(no_load: Sequence[SwingPoint], ratio: float) -> float:
     """
     slow_hz = SLOW * max(point.frequency_hz.value for point in no_load)
     slowest = min(no_load, key=lambda point: point.frequency_hz.value)
-    slow = [each for each in no_load if each is slowest or each.frequency_hz.value <= slow_hz]
-    frequencies = np.array([each.frequency_hz.value for each in slow])
-    means = [mean_and_without_each(each.torque_nm, each.kept)[0] for each in slow]
+    slow = [point for point in no_load if point is slowest or point.frequency_hz.value <= slow_hz]
+    frequencies = np.array([point.frequency_hz.value for point in slow])
+    means = [mean_and_without_each(point.torque_nm, point.kept)[0] for point in slow]
     torques = [float(running_torque(make_swing(ratio, len(mean)), mean)) for mean in means]
     if np.ptp(frequencies) < LEAST_SPAN * slow_hz:
         return torques[int(frequencies.argmin())]

@@ -72,11 +72,11 @@ class SupportGrowth:
         if self.measured is None:
             return Effect(limited(self.name, self.limit, "1", self.growth), -dry_nm)
         torque = self.measured
-        known = Input(self.name, torque.value, torque.u, torque.dof, Distribution.T, common=True)
-        return Effect(known, -1.0)
+        cause = Input(self.name, torque.value, torque.u, torque.dof, Distribution.T, common=True)
+        return Effect(cause, -1.0)
 
 
-def known(settings: InverseSettings, rig: RigDescription) -> InverseSettings:
+def settings_of_rig(settings: InverseSettings, rig: RigDescription) -> InverseSettings:
     """Return the settings, with the inertia mismatch of the station if it states one."""
     if rig.inertia_mismatch is None:
         return settings
@@ -104,12 +104,8 @@ def support_growth(settings: SupportSettings, sweep: Sweep) -> SupportGrowth:
 
 def states_support(settings: SupportSettings, rig: RigDescription) -> bool:
     """Return whether station or procedure state how the support's friction changes under load."""
-    stated = (
-        rig.support_under_load,
-        rig.support_load_dependence,
-        settings.support_load_dependence,
-    )
-    return any(each is not None for each in stated)
+    stated = (rig.support_under_load, rig.support_load_dependence, settings.support_load_dependence)
+    return any(value is not None for value in stated)
 
 
 def support_drift(settings: SupportSettings, sweep: Sweep) -> Input | None:
@@ -133,13 +129,13 @@ def support_drift(settings: SupportSettings, sweep: Sweep) -> Input | None:
 
 def support_under_load(settings: SupportSettings, sweep: Sweep) -> SupportGrowth:
     """Return the growth for a starting torque: a measured one, if the station states it."""
-    known = sweep.rig.support_under_load
-    if known is None:
+    measured = sweep.rig.support_under_load
+    if measured is None:
         return support_growth(settings, sweep)
-    share = _load_n(sweep) / known.load
-    dof = inf if known.degrees_of_freedom is None else known.degrees_of_freedom
-    torque = Estimate(known.torque * share, known.u * share, dof)
-    return SupportGrowth(0.0, 0.0, known.source, torque)
+    share = _load_n(sweep) / measured.load
+    dof = inf if measured.degrees_of_freedom is None else measured.degrees_of_freedom
+    torque = Estimate(measured.torque * share, measured.u * share, dof)
+    return SupportGrowth(0.0, 0.0, measured.source, torque)
 
 
 def _load_n(sweep: Sweep) -> float:

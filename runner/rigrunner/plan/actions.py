@@ -118,7 +118,7 @@ class Interlock:
 
 
 @dataclass(frozen=True)
-class Recorded:
+class PlannedRecording:
     """A recording with the place that asks for it."""
 
     record: RecordingAction
@@ -142,7 +142,7 @@ class Plan:
 
     steps: tuple[PlannedStep, ...]
     interlocks: tuple[Interlock, ...] = ()
-    recordings: tuple[Recorded, ...] = ()
+    recordings: tuple[PlannedRecording, ...] = ()
     """All recordings with their places in the procedure."""
 
     @property

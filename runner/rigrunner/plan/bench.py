@@ -53,7 +53,7 @@ class Bench:
             for info in device.readings
         }
         # Asked once: such a check of a protocol takes longer than all else that a step looks up.
-        self._readable = [role for role, each in devices.items() if isinstance(each, Readable)]
+        self._readable = [role for role, device in devices.items() if isinstance(device, Readable)]
         self._in_places = {
             role: device for role, device in devices.items() if isinstance(device, ReadableInPlaces)
         }
@@ -80,7 +80,7 @@ class Bench:
         }
 
     def reading(self, member: Member) -> ReadingInfo | None:
-        """Return what a role's device tells that is not a number; None for any other name."""
+        """Return a reading of a role's device that is not a number; None for any other name."""
         return self._readings.get(member)
 
     def drive(self, member: Member, path: Path, *, key: bool) -> DriveInfo | None:
@@ -88,8 +88,8 @@ class Bench:
         device = self._device(member, path, key=key)
         if device is None:
             return None
-        found = self._find(device.drives, "drive", member, path, key=key)
-        return None if found is None else self.rules.narrowed(member, found)
+        info = self._find(device.drives, "drive", member, path, key=key)
+        return None if info is None else self.rules.narrowed(member, info)
 
     def safe_value(self, member: Member) -> float:
         """Return the safe value of a drive of the station."""
@@ -144,15 +144,15 @@ class Bench:
         device = self._in_places.get(role)
         if device is None:
             return True
-        here = {
+        own_set_points = {
             info.name: set_points.get(Member(role, info.name), info.safe_value)
             for info in device.drives
         }
-        why = device.unreadable_at(here)
-        if why is not None:
-            message = f"{role} cannot be read here: {why.message}"
-            self._problems.add(self._document, path, message, why.hint)
-        return why is None
+        reason = device.unreadable_at(own_set_points)
+        if reason is not None:
+            message = f"{role} cannot be read here: {reason.message}"
+            self._problems.add(self._document, path, message, reason.hint)
+        return reason is None
 
     def conditions(self, role: str, streamed: Sequence[str]) -> list[Member]:
         """Return all channels, 'role.name', that are read beside what a role's device streams."""
@@ -167,19 +167,19 @@ class Bench:
     def streams(self, member: Member) -> bool:
         """Say whether a channel is one that its device streams."""
         device, name = self._device_of(member), member.name
-        found = [info.streams for info in device.channels if info.name == name] if device else []
-        return isinstance(device, Streaming) and all(found)
+        streamed = [info.streams for info in device.channels if info.name == name] if device else []
+        return isinstance(device, Streaming) and all(streamed)
 
     def _device_of(self, member: Member) -> Device | None:
         return self._devices.get(member.role)
 
     def fits(self, quantity: Quantity, symbol: str, member: Member, path: Path) -> bool:
         """Say whether a quantity has the dimension of a unit; add the problem if not."""
-        wanted = unit(symbol).dimension
-        if quantity.dimension == wanted:
+        dimension = unit(symbol).dimension
+        if quantity.dimension == dimension:
             return True
         got = f"got '{quantity}', {with_article(quantity.dimension)}"
-        message = f"{got}; {member} takes {with_article(wanted)}"
+        message = f"{got}; {member} takes {with_article(dimension)}"
         self._problems.add(self._document, path, message, f"write it in {symbol}")
         return False
 
@@ -205,8 +205,8 @@ class Bench:
                 f"the device gives {what} '{name}' in '{info.unit}', which is not a known unit"
             )
             hint = "report it to the author of the device's plugin"
-        elif told := self.reading(member):
-            message, hint = f"{member} is a {told.kind}, not a number", "'measure' reads it"
+        elif reading := self.reading(member):
+            message, hint = f"{member} is not a number: {reading.kind}", "'measure' reads it"
         else:
             message = f"the device in the role '{role}' has no {what} '{name}'"
             hint = suggestion(name, by_name, f"{what}s")
@@ -222,13 +222,13 @@ def check_roles(
     Returns the roles that a device of another type fills: it would have a problem at each step.
     """
     devices, other_types = station.model.devices, set()
-    for role, wanted in procedure.model.uses.items():
+    for role, device_type in procedure.model.uses.items():
         path, document = ("uses", role), procedure.document
         if role not in devices:
             message = f"station '{station.model.id}' has no device in the role '{role}'"
             problems.add(document, path, message, suggestion(role, devices, "roles"), key=True)
-        elif devices[role].type != wanted:
-            message = f"a {wanted} is needed, station '{station.model.id}' has a "
+        elif devices[role].type != device_type:
+            message = f"a {device_type} is needed, station '{station.model.id}' has a "
             hint = f"the role is assigned at {station.document.where(('devices', role, 'type'))}"
             problems.add(document, path, message + devices[role].type, hint)
             other_types.add(role)

@@ -40,8 +40,8 @@ def build(procedure: LoadedProcedure, bench: Bench, problems: Problems) -> Draft
         hint = "check nested sweeps and repetitions"
         problems.add(procedure.document, ("main",), message, hint, key=True)
         problems.stop_if_any()
-    asked = {name: each.expected for name, each in procedure.inputs.items()}
-    draft = Draft(recordings_in(procedure), answered=asked)
+    answered = {name: input_.expected for name, input_ in procedure.inputs.items()}
+    draft = Draft(recordings_in(procedure), answered=answered)
     drives = DriveStates(bench, procedure.document, problems)
     scene = Scene(procedure.document, procedure.folder, bench, drives, problems, draft)
     walker = _Walker(procedure, scene)
@@ -69,7 +69,7 @@ class _Walker:
     def steps(self, steps: Sequence[Step], place: Place) -> None:
         """Write down the actions of steps, each as its kind plans it."""
         for index, step in enumerate(steps):
-            at = self._labelled(step, place.step(index).inside(step.kind))
+            at = self._with_labels(step, place.step(index).inside(step.kind))
             when, before = step.settings.when, self.scene.drives.values()
             chosen = begin_choice(when, at, self.scene) if when else None
             planning = Planning(step.settings, at, self.scene, self)
@@ -80,7 +80,7 @@ class _Walker:
             if when and chosen is not None:
                 end_choice(chosen, when, at, self.scene, before)
 
-    def _labelled(self, step: Step, place: Place) -> Place:
+    def _with_labels(self, step: Step, place: Place) -> Place:
         """Return the place of a step with the labels that it gives."""
         for name, written in step.settings.label.items():
             value, unit = in_si(written)

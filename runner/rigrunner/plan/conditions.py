@@ -41,11 +41,11 @@ class Chosen(Action):
     def do(self, step: str, doing: Doing) -> Found:
         """Look at the answer; the steps are left out where there was none."""
         answer = doing.answer(self.input)
-        does = answer is not None and (answer in self.values) != self.inverse
-        if not does:
-            was = "was not asked" if answer is None else f"is '{answer}'"
-            doing.note(step, f"{self.input} {was}: the steps that hang on it are left out")
-        return Found({}, {}, leaves=not does)
+        is_done = answer is not None and (answer in self.values) != self.inverse
+        if not is_done:
+            answer_text = "was not asked" if answer is None else f"is '{answer}'"
+            doing.note(step, f"{self.input} {answer_text}: the steps that hang on it are left out")
+        return Found({}, {}, leaves=not is_done)
 
 
 @dataclass(frozen=True)
@@ -74,12 +74,12 @@ class Reached(Action):
         """Read the channel once."""
         value = doing.read((self.member,))[self.member]
         met = not self.minimum <= value <= self.maximum
-        shown = unit(self.shown)
-        said = f"{self.member} is {(value - shown.offset) / shown.factor:.6g} {self.shown}"
+        unit_ = unit(self.shown)
+        text = f"{self.member} is {(value - unit_.offset) / unit_.factor:.6g} {self.shown}"
         if met:
-            doing.note(step, f"{said}: {self.condition} after {self.number} of {self.of} times")
+            doing.note(step, f"{text}: {self.condition} after {self.number} of {self.of} times")
         elif self.number == self.of:
-            doing.note(step, f"{said}: not {self.condition} after all {self.of} times")
+            doing.note(step, f"{text}: not {self.condition} after all {self.of} times")
         return Found({self.member: value}, {self.member: self.unit}, leaves=met)
 
 
@@ -104,21 +104,21 @@ class ResultReached(Action):
 
     def do(self, step: str, doing: Doing) -> Found:
         """Have the result computed."""
-        found = doing.result(self.result)
-        known, shown = unit(found.unit), unit(self.shown)
-        if known.dimension != shown.dimension:
+        result = doing.result(self.result)
+        result_unit, unit_ = unit(result.unit), unit(self.shown)
+        if result_unit.dimension != unit_.dimension:
             message = (
-                f"'{self.result}' is {with_article(known.dimension)}, compared with"
-                f" {with_article(shown.dimension)}"
+                f"'{self.result}' is {with_article(result_unit.dimension)}, compared with"
+                f" {with_article(unit_.dimension)}"
             )
             raise DataError(message)
-        if not isfinite(found.value):  # of no range, and so it would seem to be reached
-            raise DataError(f"'{self.result}' is not a finite number ({found.value})")
-        value = found.value * known.factor + known.offset
-        said = f"{self.result} is {(value - shown.offset) / shown.factor:.6g} {self.shown}"
+        if not isfinite(result.value):  # of no range, and so it would seem to be reached
+            raise DataError(f"'{self.result}' is not a finite number ({result.value})")
+        value = result.value * result_unit.factor + result_unit.offset
+        text = f"{self.result} is {(value - unit_.offset) / unit_.factor:.6g} {self.shown}"
         met = not self.minimum <= value <= self.maximum
-        reached = self.condition if met else f"not {self.condition}"
-        doing.note(step, f"{said}: {reached} after {self.number} of {self.of} times")
+        condition_text = self.condition if met else f"not {self.condition}"
+        doing.note(step, f"{text}: {condition_text} after {self.number} of {self.of} times")
         return Found({}, {}, leaves=met)
 
 
@@ -155,8 +155,8 @@ def end_choice(at: int, when: When, place: Place, scene: Scene, before: dict[str
     steps[at] = replace(steps[at], leaves=count, text=text)
     # The set-points must be known at every step before the run, for any answer.
     for member, value, symbol in scene.drives.changed(before):
-        was = before.get(member)
-        earlier = "its safe value" if was is None else f"{was:g} {symbol}"
+        value_before = before.get(member)
+        earlier = "its safe value" if value_before is None else f"{value_before:g} {symbol}"
         message = f"{member} is at {value:g} {symbol} after this step, or at {earlier} without it"
         hint = "set it back within the step (see 'group'), or set it without a condition"
         scene.complain((*place.path, "when"), message, hint, key=True)
@@ -175,7 +175,7 @@ def plan_until(
         return None
     name, bound = until.bound
     low, high = (-inf, bound.si) if name == "above" else (bound.si, inf)
-    said = low, high, f"{name} {bound}", bound.unit.symbol, number, of
+    arguments = low, high, f"{name} {bound}", bound.unit.symbol, number, of
     action: Action
     if until.channel is not None:
         channel = planning.channel(until.channel, (*key, "channel"))
@@ -184,10 +184,10 @@ def plan_until(
         if not planning.fits(bound, channel.unit, until.channel, (*key, name)):
             return None
         planning.must_be_read([until.channel])
-        action = Reached(until.channel, channel.unit, *said)
+        action = Reached(until.channel, channel.unit, *arguments)
     else:
         assert until.result is not None  # noqa: S101  (one of two)
-        action = ResultReached(until.result, *said)
+        action = ResultReached(until.result, *arguments)
     what = until.channel or until.result
     text = f"Until {what} is {name} {bound}: {number} of at most {of} times"
     # Not a part of the pass: where the pass is skipped, the value is still read.
@@ -198,8 +198,8 @@ def plan_until(
     return len(planning.scene.draft.steps) - 1
 
 
-def end_until(found: list[int], scene: Scene) -> None:
+def end_until(conditions: list[int], scene: Scene) -> None:
     """Let the reading after each pass leave out all that was planned after it."""
     steps = scene.draft.steps
-    for at in found:
+    for at in conditions:
         steps[at] = replace(steps[at], leaves=len(steps) - at - 1)

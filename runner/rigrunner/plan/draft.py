@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from rigrunner.api.coordinates import Coordinate
     from rigrunner.api.steps import Action
-    from rigrunner.plan.actions import Phase, Recorded
+    from rigrunner.plan.actions import Phase, PlannedRecording
     from rigrunner.plan.bench import Bench
     from rigrunner.plan.drives import DriveStates
     from rigrunner.procedure.answers import Expected
@@ -83,10 +83,10 @@ class Place(NamedTuple):
 class Draft:
     """What is written down of a plan so far."""
 
-    wanted: int
-    """How many recordings are asked for; those with problems never come to be."""
+    recordings_total: int
+    """How many recordings the procedure has, including those with problems."""
     steps: list[PlannedStep] = field(default_factory=list)
-    recordings: list[Recorded] = field(default_factory=list)
+    recordings: list[PlannedRecording] = field(default_factory=list)
     answered: dict[str, Expected] = field(default_factory=dict)
     """The inputs that have an answer by then, and what is allowed as one."""
     latest: dict[Hashable, Any] = field(default_factory=dict)
@@ -121,7 +121,7 @@ class Scene:
         where = str(self.document.where(path))
         first, at = self.draft.coordinates.setdefault(name, (kind, where))
         if first != kind:
-            message = f"'{name}' is a {kind} here, and a {first} at {at}"
+            message = f"the kind of '{name}' is {kind} here and {first} at {at}"
             self.complain(path, message, "values of one name must be comparable: use two names")
         elif name in place.coordinates:
             message = f"a step around this one gives '{name}' already"
@@ -130,8 +130,8 @@ class Scene:
             return True
         return False
 
-    def once(self, place: Place, name: str, part: _T) -> _T:
-        """Return what a step in a loop had the last time, if it is the same: it is held once."""
+    def shared(self, place: Place, name: str, part: _T) -> _T:
+        """Return what a step in a loop had the last time, if it is the same: it is stored once."""
         where = (id(self.document), place.path, name)
         last: _T = self.draft.latest.setdefault(where, part)
         if last == part:
@@ -139,13 +139,13 @@ class Scene:
         self.draft.latest[where] = part
         return part
 
-    def alike(self, place: Place, what: Hashable, make: Callable[[], _T]) -> _T:
-        """Return what a step has each time that it is planned; it is made the first time."""
+    def cached(self, place: Place, what: Hashable, make: Callable[[], _T]) -> _T:
+        """Return what a step has each time that it is planned; it is computed the first time."""
         where = (id(self.document), place.path, what)
         if where not in self.draft.latest:
             self.draft.latest[where] = make()
-        found: _T = self.draft.latest[where]
-        return found
+        part: _T = self.draft.latest[where]
+        return part
 
     def emit(
         self, place: Place, action: Action, text: str, seconds: float, terms: Terms = _TERMS
@@ -159,14 +159,14 @@ class Scene:
             **self.drives.written(),
             **place.written_in,
         }
-        within, written = self.once(place, "written", (place.within, written))
+        within, written = self.shared(place, "written", (place.within, written))
         step = PlannedStep(
             within,
             place.phase,
             action,
-            self.once(place, "text", text),
+            self.shared(place, "text", text),
             seconds,
-            self.once(place, "terms", terms),
+            self.shared(place, "terms", terms),
             place.calls,
             place.points,
             place.coordinates,

@@ -58,15 +58,15 @@ class DriveStates:
 
     def written(self) -> dict[str, str]:
         """Return the unit in which each set-point is written, where that has to be kept."""
-        units = self._standing.units
-        return {n: each for n, each in self._standing.written.items() if is_told(each, units[n])}
+        units, written = self._standing.units, self._standing.written
+        return {name: symbol for name, symbol in written.items() if is_told(symbol, units[name])}
 
     def changed(self, before: Mapping[str, float]) -> Iterator[tuple[Member, float, str]]:
         """Yield each drive that stands elsewhere than before, with where and in which unit."""
-        for member, value in self._standing.values.items():
-            was = before.get(member)
-            if value != (self._bench.safe_value(Member.parse(member)) if was is None else was):
-                yield Member.parse(member), value, self._standing.units[member]
+        for name, value in self._standing.values.items():
+            drive = Member.parse(name)
+            if value != before.get(name, self._bench.safe_value(drive)):
+                yield drive, value, self._standing.units[name]
 
     def standing(self, member: Member, drive: DriveInfo) -> float:
         """Return where a drive stands: where it was set, or else at its safe value."""
@@ -94,13 +94,13 @@ class DriveStates:
         for combination in self._bench.rules.combinations:
             if member not in combination.drives:
                 continue
-            stands: dict[Member, float] = {}
-            for each in combination.drives:
-                if each != member:
-                    value = self._standing.values.get(each)
-                    stands[each] = self._bench.safe_value(each) if value is None else value
-            if not combination.allows({**stands, member: quantity.si}):
-                message = f"got '{quantity}', not allowed with {combination.others(member, stands)}"
+            others: dict[Member, float] = {}
+            for drive in combination.drives:
+                if drive != member:
+                    value = self._standing.values.get(drive)
+                    others[drive] = self._bench.safe_value(drive) if value is None else value
+            if not combination.allows({**others, member: quantity.si}):
+                message = f"got '{quantity}', not allowed with {combination.others(member, others)}"
                 hint = f"expected {combination.words()}"
                 self._problems.add(self._document, valued_at, message, hint)
 
@@ -155,5 +155,5 @@ class DriveStates:
     def _cycle_drive(self, role: str | None) -> Member | None:
         """Return the cyclic drive of that role, or else the only one there is."""
         drives = self._bench.cycle_drives()
-        found = [drive for drive in drives if drive.role == role] or drives
-        return found[0] if len(found) == 1 else None
+        candidates = [drive for drive in drives if drive.role == role] or drives
+        return candidates[0] if len(candidates) == 1 else None

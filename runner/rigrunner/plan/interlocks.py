@@ -35,14 +35,14 @@ def plan_interlocks(
 
     Without a procedure, as by hand, those of the station.
     """
-    found: dict[str, Interlock] = {}
+    interlocks: dict[str, Interlock] = {}
     for place in _places(procedure, station, devices, problems):
-        if place.written.name in found:
+        if place.written.name in interlocks:
             place.complain("name", f"another interlock is called '{place.written.name}'")
-        interlock = place.planned()
+        interlock = place.to_si()
         if interlock is not None:
-            found[interlock.name] = interlock
-    return tuple(found.values())
+            interlocks[interlock.name] = interlock
+    return tuple(interlocks.values())
 
 
 def _places(
@@ -57,8 +57,8 @@ def _places(
     ]
     used = () if procedure is None else (procedure, *procedure.all_called())
     # A procedure that is called twice has its interlocks once.
-    named = {each.document.name: each for each in used}
-    sources += [(each.document, ("interlocks",), each.model.interlocks) for each in named.values()]
+    different = {each.document.name: each for each in used}.values()
+    sources += [(each.document, ("interlocks",), each.model.interlocks) for each in different]
     for document, path, interlocks in sources:
         for index, written in enumerate(interlocks):
             yield _Place(written, document, (*path, index), devices, problems)
@@ -77,7 +77,7 @@ class _Place:
     def complain(self, key: str | int, message: str, hint: str = "", *more: str | int) -> None:
         self.problems.add(self.document, (*self.path, key, *more), message, hint)
 
-    def planned(self) -> Interlock | None:
+    def to_si(self) -> Interlock | None:
         """Return the interlock in SI units; None after adding what is wrong with it."""
         written = self.written
         for index, member in enumerate(written.forbids):
@@ -131,17 +131,17 @@ class _Place:
 
     def _fits(self, channel: ChannelInfo) -> bool:
         """Return whether all quantities have the dimension of the channel, or of its rate."""
-        wanted = unit(channel.unit).dimension
-        given = {name: getattr(self.written, name) for name in ("above", "below")}
-        fits = [self._has(wanted, quantity, name) for name, quantity in given.items() if quantity]
+        dimension = unit(channel.unit).dimension
+        quantities = {name: getattr(self.written, name) for name in ("above", "below")}
+        fits = [self._has(dimension, value, name) for name, value in quantities.items() if value]
         if self.written.hysteresis is not None:
-            fits.append(self._has(of_difference(wanted), self.written.hysteresis, "hysteresis"))
+            fits.append(self._has(of_difference(dimension), self.written.hysteresis, "hysteresis"))
         fits += [
-            self._has(wanted, quantity, "outside", index)
+            self._has(dimension, quantity, "outside", index)
             for index, quantity in enumerate(self.written.outside or ())
         ]
         if self.written.rate is not None:
-            fits.append(self._has(rate_of(wanted) or "", self.written.rate, "rate"))
+            fits.append(self._has(rate_of(dimension) or "", self.written.rate, "rate"))
         return all(fits)
 
     def _has(self, dimension: str, quantity: Quantity, key: str, *more: int) -> bool:

@@ -1,4 +1,4 @@
-"""Whether a limit can be held against its result where that is measured, asked before the run."""
+"""Whether a limit can be applied to its result where that is measured; checked before the run."""
 
 from __future__ import annotations
 
@@ -37,32 +37,32 @@ Objection = tuple[tuple[str | int, ...], str, str]
 def objections_to_limit(
     limit: Limit, of: ResultDefinition, places: Sequence[Place]
 ) -> Iterator[Objection]:
-    """Yield why a limit cannot be held against its result at the places where that is measured."""
+    """Yield why a limit cannot be applied to its result at the places where that is measured."""
     fits = True
-    for key, name, given in limit.of_coordinates():
+    for key, name, bound in limit.of_coordinates():
         symbol = next((each.coordinate_units[name] for each in places
                        if name in each.coordinate_units), None)  # fmt: skip
         if symbol is None or name not in of.per:
             return  # reported by the check of the coordinates
         kind = unit(symbol or "1").dimension
-        if given.dimension != kind:
-            message = f"got '{given}', {with_article(given.dimension)}"
+        if bound.dimension != kind:
+            message = f"got '{bound}', {with_article(bound.dimension)}"
             yield key, f"{message}; {name} is {with_article(kind)}", f"write it in {symbol}"
             fits = False
     if fits:
-        yield from _of_places(limit, of, [each.place for each in places])
+        yield from _of_places(limit, of, [place.place for place in places])
 
 
 def _of_places(
     limit: Limit, of: ResultDefinition, places: Sequence[Mapping[str, CoordinateValue]]
 ) -> Iterator[Objection]:
     """Yield where it names a place at which nothing is measured, or has no value at one that is."""
-    for name, wanted in limit.where.items():
-        known = [each[name] for each in places if name in each]
-        missing = [each for each in wanted if not any(matches(each, at) for at in known)]
+    for name, values in limit.where.items():
+        measured = [place[name] for place in places if name in place]
+        missing = [value for value in values if not any(matches(value, at) for at in measured)]
         # Where its value is not known beforehand, it may be any of them.
-        if missing and len(known) == len(places):
-            hint = f"there are: {', '.join(dict.fromkeys(map(str, known)))}"
+        if missing and len(measured) == len(places):
+            hint = f"there are: {', '.join(dict.fromkeys(map(str, measured)))}"
             message = f"{of.name} is not measured at {', '.join(map(str, missing))}"
             yield ("where", name), message, hint
     for at in places:

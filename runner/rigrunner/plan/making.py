@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from rigrunner.procedure import LoadedProcedure
     from rigrunner.station import LoadedStation
 
-_NAMES = ("path", *(each.name for each in fields(PlannedStep) if each.name != "within"))
+_NAMES = ("path", *(field.name for field in fields(PlannedStep) if field.name != "within"))
 _PIECE = 1000
 """Steps of which the text is made at once: what it is made of is larger."""
 

@@ -17,12 +17,12 @@ if TYPE_CHECKING:
 
     from rigrunner.api.analysis import NeededChannel
     from rigrunner.api.quantity import Quantity
-    from rigrunner.plan.actions import Plan, Recorded
+    from rigrunner.plan.actions import Plan, PlannedRecording
 
 _PLACE = TypeAdapter[Mapping[str, PlaceValue]](Mapping[str, PlaceValue])
 
 
-class Measured(NamedTuple):
+class PlannedData(NamedTuple):
     """A recording or row that the run will make."""
 
     units: Mapping[str, str]
@@ -31,19 +31,18 @@ class Measured(NamedTuple):
     """Of its set-points and coordinates; '' of one that has none."""
     place: Mapping[str, CoordinateValue]
     """The values of these, as far as they are known beforehand."""
-    recorded: Recorded | None = None
+    recording: PlannedRecording | None = None
     """Where it is recorded; None of a row."""
 
     def may_be_at(self, where: Mapping[str, Quantity | str]) -> bool:
         """Say whether it is at a place, as far as that is known."""
         unknown = self.coordinate_units.keys() - self.place.keys()
-        return is_at({k: each for k, each in where.items() if k not in unknown}, self.place)
+        return is_at({k: value for k, value in where.items() if k not in unknown}, self.place)
 
 
-def all_measured(plan: Plan) -> Iterator[Measured]:
+def planned_data(plan: Plan) -> Iterator[PlannedData]:
     """Yield each recording and each row that the run will make."""
-    recorded = {each.record.name: each for each in plan.recordings}
-    recordings = {name: each.record for name, each in recorded.items()}
+    recordings = {each.record.name: each for each in plan.recordings}
     for step in plan.steps:
         action, of = step.action, step.coordinate_units
         setpoints, symbols = action.known
@@ -57,23 +56,24 @@ def all_measured(plan: Plan) -> Iterator[Measured]:
             name: CoordinateValue.of_si(value, here[name], step.written_in.get(name, ""))
             for name, value in values.items()
         }
-        if record := recordings.get(action.recording):
+        if recording := recordings.get(action.recording):
+            record = recording.record
             members = [Member(record.role, name) for name in record.channels]
-            known: dict[str, str] = {member: record.units[member] for member in members}
-            yield Measured(known, here, place, recorded.get(action.recording))
-        if found := action.statistics:
-            units: dict[str, str] = {name: symbols[channel_of(name)] for name in found}
-            yield Measured(units, here, place)
+            channel_units: dict[str, str] = {member: record.units[member] for member in members}
+            yield PlannedData(channel_units, here, place, recording)
+        if statistics := action.statistics:
+            units: dict[str, str] = {name: symbols[channel_of(name)] for name in statistics}
+            yield PlannedData(units, here, place)
         if rows := action.rows:
             read: dict[str, str] = {name: rows.units[name] for name in rows.channels}
-            names = {name: rows.units.get(name, "") for each in rows.setpoints[:1] for name in each}
-            for each in rows.setpoints:
+            names = {name: rows.units.get(name, "") for row in rows.setpoints[:1] for name in row}
+            for row in rows.setpoints:
                 moved = {
                     name: CoordinateValue.of_si(value, names[name], step.written_in.get(name, ""))
-                    for name, value in each.items()
+                    for name, value in row.items()
                     if setpoints.get(name) != value
                 }
-                yield Measured(read, {**here, **names}, {**place, **moved})
+                yield PlannedData(read, {**here, **names}, {**place, **moved})
 
 
 def measured_places(
@@ -81,16 +81,17 @@ def measured_places(
 ) -> Iterator[Mapping[str, CoordinateValue]]:
     """Yield each place at which the channels of an analysis are measured, as far as it is known."""
     where = where_of(settings)
-    for each in all_measured(plan):
-        if has_all(each, channels) and each.may_be_at(where):
-            yield each.place
+    for planned in planned_data(plan):
+        if has_all(planned, channels) and planned.may_be_at(where):
+            yield planned.place
 
 
-def has_all(found: Measured, channels: Iterable[NeededChannel]) -> bool:
+def has_all(planned: PlannedData, channels: Iterable[NeededChannel]) -> bool:
     """Return whether all channels are measured there, or set where that is enough."""
     return all(
-        each.name in found.units or (each.or_coordinate and each.name in found.coordinate_units)
-        for each in channels
+        needed.name in planned.units
+        or (needed.or_coordinate and needed.name in planned.coordinate_units)
+        for needed in channels
     )
 
 

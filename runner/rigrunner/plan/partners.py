@@ -59,34 +59,34 @@ def asked_runs(
     Without a plan nothing is known of the places of this run. A plugin that is not there asks for
     none: the check of the plugins reports it.
     """
-    found = []
+    asked = []
     for path, plugin in procedure.analyses_at:
         try:
             needs = lookup.requires(plugin.kind, plugin.name, plugin.settings)
         except PluginError:
             continue
-        for each in needs.partners:
-            values = () if plan is None else _places(plan, plugin, needs, each)
-            found.append(AskedRun(each, (*path, *each.key), values))
-    return tuple(found)
+        for needed in needs.partners:
+            values = () if plan is None else _places(plan, plugin, needs, needed)
+            asked.append(AskedRun(needed, (*path, *needed.key), values))
+    return tuple(asked)
 
 
 def check_partners(
     procedure: LoadedProcedure, station: LoadedStation, lookup: PartnerLookup
 ) -> None:
-    """Raise InvalidFileError where what is asked of partner runs cannot be, whatever runs exist."""
+    """Raise InvalidFileError where a requirement for partner runs can never be met."""
     problems, document = Problems(), procedure.document
-    known: dict[str, NeededRun] = {}
-    for each in asked_runs(procedure.model, lookup):
-        needed = each.needed
+    first_asked: dict[str, NeededRun] = {}
+    for asked in asked_runs(procedure.model, lookup):
+        needed = asked.needed
         if not needed.procedure and needed.run == LATEST:
             hint = "write the id of the procedure of which it must be a run"
-            problems.add(document, each.path, "the key 'procedure' is missing", hint, key=True)
-        first = known.setdefault(needed.name, needed)
+            problems.add(document, asked.path, "the key 'procedure' is missing", hint, key=True)
+        first = first_asked.setdefault(needed.name, needed)
         if _identity(first) != _identity(needed):
             message = f"analyses ask for different runs by the name '{needed.name}'"
-            problems.add(document, each.path, message, "give one another name", key=True)
-        _check_common(each, procedure, station, lookup, problems)
+            problems.add(document, asked.path, message, "give one another name", key=True)
+        _check_common(asked, procedure, station, lookup, problems)
     problems.stop_if_any()
 
 
@@ -107,9 +107,9 @@ def _check_common(
         if key == STATION:
             continue
         if key not in fields:
-            there = [STATION, *fields]
+            keys = [STATION, *fields]
             message = f"a rig has no key '{key}'"
-            hint = did_you_mean(key, there, f"there are: {', '.join(there)}")
+            hint = did_you_mean(key, keys, f"there are: {', '.join(keys)}")
             problems.add(procedure.document, (*asked.path, "same", index), message, hint)
         elif station.model.rig.get(key) in (None, ""):
             message = f"the analysis needs the key '{key}' of the rig, which is missing"
@@ -121,17 +121,17 @@ def _places(
     plan: Plan, plugin: AnalysisRef, needs: Requirements, needed: NeededRun
 ) -> tuple[Mapping[str, CoordinateValue], ...]:
     """Return the different places of an analysis, in those coordinates that are known before."""
-    found: dict[tuple[object, ...], Mapping[str, CoordinateValue]] = {}
+    places: dict[tuple[object, ...], Mapping[str, CoordinateValue]] = {}
     for place in measured_places(plan, plugin.settings, needs.channels):
         values = {name: place[name] for name in needed.at if name in place}
         if len(values) == len(needed.at) > 0:
-            found.setdefault(tuple(each.usual for each in values.values()), values)
-    return tuple(found.values())
+            places.setdefault(tuple(value.usual for value in values.values()), values)
+    return tuple(places.values())
 
 
-def in_si(found: CoordinateValue) -> Value:
+def in_si(coordinate: CoordinateValue) -> Value:
     """Return the value of a coordinate in the SI unit."""
-    if isinstance(found.value, str):
-        return found.value
-    known = unit(found.unit or "1")
-    return found.value * known.factor + known.offset
+    if isinstance(coordinate.value, str):
+        return coordinate.value
+    unit_ = unit(coordinate.unit or "1")
+    return coordinate.value * unit_.factor + unit_.offset

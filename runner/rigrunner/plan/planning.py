@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Protocol
 
 from rigrunner.api.steps import NONE
 from rigrunner.api.units import rate_of, unit, units_of, with_article
-from rigrunner.plan.actions import Recorded
+from rigrunner.plan.actions import PlannedRecording
 from rigrunner.plan.terms import planned_limits, recorded_limits, terms_of
 
 if TYPE_CHECKING:
@@ -78,17 +78,17 @@ class Planning:
 
     def units(self, channels: Sequence[Member], key: Key = ("channels",)) -> dict[Member, str]:
         """Return each channel's unit; none at all where there is a problem with one."""
-        made = partial(self._units, channels, key)
+        find_units = partial(self._units, channels, key)
         # A copy: a kind may add to it.
-        return dict(self.scene.alike(self.place, ("units", key, *channels), made))
+        return dict(self.scene.cached(self.place, ("units", key, *channels), find_units))
 
     def _units(self, channels: Sequence[Member], key: Key) -> dict[Member, str]:
-        found = {each: self.channel(each, (*key, at)) for at, each in enumerate(channels)}
-        if len(found) < len(channels):
+        infos = {each: self.channel(each, (*key, index)) for index, each in enumerate(channels)}
+        if len(infos) < len(channels):
             self.complain(key, "a channel is listed twice", "name it once")
             return {}
-        units = {member: info.unit for member, info in found.items() if info}
-        return units if len(units) == len(found) else {}
+        units = {member: info.unit for member, info in infos.items() if info}
+        return units if len(units) == len(infos) else {}
 
     def must_be_read(
         self, channels: Iterable[Member], at: Mapping[str, float] = NONE, key: Key = ()
@@ -97,7 +97,7 @@ class Planning:
 
         Return whether they can be where its drives stand, or `at` other set-points.
         """
-        roles = dict.fromkeys(each.role for each in channels)
+        roles = dict.fromkeys(member.role for member in channels)
         for role in roles:
             self.scene.bench.must_be_readable(role, self.place.path)
         return all(self.scene.drives.is_readable(role, at, self.path(*key)) for role in roles)
@@ -109,10 +109,10 @@ class Planning:
     def move(self, drive: Member, to: Quantity, named: Key, key: Key) -> tuple[str, float] | None:
         """Let the plan know that a drive is set: return its unit, and how long that takes in s."""
         by_key = named == key
-        found = self.scene.drives.resolve(drive, to, self.path(*named), self.path(*key), key=by_key)
-        if found is None:
+        info = self.scene.drives.resolve(drive, to, self.path(*named), self.path(*key), key=by_key)
+        if info is None:
             return None
-        return found.unit, self.scene.drives.move(drive, found, to.si, to.unit.symbol)
+        return info.unit, self.scene.drives.move(drive, info, to.si, to.unit.symbol)
 
     def require_rest(self, role: str) -> None:
         """Add a problem if the role's device moves in cycles by then."""
@@ -129,17 +129,17 @@ class Planning:
     def rate(self, rate: Quantity, symbol: str, member: Member, key: Key) -> float | None:
         """Return a rate of what has this unit, in SI; None after adding what is wrong with it."""
         dimension = unit(symbol).dimension
-        wanted = rate_of(dimension)
-        if wanted is None:
+        dimension_of_rate = rate_of(dimension)
+        if dimension_of_rate is None:
             self.complain(
                 key, f"there is no unit for the rate of {with_article(dimension)}", "give a time"
             )
-        elif rate.dimension != wanted:
+        elif rate.dimension != dimension_of_rate:
             message = (
                 f"got '{rate}', {with_article(rate.dimension)}; {member} takes"
-                f" {with_article(wanted)}"
+                f" {with_article(dimension_of_rate)}"
             )
-            self.complain(key, message, f"write it in {' or '.join(units_of(wanted))}")
+            self.complain(key, message, f"write it in {' or '.join(units_of(dimension_of_rate))}")
         elif rate.si <= 0:
             self.complain(key, f"got '{rate}', expected more than 0")
         else:
@@ -158,15 +158,15 @@ class Planning:
     def times_before(self, *what: Hashable) -> int:
         """Return how often this step of the file was written down before; of some more, for each.
 
-        To be asked once each time.
+        Call it once each time.
         """
-        asked = (id(self.scene.document), self.place.path, *what)
-        self.scene.draft.repeated[asked] += 1
-        return self.scene.draft.repeated[asked] - 1
+        counter = (id(self.scene.document), self.place.path, *what)
+        self.scene.draft.repeated[counter] += 1
+        return self.scene.draft.repeated[counter] - 1
 
     def record(self, recording: RecordingAction, beside: Sequence[Member]) -> None:
         """Take note of a recording, and of what is read beside it."""
-        known = Recorded(
+        recorded = PlannedRecording(
             recording,
             self.scene.document,
             self.place.path,
@@ -174,14 +174,14 @@ class Planning:
             self.place.coordinates,
             self.place.coordinate_units,
         )
-        self.scene.draft.recordings.append(known)
+        self.scene.draft.recordings.append(recorded)
 
     def limits(
         self, bands: Mapping[Member, ValueBand], found: Sequence[Member]
     ) -> list[ValueLimit]:
         """Return the limits of the channels `found`; what does not fit them is a problem."""
 
-        def made() -> tuple[ValueLimit, ...]:
+        def make() -> tuple[ValueLimit, ...]:
             return tuple(planned_limits(bands, self.place, found, self.scene))
 
-        return list(self.scene.alike(self.place, ("limits", *bands, *found), made))
+        return list(self.scene.cached(self.place, ("limits", *bands, *found), make))

@@ -69,8 +69,8 @@ def check_plugins(
         _Use(plugin.kind, plugin.name, procedure.document, path, path)
         for path, plugin in procedure.model.analyses_at
     )
-    named = [*analyses, *_uses_of_station(station)]
-    uses = [each for use in named for each in _check(use, lookup, problems)]
+    plugins = [*analyses, *_uses_of_station(station)]
+    uses = [used for use in plugins for used in _check(use, lookup, problems)]
     _check_rig(station, uses, lookup, problems)
     _check_measurand(procedure, lookup, problems)
     if procedure.model.acceptance is not None:
@@ -98,16 +98,16 @@ def _check_rule(
     except PluginError as error:
         problems.add(document, at, error.message, error.hint)
     except ValidationError as error:
-        why = error.errors()[0]
-        unknown = why["type"] == "extra_forbidden"
-        what = f"the rule '{rule.name}' has no such setting" if unknown else why["msg"]
-        problems.add(document, ("acceptance", "fraction"), what)
+        detail = error.errors()[0]
+        is_unknown = detail["type"] == "extra_forbidden"
+        message = f"the rule '{rule.name}' has no such setting" if is_unknown else detail["msg"]
+        problems.add(document, ("acceptance", "fraction"), message)
 
 
 def check_station_plugins(station: LoadedStation, lookup: SettingsLookup) -> None:
     """Raise InvalidFileError with every plugin of a station that is not there or refuses."""
     problems = Problems()
-    uses = [each for use in _uses_of_station(station) for each in _check(use, lookup, problems)]
+    uses = [used for use in _uses_of_station(station) for used in _check(use, lookup, problems)]
     _check_rig(station, uses, lookup, problems)
     problems.stop_if_any()
 
@@ -121,7 +121,7 @@ def _check_rig(
         with suppress(PluginError):  # a missing plugin is reported elsewhere
             model = lookup.rig_of(use.kind, use.name)
             fields = model.model_fields if model else {}
-            needed |= {key: use for key, each in fields.items() if each.is_required()}
+            needed |= {key: use for key, field in fields.items() if field.is_required()}
     try:
         validate(lookup.rig_model(), station.document, ("rig",))
     except PluginError as error:
@@ -161,15 +161,15 @@ def _check(use: _Use, lookup: SettingsLookup, problems: Problems) -> list[_Use]:
     """Add what is wrong with a plugin's settings; return it, and the plugins that they name."""
     used = [use]
     try:
-        settings = lookup.settings_of(use.kind, use.name)
-        found = validate(settings, use.document, use.settings_at)
-        if isinstance(found, MadeOfOthers):
-            for inside, other in found.others().items():
+        model = lookup.settings_of(use.kind, use.name)
+        settings = validate(model, use.document, use.settings_at)
+        if isinstance(settings, MadeOfOthers):
+            for inside, other in settings.others().items():
                 at = (*use.settings_at, *inside)
                 named_at, settings_at = (*at, "plugin"), (*at, "settings")
                 part = _Use(use.kind, other.plugin, use.document, named_at, settings_at)
                 used += _check(part, lookup, problems)
-        for place, named in plugins_in(found):
+        for place, named in plugins_in(settings):
             inner = _use(use.document, (*use.settings_at, *place), named)
             used += _check(inner, lookup, problems)
     except PluginError as error:
@@ -187,7 +187,7 @@ def _check_measurand(
     document, measurand = procedure.document, procedure.model.measurand
     giving: list[tuple[Path, AnalysisRecord]] = []
     for path, plugin in procedure.model.analyses_at:
-        with suppress(PluginError):  # told by the check of the plugins
+        with suppress(PluginError):  # reported by the check of the plugins
             record = lookup.record(plugin.kind, plugin.name)
             if isinstance(record, AnalysisRecord) and record.measurand:
                 giving.append((path, record))
@@ -200,7 +200,7 @@ def _check_measurand(
     if measurand is None:
         hint = f"the analysis of {dimension} names it"
         problems.add(document, ("measurand",), "the key 'measurand' is missing", hint, key=True)
-    elif measurand.unit is not None and (known := unit(measurand.unit)).dimension != dimension:
-        message = f"'{known.symbol}' is a unit of {known.dimension}, not of {dimension}"
+    elif measurand.unit is not None and (unit_ := unit(measurand.unit)).dimension != dimension:
+        message = f"'{unit_.symbol}' is a unit of {unit_.dimension}, not of {dimension}"
         hint = f"units of {dimension}: {', '.join(units_of(dimension))}"
         problems.add(document, ("measurand", "unit"), message, hint)

@@ -59,17 +59,17 @@ def predict(
     A channel has none without an instrument, without a full scale, and on a scale whose zero is
     arbitrary, such as °C: a share of full scale means nothing there.
     """
-    records = {each.record.name: each.record for each in plan.recordings}
+    records = {recorded.record.name: recorded.record for recorded in plan.recordings}
     readings = tuple(
-        _reading(each, records[each.recording], known)
-        for each in expected
-        if (known := register.get(each.channel)) is not None
-        and known.full_scale > 0
-        and _full_scale_unit(known).offset == 0
+        _reading(reading, records[reading.recording], instrument)
+        for reading in expected
+        if (instrument := register.get(reading.channel)) is not None
+        and instrument.full_scale > 0
+        and _full_scale_unit(instrument).offset == 0
     )
     samples = (
-        round(each.duration_s * (each.sample_rate_hz or 0.0)) * len(each.channels)
-        for each in (recorded.record for recorded in plan.recordings)
+        round(record.duration_s * (record.sample_rate_hz or 0.0)) * len(record.channels)
+        for record in (recorded.record for recorded in plan.recordings)
     )
     return Prediction(readings, _BYTES_PER_SAMPLE * sum(samples))
 
@@ -77,14 +77,14 @@ def predict(
 def _reading(
     expected: ExpectedReading, record: RecordingAction, instrument: Instrument
 ) -> PredictedReading:
-    known = _full_scale_unit(instrument)
+    unit = _full_scale_unit(instrument)
     return PredictedReading(
         recording=expected.recording,
         cycle_frequency_hz=record.cycle_frequency_hz,
         channel=expected.channel,
-        peak=max(abs(expected.low), abs(expected.high)) / known.factor,
-        full_scale=instrument.full_scale / known.factor,
-        unit=known.symbol,
+        peak=max(abs(expected.low), abs(expected.high)) / unit.factor,
+        full_scale=instrument.full_scale / unit.factor,
+        unit=unit.symbol,
     )
 
 

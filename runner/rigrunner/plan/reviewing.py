@@ -1,4 +1,4 @@
-"""What the analyses of a procedure say of its plan, asked before the rig moves."""
+"""Problems that the analyses of a procedure find in its plan, before the rig moves."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from rigrunner.api.errors import PluginError
 from rigrunner.api.member import Member
 from rigrunner.api.planned import PlannedRows, PlannedRun, StationPart
-from rigrunner.plan.actions import Recorded
+from rigrunner.plan.actions import PlannedRecording
 from rigrunner.procedure import Limit
 from rigrunner.yamlfile.problems import Problems
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class ReviewLookup(Protocol):
-    """Knows what each analysis says of a planned run."""
+    """Knows the problems and expectations of each analysis for a planned run."""
 
     def plan_problems(
         self, name: str, settings: Mapping[str, Any], planned: PlannedRun
@@ -58,7 +58,7 @@ def run_to_come(
             if (rows := step.action.rows) is not None
         ),
         devices={
-            role: tuple(each.name for each in device.channels) for role, device in devices.items()
+            role: tuple(info.name for info in device.channels) for role, device in devices.items()
         },
         cycle_drive=next(drives, None),
         limits=() if procedure.acceptance is None else procedure.acceptance.limits,
@@ -72,11 +72,11 @@ def check_plan(
     problems = Problems()
     for path, plugin in procedure.model.analyses_at:
         try:
-            found = lookup.plan_problems(plugin.name, plugin.settings, planned)
+            plan_problems = lookup.plan_problems(plugin.name, plugin.settings, planned)
         except PluginError:
-            continue  # told by the check of the plugins
-        for each in found:
-            _add(problems, each, path, procedure, station)
+            continue  # reported by the check of the plugins
+        for plan_problem in plan_problems:
+            _add(problems, plan_problem, path, procedure, station)
     problems.stop_if_any()
 
 
@@ -97,18 +97,18 @@ def _add(
 ) -> None:
     of, hint = problem.of, problem.hint
     document, at = procedure.document, path
-    if isinstance(of, Recorded):
+    if isinstance(of, PlannedRecording):
         document, at = of.document, of.path
     elif isinstance(of, Limit):
         limits = procedure.model.acceptance.limits if procedure.model.acceptance else ()
-        at = ("acceptance", "limits", next(i for i, each in enumerate(limits) if each is of))
+        at = ("acceptance", "limits", next(i for i, limit in enumerate(limits) if limit is of))
     elif isinstance(of, StationPart):
         document, at = station.document, (of.value,)
         where, by = procedure.document.where(path, key=True), problem.needed_by
-        if isinstance(by, Recorded):
+        if isinstance(by, PlannedRecording):
             where = by.document.where(by.path)
         hint = "; ".join(filter(None, (hint, f"it is needed at {where}")))
-    # What is said of the analysis as a whole stands at its name.
+    # A problem of the analysis as a whole is placed at its name.
     is_whole = not problem.key and of is None
     problems.add(
         document, (*at, *problem.key), problem.message, hint, key=problem.at_key or is_whole

@@ -1,4 +1,4 @@
-"""Whether what the station says of safety is about devices and drives that it has."""
+"""Checks that the safety section of a station names only devices and drives that it has."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def drive_rules(
 
 @dataclass(frozen=True, eq=False)
 class _Drives:
-    """The drives of a station, for what the station's own file says of them."""
+    """Looks up the drives that the file of a station names."""
 
     station: LoadedStation
     devices: Mapping[str, Device]
@@ -79,15 +79,15 @@ class _Drives:
         drive = self.drive(member, path, key=True)
         if drive is None:
             return False
-        wanted = unit(drive.unit).dimension
-        given = [("min", limits.min, wanted), ("max", limits.max, wanted)]
-        given.append(("rate", limits.rate, rate_of(wanted) or ""))
+        dimension = unit(drive.unit).dimension
+        of_rate = rate_of(dimension) or ""
+        values = [("min", limits.min, dimension), ("max", limits.max, dimension)]
         fits = [
-            self._has(dimension, quantity, member, (*path, key))
-            for key, quantity, dimension in given
-            if quantity is not None
+            self._has(expected, value, member, (*path, key))
+            for key, value, expected in (*values, ("rate", limits.rate, of_rate))
+            if value is not None
         ]
-        return all(fits)  # after all of them were told
+        return all(fits)  # after all problems were added
 
     def combination_fits(self, at: int, combination: Combination) -> bool:
         path = ("safety", "combinations", at, "allowed")

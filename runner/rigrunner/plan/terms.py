@@ -37,15 +37,15 @@ def terms_of(
     They are its fields `timeout`, `retries` and `repeatable`, as far as its kind has them; where
     its values have limits, or may have, also `on_fail`.
     """
-    given = vars(step)  # `getattr` is slow for a field that a kind of step lacks
-    timeout_s = given.get("timeout")
+    fields = vars(step)  # `getattr` is slow for a field that a kind of step lacks
+    timeout_s = fields.get("timeout")
     if timeout_s is not None and timeout_s < seconds:
         message = f"got {timeout_s:g} s, but the step takes {seconds:.3g} s"
         scene.complain((*place.path, "timeout"), message)
-    attempts, repeatable = given.get("retries", 0) + 1, given.get("repeatable", True)
+    attempts, repeatable = fields.get("retries", 0) + 1, fields.get("repeatable", True)
     if limits is None:
         return Terms(timeout_s, attempts, repeatable=repeatable)
-    stops = given.get("on_fail", "stop") == "stop"
+    stops = fields.get("on_fail", "stop") == "stop"
     return Terms(
         timeout_s,
         attempts,
@@ -58,16 +58,16 @@ def terms_of(
 
 
 def planned_limits(
-    bands: Mapping[Member, ValueBand], place: Place, found: Sequence[str], scene: Scene
+    bands: Mapping[Member, ValueBand], place: Place, channels: Sequence[str], scene: Scene
 ) -> Iterator[ValueLimit]:
-    """Yield the limits of the channels `found`; what does not fit them is a problem."""
+    """Yield the limits of channels; what does not fit them is a problem."""
     for member, band in bands.items():
         path = (*place.path, "limits", member)
         channel = scene.bench.channel(member, path, key=True)
         if channel is None:
             continue
-        if member not in found:
-            _refuse_unfound(member, found, path, scene)
+        if member not in channels:
+            _refuse_unread(member, channels, path, scene)
         elif band.texts:
             key = "equals" if band.equals is not None else "one_of"
             message = f"{member} is a number, which has 'min' and 'max'"
@@ -92,17 +92,17 @@ def reading_limits(
             message = f"{member} is a {kind}, which has 'equals' and 'one_of'"
             scene.complain((*path, key), message, "only numbers have 'min' and 'max'", key=True)
         else:
-            allowed = tuple(_YES_NO.get(str(each), each) for each in band.texts)
-            wrong = [each for each in allowed if isinstance(each, bool) != (kind == "boolean")]
+            allowed = tuple(_YES_NO.get(str(text), text) for text in band.texts)
+            wrong = [text for text in allowed if isinstance(text, bool) != (kind == "boolean")]
             if kind == "boolean" and not wrong:
                 yield ReadingLimit(member, allowed)
-            elif kind == "text" and all(isinstance(each, str) for each in band.texts):
+            elif kind == "text" and all(isinstance(text, str) for text in band.texts):
                 # As written: 'yes' may be the very text that an instrument gives.
                 yield ReadingLimit(member, band.texts)
             else:
-                needed = "yes or no" if kind == "boolean" else "a text; put it in quotes"
+                expected = "yes or no" if kind == "boolean" else "a text; put it in quotes"
                 key = "equals" if band.equals is not None else "one_of"
-                scene.complain((*path, key), f"{member} is a {kind}: expected {needed}")
+                scene.complain((*path, key), f"{member} is a {kind}: expected {expected}")
 
 
 def recorded_limits(
@@ -123,7 +123,7 @@ def recorded_limits(
             continue
         recorded = member in channels
         if not recorded and member not in beside:
-            _refuse_unfound(member, (*channels, *beside), path, scene)
+            _refuse_unread(member, (*channels, *beside), path, scene)
             continue
         if not recorded and band.statistics:
             name, hint = next(iter(band.statistics)), "limit it by min and max, or record it"
@@ -131,8 +131,8 @@ def recorded_limits(
             scene.complain((*path, name), message, hint, key=True)
             continue
         fits = [_fits(band, channel.unit, member, path, scene)]
-        for name, each in band.statistics.items():
-            fits.append(_fits(each, channel.unit, member, (*path, name), scene))
+        for name, bounds in band.statistics.items():
+            fits.append(_fits(bounds, channel.unit, member, (*path, name), scene))
         if not all(fits):
             continue
         if not recorded:
@@ -140,24 +140,24 @@ def recorded_limits(
             continue
         for name, (low, high) in band.of_samples.items():
             yield _limit(f"{member}.{name}", low, high, band)
-        for name, each in band.statistics.items():
-            yield _limit(f"{member}.{name}", each.min, each.max, each)
+        for name, bounds in band.statistics.items():
+            yield _limit(f"{member}.{name}", bounds.min, bounds.max, bounds)
 
 
 def _limit(of: str, low: Quantity | None, high: Quantity | None, band: Bounds) -> ValueLimit:
     return ValueLimit.between(of, low, high, band.marginal.si if band.marginal else 0.0)
 
 
-def _refuse_unfound(member: Member, found: Sequence[str], path: Path, scene: Scene) -> None:
-    hint = f"it finds: {', '.join(found) or 'none'}"
+def _refuse_unread(member: Member, channels: Sequence[str], path: Path, scene: Scene) -> None:
+    hint = f"it finds: {', '.join(channels) or 'none'}"
     scene.complain(path, f"the step finds no value of {member}", hint, key=True)
 
 
 def _fits(band: Bounds, symbol: str, member: Member, path: Path, scene: Scene) -> bool:
     """Say whether bounds have the dimension of a channel; each that has not is a problem."""
-    given = {"min": band.min, "max": band.max, "marginal": band.marginal}
+    quantities = {"min": band.min, "max": band.max, "marginal": band.marginal}
     return all(
         scene.bench.fits(quantity, symbol, member, (*path, name))
-        for name, quantity in given.items()
+        for name, quantity in quantities.items()
         if quantity
     )

@@ -46,31 +46,32 @@ class Acceptance(Settings):
     def _fits_together(self) -> Self:
         if self.fraction is not None and self.rule.settings:
             raise ValueError("write 'fraction' with the other settings of the rule")
-        twice = [n for n, count in Counter(each.scope for each in self.limits).items() if count > 1]
-        if twice:
-            raise ValueError(f"there are two limits of {twice[0]}")
+        counts = Counter(limit.scope for limit in self.limits)
+        repeated = [scope for scope, count in counts.items() if count > 1]
+        if repeated:
+            raise ValueError(f"there are two limits of {repeated[0]}")
         return self
 
     @property
     def rule_settings(self) -> dict[str, Any]:
         """The settings of the rule."""
-        return {**self.rule.settings, **_given(fraction=self.fraction)}
+        return {**self.rule.settings, **_without_none(fraction=self.fraction)}
 
     def limits_of(self, name: str) -> tuple[Limit, ...]:
         """Return the limits of the results of a name."""
-        return tuple(each for each in self.limits if each.of == name)
+        return tuple(limit for limit in self.limits if limit.of == name)
 
     def as_read_by(self, kinds: Kinds, analyses: Iterable[AnalysisRef]) -> Self:
         """Return it with its measurands as those analyses read them, or kept as written."""
-        context = {KINDS: kinds, STORED: True, ASKED: [each.name for each in analyses]}
+        context = {KINDS: kinds, STORED: True, ASKED: [analysis.name for analysis in analyses]}
         return self.model_validate(self.as_written(), context=context)
 
     def as_written(self) -> dict[str, object]:
         """Return it as a file has it, with units; read back, it is the same."""
         return {
-            "limits": [each.as_written() for each in self.limits],
+            "limits": [limit.as_written() for limit in self.limits],
             "rule": self.rule.as_written(),
-            **_given(
+            **_without_none(
                 fraction=self.fraction,
                 marginal=None if self.marginal is None else str(self.marginal),
             ),
@@ -85,5 +86,5 @@ class AcceptanceFile(Settings):
     acceptance: Acceptance
 
 
-def _given(**values: object) -> dict[str, object]:
+def _without_none(**values: object) -> dict[str, object]:
     return {name: value for name, value in values.items() if value is not None}

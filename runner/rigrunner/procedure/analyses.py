@@ -12,7 +12,7 @@ from rigrunner.api.member import NAME
 from rigrunner.api.plugin_refs import PluginRef
 from rigrunner.api.settings import ListOf, Settings
 from rigrunner.procedure.kinds import KINDS, STORED, installed_kinds, read_with_key
-from rigrunner.procedure.refusals import refused
+from rigrunner.procedure.refusals import refusal
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -39,12 +39,12 @@ class AnalysisRef(PluginRef):
         keys = [str(key) for key in mapping]
         if len(keys) != 1:
             got = " and ".join(f"'{key}'" for key in keys[:5])
-            raise refused(
+            raise refusal(
                 "an analysis is a mapping with one key, such as 'equation: ...'",
                 f"got {got}: begin each analysis with its own '-'" if got else "",
             )
         if not re.fullmatch(NAME, keys[0]):
-            raise refused(f"unknown analysis '{keys[0][:40]}', expected the name of a plugin")
+            raise refusal(f"unknown analysis '{keys[0][:40]}', expected the name of a plugin")
         model = _settings_model(keys[0], info.context or {})
         settings = mapping[keys[0]] or {}
         if model is not None and isinstance(settings, dict):
@@ -77,4 +77,4 @@ def _settings_model(name: str, context: Mapping[str, Any]) -> type[Settings] | N
     try:
         return None if record is None else record.settings_model
     except PluginError:
-        return None  # told by the check of the plugins
+        return None  # reported by the check of the plugins

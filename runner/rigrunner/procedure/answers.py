@@ -17,7 +17,7 @@ _LONGEST = 60
 
 
 class AnswerError(RigrunnerError, ValueError):
-    """An answer that is none to the question that was asked."""
+    """An answer that the question does not accept."""
 
 
 @dataclass(frozen=True)
@@ -44,12 +44,12 @@ class Expected:
         A number without a unit is in the unit of the question, which the person sees.
         """
         text = answer.strip()
-        refused = refused_character(text)
-        if refused:
+        match = refused_character(text)
+        if match:
             shown = text[:_LONGEST].encode("unicode_escape").decode()
             raise AnswerError(
                 f"got '{shown}', expected a text without control characters",
-                hint=f"its character {refused.start() + 1} is {name_of(refused[0])}: type it again",
+                hint=f"its character {match.start() + 1} is {name_of(match[0])}: type it again",
             )
         for choice in self.choices:
             if choice.casefold() == text.casefold():
@@ -60,9 +60,9 @@ class Expected:
         return self._quantity(text) if self.unit else text
 
     def _quantity(self, text: str) -> str:
-        given = f"{text} {self.unit}" if _BARE_NUMBER.fullmatch(text) else text
+        written = f"{text} {self.unit}" if _BARE_NUMBER.fullmatch(text) else text
         try:
-            quantity = parse_quantity(given, unit(self.unit).dimension)
+            quantity = parse_quantity(written, unit(self.unit).dimension)
         except RigrunnerError as error:
             raise AnswerError(error.message, hint=error.hint) from error
         low = self.minimum is not None and quantity.si < self.minimum.si

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from rigrunner.procedure.kinds import Kinds
     from rigrunner.procedure.loading import LoadedProcedure
-    from rigrunner.procedure.references import Given
+    from rigrunner.procedure.references import Values
     from rigrunner.procedure.steps import Step
     from rigrunner.yamlfile.document import Path as DocumentPath
 
@@ -49,14 +49,14 @@ class _Loader:
     characters: int = 0
 
     def load(
-        self, path: Path, given: Given, callers: tuple[Path, ...], text: str | None = None
+        self, path: Path, values: Values, callers: tuple[Path, ...], text: str | None = None
     ) -> LoadedProcedure:
         """Return a procedure that was called by others, the outermost first."""
         contradiction: InconsistentProcedureError | None = None
         text = read_text(path) if text is None else text
         self.characters += len(text)
         try:
-            loaded = parse_procedure(text, str(path), given, self.kinds)
+            loaded = parse_procedure(text, str(path), values, self.kinds)
         # It is read nevertheless, so that errors in its calls are reported with it.
         except InconsistentProcedureError as error:
             loaded, contradiction = error.loaded, error
@@ -67,17 +67,17 @@ class _Loader:
                 _check_picture(step, at, loaded)
                 call = step.settings.calls()
                 if call is not None:
-                    called[at] = self._called(*call, (*at, step.kind), loaded, (*callers, path))
+                    called[at] = self._load_call(*call, (*at, step.kind), loaded, (*callers, path))
             except InvalidFileError as error:
                 problems.update(dict.fromkeys(error.problems))
-        whole = replace(loaded, called=called)
+        complete = replace(loaded, called=called)
         if problems:
             raise InvalidFileError((*(contradiction.problems if contradiction else ()), *problems))
         if contradiction:
-            raise InconsistentProcedureError(contradiction.problems, whole)
-        return whole
+            raise InconsistentProcedureError(contradiction.problems, complete)
+        return complete
 
-    def _called(
+    def _load_call(
         self,
         name: str,
         values: Mapping[str, Any],
@@ -89,22 +89,22 @@ class _Loader:
         try:
             path = file_beside(caller.folder, name)
         except FileBesideError as error:
-            raise _refused(caller, named_at, error.message, error.hint) from error
-        chain = [each.resolve() for each in callers]
+            raise _error_at(caller, named_at, error.message, error.hint) from error
+        chain = [caller.resolve() for caller in callers]
         if path.resolve() in chain:
-            way = " calls ".join(each.name for each in (*callers, path))
-            raise _refused(caller, named_at, f"a procedure cannot call itself: {way}")
+            circle = " calls ".join(each.name for each in (*callers, path))
+            raise _error_at(caller, named_at, f"a procedure cannot call itself: {circle}")
         self.calls += 1
         if self.calls > MAX_CALLS or self.characters > MAX_CHARACTERS:
-            most = f"{MAX_CALLS} calls, or {MAX_CHARACTERS:,} characters in the called files"
-            raise _refused(caller, named_at, f"more than {most}")
-        given = {each: (caller.document, (*at, "with", each)) for each in values}
-        called = self.load(path, given, callers)
-        for role, wanted in called.model.uses.items():
-            if caller.model.uses.get(role) != wanted:
-                hint = f"add it here: 'uses: {{{role}: {wanted}}}'"
-                message = f"it uses a {wanted} in the role '{role}', which this procedure does not"
-                raise _refused(caller, named_at, message, hint)
+            limit = f"{MAX_CALLS} calls, or {MAX_CHARACTERS:,} characters in the called files"
+            raise _error_at(caller, named_at, f"more than {limit}")
+        places = {key: (caller.document, (*at, "with", key)) for key in values}
+        called = self.load(path, places, callers)
+        for role, device in called.model.uses.items():
+            if caller.model.uses.get(role) != device:
+                hint = f"add it here: 'uses: {{{role}: {device}}}'"
+                message = f"it uses a {device} in the role '{role}', which this procedure does not"
+                raise _error_at(caller, named_at, message, hint)
         return called
 
 
@@ -113,10 +113,10 @@ def _check_picture(step: Step, at: DocumentPath, loaded: LoadedProcedure) -> Non
         try:
             picture_beside(loaded.folder, name)
         except FileBesideError as error:
-            raise _refused(loaded, (*at, step.kind, key), error.message, error.hint) from error
+            raise _error_at(loaded, (*at, step.kind, key), error.message, error.hint) from error
 
 
-def _refused(
+def _error_at(
     loaded: LoadedProcedure, at: DocumentPath, message: str, hint: str = ""
 ) -> InvalidFileError:
     return InvalidFileError([Problem(message, loaded.document.where(at), dotted(at), hint)])
@@ -141,15 +141,15 @@ def file_beside(folder: Path, name: str) -> Path:
     is_below = ".." not in parts and bool(parts[0]) and ":" not in name
     try:
         inside = is_below and path.resolve().is_relative_to(folder.resolve())
-        there = inside and path.is_file()
+        is_file = inside and path.is_file()
     except (OSError, RuntimeError) as error:  # a name that is too long, links in a circle
         reason = getattr(error, "strerror", None) or "links lead in a circle"
         raise FileBesideError(f"'{name[:_LONGEST]}' cannot be looked up: {reason}") from error
     if not inside:
         hint = "name a file beside this one, or in a folder below"
         raise FileBesideError(f"'{name[:_LONGEST]}' is outside this file's folder", hint=hint)
-    if not there:
-        names = [each.name for each in path.parent.glob("*")] if path.parent.is_dir() else []
+    if not is_file:
+        names = [file.name for file in path.parent.glob("*")] if path.parent.is_dir() else []
         hint = did_you_mean(path.name, names, f"looked in {path.parent}")
         raise FileBesideError(f"there is no file '{name[:_LONGEST]}'", hint=hint)
     return path

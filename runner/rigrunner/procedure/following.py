@@ -52,7 +52,7 @@ class Line(Settings):
 
     @property
     def written(self) -> Quantity:
-        """The limit as it is written, where the coordinate is nought."""
+        """The limit as it is written, where the coordinate is zero."""
         return self.base
 
     def of_result(self) -> Iterator[tuple[tuple[str | int, ...], Quantity]]:
@@ -66,17 +66,17 @@ class Line(Settings):
     def si_at(self, coordinates: Mapping[str, CoordinateValue]) -> float:
         """Return the limit in the SI unit at a place; raise DataError where it has none."""
         origin = self.from_
-        nought = unit("°C").offset if self.per.dimension == "temperature" else 0.0
-        away = abs(
-            _si(coordinates, self.over, self.per.dimension) - (origin.si if origin else nought)
+        zero = unit("°C").offset if self.per.dimension == "temperature" else 0.0
+        distance = abs(
+            _si(coordinates, self.over, self.per.dimension) - (origin.si if origin else zero)
         )
-        return self.base.si + self.rise.si * away / self.per.si
+        return self.base.si + self.rise.si * distance / self.per.si
 
     def as_written(self) -> dict[str, object]:
         """Return it as a file has it; read back, it is the same."""
-        given = {"base": str(self.base), "rise": str(self.rise), "per": str(self.per)}
-        origin = {} if self.from_ is None else {"from": str(self.from_)}
-        return {**given, "over": self.over, **origin}
+        members = {"base": str(self.base), "rise": str(self.rise), "per": str(self.per)}
+        start = {} if self.from_ is None else {"from": str(self.from_)}
+        return {**members, "over": self.over, **start}
 
 
 class Table(Settings):
@@ -90,8 +90,8 @@ class Table(Settings):
 
     @model_validator(mode="after")
     def _is_in_order(self) -> Self:
-        for place in (0, 1):
-            kinds = {each[place].dimension for each in self.points}
+        for index in (0, 1):
+            kinds = {point[index].dimension for point in self.points}
             if len(kinds) > 1:
                 raise ValueError(f"the points are of several kinds: {', '.join(sorted(kinds))}")
         for (before, _), (after, _) in pairwise(self.points):
@@ -121,8 +121,8 @@ class Table(Settings):
             # A coordinate at an end of the table may be beyond it by the rounding of units.
             tolerance = 1e-9 * (after.si - before.si)
             if before.si - tolerance <= x <= after.si + tolerance:
-                part = (x - before.si) / (after.si - before.si)
-                return low.si + part * (high.si - low.si)
+                share = (x - before.si) / (after.si - before.si)
+                return low.si + share * (high.si - low.si)
         first, last = self.points[0][0], self.points[-1][0]
         at = coordinates[self.over]
         raise DataError(f"the limit is known from {first} to {last}, not at {at}")
@@ -150,13 +150,13 @@ End = Annotated[
 
 
 def _si(coordinates: Mapping[str, CoordinateValue], name: str, kind: str) -> float:
-    found = coordinates.get(name)
-    if found is None or isinstance(found.value, str):
+    coordinate = coordinates.get(name)
+    if coordinate is None or isinstance(coordinate.value, str):
         raise DataError(f"the limit follows '{name}', and the result has no such number")
-    known = unit(found.unit or "1")
-    if known.dimension != kind:
+    unit_ = unit(coordinate.unit or "1")
+    if unit_.dimension != kind:
         raise DataError(
             f"the limit follows {with_article(kind)}, and '{name}' is"
-            f" {with_article(known.dimension)}"
+            f" {with_article(unit_.dimension)}"
         )
-    return found.value * known.factor + known.offset
+    return coordinate.value * unit_.factor + unit_.offset

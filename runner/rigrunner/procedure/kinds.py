@@ -40,13 +40,13 @@ class Kinds:
 def kinds_of(registry: Registry) -> Kinds:
     """Return what a registry has; raise PluginError where two plugins bring one kind of step.
 
-    Of two analyses of one name the check of the plugins tells.
+    Two analyses of one name are reported by the check of the plugins.
     """
     steps = (registry.find("step", name).record for name in registry.names("step"))
-    every = (plugin.record for plugin in registry.plugins)
+    records = (plugin.record for plugin in registry.plugins)
     return Kinds(
-        {each.name: each for each in steps if isinstance(each, StepRecord)},
-        {each.name: each for each in every if isinstance(each, AnalysisRecord)},
+        {step.name: step for step in steps if isinstance(step, StepRecord)},
+        {record.name: record for record in records if isinstance(record, AnalysisRecord)},
     )
 
 
@@ -61,14 +61,14 @@ def measurand_models(context: Mapping[str, Any]) -> tuple[type[Settings], ...]:
 
     Of all that are known where the context of the validation does not say which are asked for.
     """
-    known = (context.get(KINDS) or installed_kinds()).analyses
-    records = [known[name] for name in context.get(ASKED, known) if name in known]
+    analyses = (context.get(KINDS) or installed_kinds()).analyses
+    records = [analyses[name] for name in context.get(ASKED, analyses) if name in analyses]
     models: dict[type[Settings], None] = {}
-    for each in records:
-        # Else the key is kept as written, and refused where a result is held against it.
+    for record in records:
+        # Else the key is kept as written, and refused where it is applied to a result.
         with suppress(PluginError):
-            if each.limit_measurand_model is not None:
-                models[each.limit_measurand_model] = None
+            if record.limit_measurand_model is not None:
+                models[record.limit_measurand_model] = None
     return tuple(models)
 
 
@@ -84,5 +84,5 @@ def read_with_key(key: str, model: type[Settings], value: object, context: Any =
 def _reader(key: str, model: type[Settings]) -> SchemaValidator:
     # Models of settings are built when they are first used, and this one may be the first use.
     model.model_rebuild()
-    held = core_schema.typed_dict_field(model.__pydantic_core_schema__)
-    return SchemaValidator(core_schema.typed_dict_schema({key: held}))
+    field = core_schema.typed_dict_field(model.__pydantic_core_schema__)
+    return SchemaValidator(core_schema.typed_dict_schema({key: field}))

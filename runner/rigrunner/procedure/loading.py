@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from rigrunner.api.errors import InvalidFileError, Problem
 from rigrunner.procedure.kinds import ASKED, KINDS, STORED
 from rigrunner.procedure.model import Procedure
-from rigrunner.procedure.references import resolve, with_given
+from rigrunner.procedure.references import resolve, with_values
 from rigrunner.procedure.walk import steps_of
 from rigrunner.yamlfile import parse, validate
 from rigrunner.yamlfile.document import dotted
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from rigrunner.procedure.kinds import Kinds
     from rigrunner.procedure.questions import Input
-    from rigrunner.procedure.references import Given
+    from rigrunner.procedure.references import Values
     from rigrunner.yamlfile import Document
     from rigrunner.yamlfile.document import Path as DocumentPath
 
@@ -47,17 +47,17 @@ class LoadedProcedure:
     @property
     def inputs(self) -> dict[str, Input]:
         """All that is asked at the start: by what it calls, and by itself, which comes first."""
-        asked = dict(self.model.inputs)
-        for each in self.all_called():
-            asked = {**each.model.inputs, **asked}
-        return asked
+        inputs = dict(self.model.inputs)
+        for called in self.all_called():
+            inputs = {**called.model.inputs, **inputs}
+        return inputs
 
     @property
     def called_texts(self) -> dict[str, str]:
         """The text of each procedure that is called, by its path from the folder of this one."""
         return {
-            Path(each.document.name).relative_to(self.folder).as_posix(): each.text
-            for each in self.all_called()
+            Path(called.document.name).relative_to(self.folder).as_posix(): called.text
+            for called in self.all_called()
         }
 
     @property
@@ -67,9 +67,9 @@ class LoadedProcedure:
 
     def all_called(self) -> Iterator[LoadedProcedure]:
         """Yield the procedures that it calls, and that these call."""
-        for each in self.called.values():
-            yield each
-            yield from each.all_called()
+        for called in self.called.values():
+            yield called
+            yield from called.all_called()
 
 
 class InconsistentProcedureError(InvalidFileError):
@@ -83,7 +83,7 @@ class InconsistentProcedureError(InvalidFileError):
 def parse_procedure(
     text: str,
     name: str,
-    given: Given | None = None,
+    values: Values | None = None,
     kinds: Kinds | None = None,
     *,
     stored: bool = False,
@@ -94,14 +94,14 @@ def parse_procedure(
     `stored`: of a run that was done, whose plugins may be missing here; it may be in an older form
     of the language. What it calls is not looked up. Raises InvalidFileError with all that is wrong.
     """
-    written = parse(upgraded(text, name) if stored else text, name)
-    refuse_older(written)
-    document = resolve(with_given(written, given or {}))
+    parsed = parse(upgraded(text, name) if stored else text, name)
+    refuse_older(parsed)
+    document = resolve(with_values(parsed, values or {}))
     # The names of the analyses, as far as they are written as they should be.
-    listed = document.part(("analysis",))
-    named = [each for each in listed if isinstance(each, dict)] if isinstance(listed, list) else []
-    asked = [str(each) for mapping in named for each in mapping]
-    context = {KINDS: kinds, STORED: stored, ASKED: asked}
+    part = document.part(("analysis",))
+    entries = part if isinstance(part, list) else []
+    analyses = [str(name) for entry in entries if isinstance(entry, dict) for name in entry]
+    context = {KINDS: kinds, STORED: stored, ASKED: analyses}
     model = validate(Procedure, document, context=context)
     # Of the text as it stands, upgraded or not: approvals and documents name it by this.
     digest = _sha256(text)
@@ -121,7 +121,7 @@ def texts_digest(text: str, called: Mapping[str, str]) -> str:
     """
     # Not the name of the procedure's own file, which may be renamed.
     names = [("procedure", text), *sorted(called.items())]
-    return _sha256("".join(f"{_sha256(each)}  {name}\n" for name, each in names))
+    return _sha256("".join(f"{_sha256(content)}  {name}\n" for name, content in names))
 
 
 def _sha256(text: str) -> str:

@@ -67,9 +67,7 @@ class Procedure(Settings):
     @property
     def analyses_at(self) -> tuple[tuple[Path, AnalysisRef], ...]:
         """All analyses, each with where its settings stand in the file."""
-        return tuple(
-            (("analysis", index, each.name), each) for index, each in enumerate(self.analysis)
-        )
+        return tuple((("analysis", i, ref.name), ref) for i, ref in enumerate(self.analysis))
 
     def with_analyses(self, analyses: tuple[AnalysisRef, ...]) -> Self:
         """Return the procedure with other analyses."""

@@ -16,6 +16,7 @@ from rigrunner.api.settings import (
     Settings,
     YesNo,
 )
+from rigrunner.api.units import with_article
 
 Timeout = Annotated[
     PositiveDuration | None,
@@ -64,12 +65,10 @@ class Bounds(Settings):
     def _refuse_no_range(self) -> None:
         if self.min is None and self.max is None:
             raise ValueError("a limit needs max, min, or both")
-        given = [each for each in (self.min, self.max, self.marginal) if each is not None]
-        kinds = list(dict.fromkeys(each.dimension for each in given))
-        if len(kinds) > 1:
-            raise ValueError(
-                f"'{given[0]}' is a {kinds[0]}, but '{given[-1]}' is a {given[-1].dimension}"
-            )
+        bounds = [bound for bound in (self.min, self.max, self.marginal) if bound is not None]
+        kinds = [with_article(bound.dimension) for bound in bounds]
+        if len(set(kinds)) > 1:
+            raise ValueError(f"'{bounds[0]}' is {kinds[0]}, but '{bounds[-1]}' is {kinds[-1]}")
         if self.min is None or self.max is None:
             return
         if self.min.si >= self.max.si:
@@ -151,24 +150,24 @@ class RecordedBand(Bounds):
         of_samples = self.min is not None or self.max is not None
         if of_samples or self.marginal is not None or not self.statistics:
             self._refuse_no_range()
-        for one, statistic in (("min", "minimum"), ("max", "maximum")):
-            if getattr(self, one) is not None and statistic in self.statistics:
+        for key, statistic in (("min", "minimum"), ("max", "maximum")):
+            if getattr(self, key) is not None and statistic in self.statistics:
                 raise ValueError(
-                    f"'{one}' and '{statistic}' limit the same value: give one of them"
+                    f"'{key}' and '{statistic}' limit the same value: give one of them"
                 )
         return self
 
     @property
     def statistics(self) -> dict[str, Band | DifferenceBand]:
         """The statistics that have limits, by their names."""
-        given = {name: getattr(self, name) for name in STATISTICS}
-        return {name: band for name, band in given.items() if band is not None}
+        bands = {name: getattr(self, name) for name in STATISTICS}
+        return {name: band for name, band in bands.items() if band is not None}
 
     @property
     def of_samples(self) -> dict[str, tuple[AnyQuantity | None, AnyQuantity | None]]:
         """What `min` and `max` say of the extremes, by their names: lowest and highest allowed."""
-        found = {"minimum": (self.min, None), "maximum": (None, self.max)}
-        return {name: ends for name, ends in found.items() if ends != (None, None)}
+        extremes = {"minimum": (self.min, None), "maximum": (None, self.max)}
+        return {name: ends for name, ends in extremes.items() if ends != (None, None)}
 
 
 RecordedLimits = Annotated[

@@ -21,30 +21,30 @@ PARAMETERS = "parameters"
 _NAME = re.compile(r"\$([A-Za-z][A-Za-z0-9_]*)")
 _ESCAPE = "$$"
 
-Given = Mapping[str, tuple[Document, Path]]
+Values = Mapping[str, tuple[Document, Path]]
 """Values for parameters, by name: each a document and where it stands there."""
 
 
-def with_given(document: Document, given: Given) -> Document:
-    """Return the document with given values in the place of its own parameters'.
+def with_values(document: Document, values: Values) -> Document:
+    """Return the document with values in the place of its own parameters'.
 
     Raises InvalidFileError with every value for a parameter that the document does not have.
     """
-    known = document.part((PARAMETERS,)) or {}
-    unknown = {name: place for name, place in given.items() if name not in known}
-    if unknown:
+    parameters = document.part((PARAMETERS,)) or {}
+    extra = {name: place for name, place in values.items() if name not in parameters}
+    if extra:
         raise InvalidFileError(
             Problem(
                 f"{document.name} has no parameter '{name}'",
-                other.where(at, key=True),
+                source.where(at, key=True),
                 dotted(at),
-                _near(name, known, mark=""),
+                _near(name, parameters, mark=""),
             )
-            for name, (other, at) in unknown.items()
+            for name, (source, at) in extra.items()
         )
-    values = {name: other.part(at) for name, (other, at) in given.items()}
-    data = {**document.data, PARAMETERS: {**known, **values}} if given else document.data
-    return replace(document, data=data, given={(PARAMETERS, n): p for n, p in given.items()})
+    replaced = {name: source.part(at) for name, (source, at) in values.items()}
+    data = {**document.data, PARAMETERS: {**parameters, **replaced}} if values else document.data
+    return replace(document, data=data, given={(PARAMETERS, n): at for n, at in values.items()})
 
 
 def resolve(document: Document) -> Document:
@@ -55,20 +55,21 @@ def resolve(document: Document) -> Document:
     """
     if not isinstance(document.data, dict):
         return document
-    found = document.data.get(PARAMETERS)
-    parameters = found if isinstance(found, dict) else {}
+    section = document.data.get(PARAMETERS)
+    parameters = section if isinstance(section, dict) else {}
     texts = dict(_texts(document.data, ()))
-    used = {path: text for path, text in texts.items() if _is_reference(text)}
+    references = {path: text for path, text in texts.items() if _is_reference(text)}
     counters = {text for path, text in texts.items() if path[-2:] == ("repeat", "as")}
     problems = [
         Problem(message, document.where(path), dotted(path), hint)
-        for path, text in used.items()
+        for path, text in references.items()
         for message, hint in _complaints(path, text, parameters, counters)
     ]
     if problems:
         raise InvalidFileError(problems)
-    data = _replaced(document.data, parameters)
-    return replace(document, data=data, origins={p: (PARAMETERS, t[1:]) for p, t in used.items()})
+    data = _resolved(document.data, parameters)
+    origins = {path: (PARAMETERS, text[1:]) for path, text in references.items()}
+    return replace(document, data=data, origins=origins)
 
 
 def _texts(node: Any, path: Path) -> Iterator[tuple[Path, str]]:
@@ -83,7 +84,7 @@ def _texts(node: Any, path: Path) -> Iterator[tuple[Path, str]]:
 
 
 def _complaints(
-    path: Path, text: str, known: Mapping[str, Any], counters: Collection[str]
+    path: Path, text: str, parameters: Mapping[str, Any], counters: Collection[str]
 ) -> Iterator[tuple[str, str]]:
     match = _NAME.fullmatch(text)
     if match is None:
@@ -91,17 +92,17 @@ def _complaints(
         yield f"'{text[:40]}' is not a reference", hint
     elif path[:1] == (PARAMETERS,):
         yield f"a parameter cannot refer to another, got '{text}'", "write the value"
-    elif match[1] in counters and match[1] not in known:
+    elif match[1] in counters and match[1] not in parameters:
         hint = "its value cannot be used in a step: write a sweep over a list of values"
         yield f"'{match[1]}' counts a repeat and is not a parameter", hint
-    elif match[1] not in known:
-        yield f"there is no parameter '{match[1]}'", _near(match[1], known, mark="$")
+    elif match[1] not in parameters:
+        yield f"there is no parameter '{match[1]}'", _near(match[1], parameters, mark="$")
 
 
-def _near(name: str, known: Iterable[str], mark: str) -> str:
-    names = list(known)
+def _near(name: str, parameters: Iterable[str], mark: str) -> str:
+    names = list(parameters)
     near = difflib.get_close_matches(name, names, n=1)
-    listing = ", ".join(f"{mark}{each}" for each in names) or "none"
+    listing = ", ".join(f"{mark}{name}" for name in names) or "none"
     return f"did you mean '{mark}{near[0]}'?" if near else f"parameters: {listing}"
 
 
@@ -109,14 +110,14 @@ def _is_reference(text: str) -> bool:
     return text.startswith("$") and not text.startswith(_ESCAPE)
 
 
-def _replaced(node: Any, parameters: Mapping[str, Any]) -> Any:
+def _resolved(node: Any, parameters: Mapping[str, Any]) -> Any:
     if isinstance(node, str):
         if _is_reference(node):
             # With no parameters: a value that refers to another one was refused, and `$$` is left.
-            return _replaced(parameters[node[1:]], {})
+            return _resolved(parameters[node[1:]], {})
         return node.removeprefix("$") if node.startswith(_ESCAPE) else node
     if isinstance(node, dict):
-        return {key: _replaced(value, parameters) for key, value in node.items()}
+        return {key: _resolved(value, parameters) for key, value in node.items()}
     if isinstance(node, list):
-        return [_replaced(value, parameters) for value in node]
+        return [_resolved(value, parameters) for value in node]
     return node

@@ -65,7 +65,7 @@ class MeasurandKey:
     @classmethod
     def inside(cls, name: str) -> type[Settings] | None:
         """Return the model of that name, which stands in the place of an error; None for none."""
-        return next((each for each in measurand_models({}) if each.__name__ == name), None)
+        return next((model for model in measurand_models({}) if model.__name__ == name), None)
 
     @classmethod
     def __get_pydantic_core_schema__(
@@ -81,17 +81,17 @@ class MeasurandKey:
 
         Of a stored run, whose plugins may be missing here or of another version, it is kept.
         """
-        context, refused = info.context or {}, None
+        context, first_error = info.context or {}, None
         for model in measurand_models(context):
             try:
-                found: LimitedMeasurand = read_with_key(model.__name__, model, value, context)
+                measurand: LimitedMeasurand = read_with_key(model.__name__, model, value, context)
             except ValidationError as error:
-                refused = refused or error
+                first_error = first_error or error
             else:
-                _require_json(found)
-                return found
-        if refused is not None and not context.get(STORED):
-            raise refused
+                _require_json(measurand)
+                return measurand
+        if first_error is not None and not context.get(STORED):
+            raise first_error
         return UnreadMeasurand(value)
 
 
@@ -131,11 +131,11 @@ class Limit(Settings):
             raise ValueError("a limit needs max, min, or both, or plus_minus")
         if self.plus_minus is not None and len(self.ends) > 1:
             raise ValueError("'plus_minus' replaces min and max")
-        kinds = {name: end.dimension for name, end in self._written.items()}
+        kinds = {name: with_article(end.dimension) for name, end in self._written.items()}
         if len(set(kinds.values())) > 1:
-            raise ValueError(f"min is a {kinds['min']}, max a {kinds['max']}")
+            raise ValueError(f"min is {kinds['min']}, max {kinds['max']}")
         ends = self.min, self.max
-        if all(isinstance(each, Quantity) for each in ends) and self.min.si >= self.max.si:  # type: ignore[union-attr]  # quantities
+        if all(isinstance(end, Quantity) for end in ends) and self.min.si >= self.max.si:  # type: ignore[union-attr]  # quantities
             raise ValueError(f"min ({self.min}) must be below max ({self.max})")
         if self.plus_minus is not None:
             self._require_difference()
@@ -155,20 +155,20 @@ class Limit(Settings):
     @property
     def ends(self) -> dict[str, Quantity | Line | Table]:
         """The limits by their keys."""
-        found = {"min": self.min, "max": self.max, "plus_minus": self.plus_minus}
-        return {name: each for name, each in found.items() if each is not None}
+        ends = {"min": self.min, "max": self.max, "plus_minus": self.plus_minus}
+        return {name: end for name, end in ends.items() if end is not None}
 
     @property
     def _written(self) -> dict[str, Quantity]:
         return {
-            name: each if isinstance(each, Quantity) else each.written
-            for name, each in self.ends.items()
+            name: end if isinstance(end, Quantity) else end.written
+            for name, end in self.ends.items()
         }
 
     @property
     def follows(self) -> set[str]:
         """The coordinates that it follows."""
-        return {each.over for each in self.ends.values() if not isinstance(each, Quantity)}
+        return {end.over for end in self.ends.values() if not isinstance(end, Quantity)}
 
     def of_result(self) -> Iterator[tuple[tuple[str | int, ...], Quantity]]:
         """Yield each value of the result that it names, and where it stands in the limit."""
@@ -210,35 +210,35 @@ class Limit(Settings):
         return is_in(self.where, coordinates) and not excepted
 
     def objection_to(
-        self, found: ResultDefinition, asked: Sequence[str] | None = None
+        self, result: ResultDefinition, analyses: Sequence[str] | None = None
     ) -> tuple[str, str]:
         """Return why it is for another measurand than that of a result, and a hint; '' if not.
 
-        `asked` are the analyses of the procedure; left out, the hint is by all that are installed.
+        `analyses` are those of the procedure; if None, the hint is by all that are installed.
         """
         if self.measurand is None:
-            if found.measurand is None:
+            if result.measurand is None:
                 return "", ""
-            message = f"'{self.of}' is the {found.measurand}, and the key 'measurand' is missing"
-            models = measurand_models({} if asked is None else {ASKED: asked})
+            message = f"'{self.of}' is the {result.measurand}, and the key 'measurand' is missing"
+            models = measurand_models({} if analyses is None else {ASKED: analyses})
             keys = " or ".join(
-                ", ".join(key for key, field in each.model_fields.items() if field.is_required())
-                for each in models
+                ", ".join(key for key, field in model.model_fields.items() if field.is_required())
+                for model in models
             )
             return message, f"state it by the keys {keys}" if keys else ""
-        if found.measurand is None:
+        if result.measurand is None:
             message = f"'{self.of}' does not say whether it is the {self.measurand}"
             return message, "leave 'measurand' out"
         hint = "a limit applies only to results of the same measurand"
-        return self.measurand.objection(found.measurand), hint
+        return self.measurand.objection(result.measurand), hint
 
-    def unlike(self, found: ResultDefinition) -> Iterator[tuple[tuple[str | int, ...], str, str]]:
+    def misfits(self, result: ResultDefinition) -> Iterator[tuple[tuple[str | int, ...], str, str]]:
         """Yield each value that cannot be one of that result: its place, a message and a hint."""
-        for place, given in self.of_result():
-            if why := unlike(given, found):
-                yield place, *why
-        if self.plus_minus is not None and unit(found.unit).offset:
-            message = f"'{found.name}' is a temperature in {found.unit}, and no difference"
+        for place, value in self.of_result():
+            if problem := misfit(value, result):
+                yield place, *problem
+        if self.plus_minus is not None and unit(result.unit).offset:
+            message = f"'{result.name}' is a temperature in {result.unit}, and no difference"
             yield ("plus_minus",), message, "write min and max"
 
     def limits_at(self, coordinates: Mapping[str, CoordinateValue], symbol: str) -> Limits:
@@ -262,21 +262,21 @@ class Limit(Settings):
 
     def as_written(self) -> dict[str, object]:
         """Return it as a file has it, with units; read back, it is the same."""
-        given: dict[str, object] = {"of": self.of}
+        content: dict[str, object] = {"of": self.of}
         for name, places in (("where", self.where), ("except", self.except_)):
             if places:
-                written = {at: [str(each) for each in values] for at, values in places.items()}
-                given[name] = {at: v if len(v) > 1 else v[0] for at, v in written.items()}
+                texts = {at: [str(value) for value in values] for at, values in places.items()}
+                content[name] = {at: t if len(t) > 1 else t[0] for at, t in texts.items()}
         if self.each is not None:
-            given["each"] = self.each
-        given |= {name: True for name in ("mean", "worst") if getattr(self, name)}
-        given |= {
-            name: str(each) if isinstance(each, Quantity) else each.as_written()
-            for name, each in self.ends.items()
+            content["each"] = self.each
+        content |= {name: True for name in ("mean", "worst") if getattr(self, name)}
+        content |= {
+            name: str(end) if isinstance(end, Quantity) else end.as_written()
+            for name, end in self.ends.items()
         }
         if self.measurand is not None:
-            given["measurand"] = self.measurand.as_written()
-        return given | {"source": self.source}
+            content["measurand"] = self.measurand.as_written()
+        return content | {"source": self.source}
 
     @property
     def scope(self) -> str:
@@ -290,22 +290,22 @@ class Limit(Settings):
         )
 
 
-def unlike(given: Quantity, found: ResultDefinition) -> tuple[str, str] | None:
+def misfit(value: Quantity, result: ResultDefinition) -> tuple[str, str] | None:
     """Return why a value cannot be one of a result, and a hint; None if it can.
 
     A result in K may be a difference, of which 0.7 °C would be 273.85 K.
     """
-    known = unit(found.unit)
-    if given.dimension != known.dimension:
-        kinds = with_article(given.dimension), with_article(known.dimension)
-        message = f"'{given}' is {kinds[0]}; {found.name} is {kinds[1]}, in {found.unit}"
-        return message, f"write it in {found.unit}"
-    if given.unit.offset and not known.offset:
+    unit_ = unit(result.unit)
+    if value.dimension != unit_.dimension:
+        kinds = with_article(value.dimension), with_article(unit_.dimension)
+        message = f"'{value}' is {kinds[0]}; {result.name} is {kinds[1]}, in {result.unit}"
+        return message, f"write it in {result.unit}"
+    if value.unit.offset and not unit_.offset:
         message = (
-            f"'{given}' is a temperature, and {found.name}, in {found.unit}, may be a difference"
+            f"'{value}' is a temperature, and {result.name}, in {result.unit}, may be a difference"
         )
-        both = (given.number * given.unit.factor / known.factor, given.si / known.factor)
-        of_difference, of_value = (f"'{each:.6g} {found.unit}'" for each in both)
+        amounts = (value.number * value.unit.factor / unit_.factor, value.si / unit_.factor)
+        of_difference, of_value = (f"'{amount:.6g} {result.unit}'" for amount in amounts)
         return message, f"write {of_difference} for a difference, else {of_value}"
     return None
 
@@ -329,13 +329,13 @@ def _number(
     *,
     is_difference: bool = False,
 ) -> float:
-    known = unit(symbol)
+    unit_ = unit(symbol)
     if isinstance(end, Quantity):
         if end.unit.symbol == symbol:
             return end.number
         si = end.si
     else:
         si = end.si_at(coordinates)
-    offset = 0.0 if is_difference else known.offset
+    offset = 0.0 if is_difference else unit_.offset
     # 15 digits, without the rounding of the conversion: a limit reads as it was written.
-    return float(f"{(si - offset) / known.factor:.15g}")
+    return float(f"{(si - offset) / unit_.factor:.15g}")

@@ -11,7 +11,7 @@ from rigrunner.api.errors import did_you_mean
 from rigrunner.api.hooks import StepRecord
 from rigrunner.api.steps import StepSettings
 from rigrunner.procedure.kinds import KINDS, STORED, installed_kinds, read_with_key
-from rigrunner.procedure.refusals import refused
+from rigrunner.procedure.refusals import refusal
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -64,7 +64,7 @@ def _read(value: Any, info: core_schema.ValidationInfo) -> Step:
         return value
     context = info.context or {}
     kinds: Mapping[str, StepRecord] = (context.get(KINDS) or installed_kinds()).steps
-    # Of a stored run only the analysis is wanted: a kind that is not installed is kept unread.
+    # Of a stored run only the analysis is needed: a kind that is not installed is kept unread.
     if context.get(STORED) and isinstance(value, dict) and not value.keys() & kinds.keys():
         return Step(next(iter(value)), StepSettings(), _MISSING)
     kind = _known_key(value, kinds)
@@ -74,14 +74,14 @@ def _read(value: Any, info: core_schema.ValidationInfo) -> Step:
 
 def _known_key(value: object, kinds: Mapping[str, object]) -> str:
     """Return the one key; refuse what is no mapping with one key that names a kind."""
-    known = f"expected one of: {', '.join(kinds)}"
+    expected = f"expected one of: {', '.join(kinds)}"
     if not isinstance(value, dict):
-        raise refused(f"a step is a mapping with one key, such as 'settle: ...'; {known}")
+        raise refusal(f"a step is a mapping with one key, such as 'settle: ...'; {expected}")
     keys = [str(key) for key in value]
     if len(keys) != 1:
         got = " and ".join(f"'{key}'" for key in keys[:5]) or "none"
         hint = "begin each step with its own '-'" if keys else ""
-        raise refused(f"a step has one key, got {got}; {known}", hint)
+        raise refusal(f"a step has one key, got {got}; {expected}", hint)
     if keys[0] not in kinds:
-        raise refused(f"unknown step '{keys[0][:40]}'; {known}", did_you_mean(keys[0], kinds))
+        raise refusal(f"unknown step '{keys[0][:40]}'; {expected}", did_you_mean(keys[0], kinds))
     return keys[0]

@@ -28,7 +28,7 @@ SIGNIFICANT = 5e-5
 """Half a unit of the fourth significant digit, relative to the smallest number that has it."""
 NEGLIGIBLE = 1e-12
 """In the document's units: what remains of a difference that should be zero, of a number whose
-resolution nothing tells."""
+resolution is unknown."""
 # The first that is there counts: a value is printed to the digits of U.
 _WIDTHS = ("expanded_uncertainty_95", "expanded_uncertainty", "standard_uncertainty")
 _NAMES = ("recording", "name", "item", "symbol")
@@ -95,22 +95,22 @@ def _of_lists(recorded: Sequence[Any], derived: Sequence[Any], where: str) -> It
         yield from _of_checks(recorded, derived, where)
         return
     if recorded and _are(recorded, _RESULT):
-        names = {each["name"] for each in recorded}
+        names = {result["name"] for result in recorded}
         derived = [each for each in derived if not _are([each], _RESULT) or each["name"] in names]
     if len(recorded) != len(derived):
         yield Mismatch(where, f"{len(recorded)} are recorded, {len(derived)} were derived")
         return
-    rows = (each if isinstance(each, list) else [each] for each in recorded)
-    numbers = (abs(each) for row in rows for each in row if _is_number(each))
+    rows = (item if isinstance(item, list) else [item] for item in recorded)
+    numbers = (abs(number) for row in rows for number in row if _is_number(number))
     width = SIGNIFICANT * max(numbers, default=0.0)
     for index, (one, other) in enumerate(zip(recorded, derived, strict=True)):
-        known = [one.get(name) for name in _NAMES] if isinstance(one, dict) else []
-        label = next((each for each in known if isinstance(each, str) and each), index)
+        labels = [one.get(key) for key in _NAMES] if isinstance(one, dict) else []
+        label = next((text for text in labels if isinstance(text, str) and text), index)
         yield from mismatches(one, other, f"{where}/{label}", width)
 
 
 def _are(members: Sequence[Any], keys: set[str]) -> bool:
-    return bool(members) and all(isinstance(e, dict) and e.keys() >= keys for e in members)
+    return bool(members) and all(isinstance(each, dict) and each.keys() >= keys for each in members)
 
 
 def _of_checks(
@@ -120,16 +120,17 @@ def _of_checks(
 
     A check that was not recorded is a difference only if it fails: it may have been removed.
     """
-    then, now = ({each["name"]: each for each in checks} for checks in (recorded, derived))
-    for name, check in then.items():
+    recorded_checks = {check["name"]: check for check in recorded}
+    derived_checks = {check["name"]: check for check in derived}
+    for name, check in recorded_checks.items():
         place = f"{where}/{name}"
-        if name in now:
-            yield from mismatches(check, now[name], place)
+        if name in derived_checks:
+            yield from mismatches(check, derived_checks[name], place)
         else:
             yield Mismatch(place, "the check is recorded, and was not derived")
-    for name in now.keys() - then.keys():
-        if not now[name]["ok"]:
-            words = f"the check fails, and is not recorded: {now[name].get('text', '')}"
+    for name in derived_checks.keys() - recorded_checks.keys():
+        if not derived_checks[name]["ok"]:
+            words = f"the check fails, and is not recorded: {derived_checks[name].get('text', '')}"
             yield Mismatch(f"{where}/{name}", words)
 
 

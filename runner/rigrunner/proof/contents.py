@@ -28,26 +28,26 @@ _MOST = 100
 def content_in(content: bytes, suffix: str, name: str) -> Certificate:
     """Return the certificate in a JSON, HTML or PDF file, without its seal; raise DataError."""
     if suffix == ".json":
-        found = parse_certificate(content, name)
+        certificate = parse_certificate(content, name)
     else:
-        in_html = (each[1] for each in _SCRIPT.finditer(content))
+        in_html = (script[1] for script in _SCRIPT.finditer(content))
         text = next(in_html if suffix == ".html" else _in_pdf(content), None)
         if text is None:
             raise DataError(f"{name} carries no content of a certificate")
-        found = parse_certificate(text, name)
-    return found.model_copy(update={"seal": None})
+        certificate = parse_certificate(text, name)
+    return certificate.model_copy(update={"seal": None})
 
 
 def without_content(page: bytes) -> bytes:
     """Return an HTML page without the content that `content_in` reads from it."""
-    found = _SCRIPT.search(page)
-    return page if found is None else page[: found.start(1)] + page[found.end(1) :]
+    script = _SCRIPT.search(page)
+    return page if script is None else page[: script.start(1)] + page[script.end(1) :]
 
 
 def _in_pdf(content: bytes) -> Iterator[bytes]:
     """Yield the JSON attachments, which a PDF stores compressed or not."""
-    for found in islice(_ATTACHMENT.finditer(content), _MOST):
-        data = content[found.end() :]
+    for attachment in islice(_ATTACHMENT.finditer(content), _MOST):
+        data = content[attachment.end() :]
         try:
             text = zlib.decompressobj().decompress(data, _LONGEST)
         except zlib.error:

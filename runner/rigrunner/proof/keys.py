@@ -70,8 +70,8 @@ def read_private_key(path: Path, passphrase: str = "") -> Ed25519PrivateKey:
     try:
         key = pem.load_pem_private_key(content, passphrase.encode() or None)
     except TypeError as error:  # cryptography's for a passphrase that is missing, or one too many
-        wanted = "has no passphrase" if passphrase else "is protected by a passphrase"
-        raise UsageError(f"the key {path} {wanted}") from error
+        state = "has no passphrase" if passphrase else "is protected by a passphrase"
+        raise UsageError(f"the key {path} {state}") from error
     except (ValueError, UnsupportedAlgorithm) as error:
         why = "or the passphrase is wrong" if passphrase else "in PEM"
         raise UsageError(f"{path} is not a private key, {why}") from error
@@ -89,10 +89,10 @@ def read_public_keys(path: Path) -> list[Ed25519PublicKey]:
     """Return the public keys in a PEM file; raise UsageError."""
     with _readable(path):
         content = path.read_bytes()
-    found = [public_key_from(block, str(path)) for block in _PUBLIC_BLOCK.findall(content)]
-    if not found:
+    keys = [public_key_from(block, str(path)) for block in _PUBLIC_BLOCK.findall(content)]
+    if not keys:
         raise UsageError(f"{path} holds no public key", hint="it has '-----BEGIN PUBLIC KEY-----'")
-    return found
+    return keys
 
 
 def public_key_from(content: bytes, name: str) -> Ed25519PublicKey:

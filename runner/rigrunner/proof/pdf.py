@@ -29,7 +29,7 @@ except ImportError as error:
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-logging.getLogger("pypdf").addHandler(logging.NullHandler())  # what it says of forged files
+logging.getLogger("pypdf").addHandler(logging.NullHandler())  # its warnings about forged files
 
 _STORAGE = {"/Length", "/Filter", "/DecodeParms"}
 _WRITERS = {"Producer", "ModifyDate", "MetadataDate", "xmptk"}
@@ -44,7 +44,7 @@ _DEEPEST = 500
 
 
 def first_difference(
-    shown: bytes, made: bytes, same_data: Callable[[bytes, bytes], bool] = operator.eq
+    shown: bytes, derived: bytes, same_data: Callable[[bytes, bytes], bool] = operator.eq
 ) -> str:
     """Return where two PDF files would draw differently; empty if nowhere.
 
@@ -52,7 +52,7 @@ def first_difference(
     file cannot be read.
     """
     with readable():
-        ours, theirs = reader(shown), reader(made)
+        ours, theirs = reader(shown), reader(derived)
         differences = _Comparison(same_data).differences(ours.root_object, theirs.root_object, "")
         return next(differences, "")
 
@@ -69,13 +69,13 @@ def reader(content: bytes) -> PdfReader:
     A program can use the tables of the file, or search the objects itself. Both must agree, since a
     forged file could show one thing to us and another to a person.
     """
-    found = PdfReader(io.BytesIO(content), strict=True)
-    tables = {number: at for entries in found.xref.values() for number, at in entries.items()}
-    objects = {int(each[1]): each.start(1) for each in _OBJECT.finditer(content)}
+    pdf = PdfReader(io.BytesIO(content), strict=True)
+    tables = {number: at for entries in pdf.xref.values() for number, at in entries.items()}
+    objects = {int(match[1]): match.start(1) for match in _OBJECT.finditer(content)}
     tables.pop(0, None)  # the head of the list of free objects
     if tables != objects or not content.startswith(b"%PDF-") or content.count(b"%PDF-") > 1:
         raise DataError("the PDF's tables do not list the objects in it")
-    return found
+    return pdf
 
 
 @contextmanager
@@ -87,7 +87,7 @@ def readable() -> Iterator[None]:
         raise
     except (PyPdfError, RecursionError, MemoryError) as error:
         raise DataError(f"the PDF cannot be read: {error}") from error
-    except Exception as error:  # a reader of strangers' files raises whatever they provoke
+    except Exception as error:  # a foreign file can make the reader raise anything
         raise DataError(f"the PDF cannot be read: {type(error).__name__}: {error}") from error
 
 
@@ -97,9 +97,9 @@ def metadata_texts(stream: StreamObject) -> list[tuple[str, str]]:
     A property is an element, or an attribute with the same meaning.
     """
     text = stream.get_data().decode("utf-8", "replace")
-    written = (each for each in _TEXT.findall(text) if each[1].strip())
-    found = (*written, *_ATTRIBUTE.findall(text))
-    return sorted((name, words) for name, words in found if name not in _WRITERS | _SYNTAX)
+    elements = (element for element in _TEXT.findall(text) if element[1].strip())
+    texts = (*elements, *_ATTRIBUTE.findall(text))
+    return sorted((name, words) for name, words in texts if name not in _WRITERS | _SYNTAX)
 
 
 class _Comparison:
@@ -153,5 +153,5 @@ class _Comparison:
             yield where
 
 
-def _value(found: Any) -> Any:
-    return found.get_object() if isinstance(found, IndirectObject) else found
+def _value(item: Any) -> Any:
+    return item.get_object() if isinstance(item, IndirectObject) else item

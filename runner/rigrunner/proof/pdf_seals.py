@@ -53,101 +53,101 @@ class Additions:
     """Names of the signed signature fields."""
 
 
-def additions_to(issued: bytes, whole: bytes) -> Additions:
+def additions_to(issued: bytes, current: bytes) -> Additions:
     """Return the additions to an issued PDF; raise DataError if it cannot be read."""
     with readable():
-        return _Appended(reader(issued), reader(whole), issued, whole).found()
+        return _Appended(reader(issued), reader(current), issued, current).find()
 
 
 class _Appended:
-    def __init__(self, before: PdfReader, after: PdfReader, issued: bytes, whole: bytes) -> None:
+    def __init__(self, before: PdfReader, after: PdfReader, issued: bytes, current: bytes) -> None:
         self.before, self.after = before, after
-        self.issued, self.whole = issued, whole
+        self.issued, self.current = issued, current
         self.result = Additions()
 
-    def found(self) -> Additions:
+    def find(self) -> Additions:
         changed = self.result.changed
-        allowed = self._allowed()
+        allowed = self._allowed_changes()
         for name in ("/Root", "/Info"):
             if not _same(_raw(self.before.trailer, name), _raw(self.after.trailer, name)):
                 changed.append(f"another object is the {name} of the file")
         if "/Encrypt" in self.after.trailer:
             changed.append("the file was encrypted")
         for number in self._numbers():
-            one, other = self._object(self.before, number), self._object(self.after, number)
-            if not _same(one, other):
+            before, after = self._object(self.before, number), self._object(self.after, number)
+            if not _same(before, after):
                 check = allowed.get(number)
-                changed.extend(check(one, other) if check else [f"object {number} was changed"])
+                changed.extend(check(before, after) if check else [f"object {number} was changed"])
         self._check_form()
         if not self.result.seals:
             changed.append("what was appended is not a signature of the rest")
         return self.result
 
-    def _allowed(self) -> dict[int, Any]:
+    def _allowed_changes(self) -> dict[int, Any]:
         """Return the check for each object that a seal may redefine, by number."""
         trailer = self.before.trailer
         catalogue = trailer.raw_get("/Root").idnum
-        found = {catalogue: self._of_catalogue}
+        checks = {catalogue: self._of_catalogue}
         for of, name, check in (
             (trailer, "/Info", self._of_info),
             (self.before.root_object, "/Metadata", self._of_metadata),
         ):
             if isinstance(place := _raw(of, name), IndirectObject):
-                found[place.idnum] = check
+                checks[place.idnum] = check
         for index, page in enumerate(self.before.pages):
             assert page.indirect_reference is not None  # noqa: S101  (a page of a file has one)
-            found[page.indirect_reference.idnum] = self._of_page(index + 1)
-        return found
+            checks[page.indirect_reference.idnum] = self._of_page(index + 1)
+        return checks
 
     def _numbers(self) -> Iterable[int]:
-        found = {number for entries in self.before.xref.values() for number in entries}
+        numbers = {number for entries in self.before.xref.values() for number in entries}
         tables = {  # how a file stores its objects is no part of the document
             number
-            for number in found
-            if isinstance(each := self._object(self.before, number), StreamObject)
-            and each.get("/Type") in ("/XRef", "/ObjStm")
+            for number in numbers
+            if isinstance(stored := self._object(self.before, number), StreamObject)
+            and stored.get("/Type") in ("/XRef", "/ObjStm")
         }
-        return sorted((found | set(self.before.xref_objStm)) - tables - {0})
+        return sorted((numbers | set(self.before.xref_objStm)) - tables - {0})
 
     @staticmethod
     def _object(of: PdfReader, number: int) -> PdfObject | None:
         return of.get_object(IndirectObject(number, 0, of))
 
     @staticmethod
-    def _of_catalogue(one: DictionaryObject, other: DictionaryObject) -> Iterator[str]:
-        for key in _different(one, other):
-            if key in one or key not in _OF_CATALOGUE:
+    def _of_catalogue(before: DictionaryObject, after: DictionaryObject) -> Iterator[str]:
+        for key in _different(before, after):
+            if key in before or key not in _OF_CATALOGUE:
                 yield f"{key} of the catalogue was changed"
 
     @staticmethod
-    def _of_info(one: DictionaryObject, other: DictionaryObject) -> Iterator[str]:
-        for key in _different(one, other):
+    def _of_info(before: DictionaryObject, after: DictionaryObject) -> Iterator[str]:
+        for key in _different(before, after):
             if key not in _OF_INFO:
                 yield f"{key} of the document's information was changed"
 
     @staticmethod
-    def _of_metadata(one: object, other: object) -> Iterator[str]:
+    def _of_metadata(before: object, after: object) -> Iterator[str]:
         if (
-            not isinstance(one, StreamObject)
-            or not isinstance(other, StreamObject)
-            or metadata_texts(one) != metadata_texts(other)
+            not isinstance(before, StreamObject)
+            or not isinstance(after, StreamObject)
+            or metadata_texts(before) != metadata_texts(after)
         ):
             yield "the metadata were changed"
 
     def _of_page(self, page: int) -> Any:
-        def check(one: DictionaryObject, other: DictionaryObject) -> Iterator[str]:
-            for key in _different(one, other):
+        def check(before_page: DictionaryObject, after_page: DictionaryObject) -> Iterator[str]:
+            for key in _different(before_page, after_page):
                 if key != "/Annots":
                     yield f"{key} of page {page} was changed"
-            before, after = _items(one, "/Annots"), _items(other, "/Annots")
+            before, after = _items(before_page, "/Annots"), _items(after_page, "/Annots")
             if not all(map(_same, before, after)) or len(after) < len(before):
                 yield f"an annotation of page {page} was changed"
-            for each in after[len(before) :]:
-                added = each.get_object()
-                if not isinstance(added, DictionaryObject) or not _is_signature_field(added):
+            for item in after[len(before) :]:
+                field = item.get_object()
+                if not isinstance(field, DictionaryObject) or not _is_signature_field(field):
                     yield f"an annotation that is not a signature was added to page {page}"
-                elif not _is_hidden(added):
-                    name = added.get("/T", "")
+                elif not _is_hidden(field):
+                    name = field.get("/T", "")
                     self.result.drawn.append(f"the signature '{name}' on page {page}")
 
         return check
@@ -159,29 +159,29 @@ class _Appended:
         form = form.get_object() if form is not None else DictionaryObject()
         changed = self.result.changed
         changed.extend(f"the form has {key}" for key in form.keys() - _OF_FORM)
-        for each in _items(form, "/Fields"):
-            one = each.get_object()
-            if not isinstance(one, DictionaryObject) or not _is_signature_field(one):
+        for item in _items(form, "/Fields"):
+            field = item.get_object()
+            if not isinstance(field, DictionaryObject) or not _is_signature_field(field):
                 changed.append("a field that is not a signature was added")
-            elif self._is_signed(one):
-                self.result.seals.append(str(one.get("/T", "")))
+            elif self._is_signed(field):
+                self.result.seals.append(str(field.get("/T", "")))
 
-    def _is_signed(self, one: DictionaryObject) -> bool:
+    def _is_signed(self, field: DictionaryObject) -> bool:
         """Return whether a field has a signature over everything issued."""
-        value = one.get("/V")
+        value = field.get("/V")
         value = value.get_object() if value is not None else None
         if not isinstance(value, DictionaryObject) or value.get("/Type", "/Sig") not in _SEALS:
             return False
-        spans = [int(each) for each in value.get("/ByteRange", ())]
+        spans = [int(number) for number in value.get("/ByteRange", ())]
         if len(spans) != 4:  # noqa: PLR2004  (two ranges, around the signature itself)
             return False
-        start, length, after, rest = spans
-        signed, gap = self.whole[start : start + length], self.whole[start + length : after]
-        signed += self.whole[after : after + rest]
+        start, length, after, tail = spans
+        signed, gap = self.current[start : start + length], self.current[start + length : after]
+        signed += self.current[after : after + tail]
         return (
             start == 0
             and len(self.issued) <= length < after
-            and after + rest <= len(self.whole)
+            and after + tail <= len(self.current)
             and gap.startswith(b"<")
             and gap.endswith(b">")
             and _names_digest_of(signed, gap)
@@ -225,26 +225,26 @@ def _same(one: object, other: object) -> bool:
 
 def _different(one: DictionaryObject, other: DictionaryObject) -> Iterator[str]:
     for key in sorted(one.keys() | other.keys()):
-        there = key in one and key in other
-        if not there or not _same(one.raw_get(key), other.raw_get(key)):
+        in_both = key in one and key in other
+        if not in_both or not _same(one.raw_get(key), other.raw_get(key)):
             yield key
 
 
 def _items(of: DictionaryObject, key: str) -> list[PdfObject]:
-    found = of.get(key)
-    found = found.get_object() if found is not None else ()
-    return list(found) if isinstance(found, (list, tuple)) else [DictionaryObject()]
+    entries = of.get(key)
+    entries = entries.get_object() if entries is not None else ()
+    return list(entries) if isinstance(entries, (list, tuple)) else [DictionaryObject()]
 
 
-def _is_signature_field(found: DictionaryObject) -> bool:
+def _is_signature_field(annotation: DictionaryObject) -> bool:
     return (
-        found.get("/FT") == "/Sig"
-        and found.get("/Subtype", "/Widget") == "/Widget"
-        and not found.keys() & (_ACTIONS | {"/Kids", "/Parent"})
+        annotation.get("/FT") == "/Sig"
+        and annotation.get("/Subtype", "/Widget") == "/Widget"
+        and not annotation.keys() & (_ACTIONS | {"/Kids", "/Parent"})
     )
 
 
-def _is_hidden(found: DictionaryObject) -> bool:
-    left, bottom, right, top = (float(each) for each in found.get("/Rect", (0, 0, 0, 0)))
-    flags = int(found.get("/F", 0))
+def _is_hidden(annotation: DictionaryObject) -> bool:
+    left, bottom, right, top = (float(edge) for edge in annotation.get("/Rect", (0, 0, 0, 0)))
+    flags = int(annotation.get("/F", 0))
     return left == right or bottom == top or bool(flags & _HIDDEN)

@@ -33,35 +33,35 @@ def place_in(content: bytes, suffix: str, start: int, end: int) -> str:
             name for (at, name), (next_at, _) in pairwise(marks) if at < end and next_at > start
         )
     )
-    rest = len(sections) - _MOST
-    more = f" and {rest} more" if rest > 0 else ""
-    named = f" ({', '.join(sections[:_MOST])}{more})" if sections else ""
-    return f"bytes {start} to {end - 1}{'' if suffix == '.pdf' else lines}{named}"
+    omitted = len(sections) - _MOST
+    more = f" and {omitted} more" if omitted > 0 else ""
+    section_text = f" ({', '.join(sections[:_MOST])}{more})" if sections else ""
+    return f"bytes {start} to {end - 1}{'' if suffix == '.pdf' else lines}{section_text}"
 
 
 def _json_members(content: bytes) -> Iterator[tuple[int, str]]:
-    for found in _JSON_MEMBER.finditer(content):
-        yield found.start(), found[1].decode(errors="replace")
+    for member in _JSON_MEMBER.finditer(content):
+        yield member.start(), member[1].decode(errors="replace")
 
 
 def _html_headings(content: bytes) -> Iterator[tuple[int, str]]:
-    for found in _HTML_HEADING.finditer(content):
-        if found[2]:
-            yield found.start(), f"<{found[2].decode()}>"
+    for heading in _HTML_HEADING.finditer(content):
+        if heading[2]:
+            yield heading.start(), f"<{heading[2].decode()}>"
         else:
-            text = _HTML_TAG.sub(b"", found[1]).decode(errors="replace")
-            yield found.start(), f"section '{' '.join(text.split())}'"
+            text = _HTML_TAG.sub(b"", heading[1]).decode(errors="replace")
+            yield heading.start(), f"section '{' '.join(text.split())}'"
 
 
 def _pdf_objects(content: bytes) -> Iterable[tuple[int, str]]:
     """Yield the objects of a PDF, contents of pages with the page number."""
-    starts = list(_PDF_OBJECT.finditer(content))
+    objects = list(_PDF_OBJECT.finditer(content))
     pages: dict[bytes, int] = {}
-    for one, after in pairwise([found.start() for found in starts] + [len(content)]):
-        body = content[one:after]
+    for start, end in pairwise([match.start() for match in objects] + [len(content)]):
+        body = content[start:end]
         drawn = _PDF_CONTENTS.search(body) if _PDF_PAGE.search(body) else None
         if drawn:
             pages.setdefault(drawn[1], len(pages) + 1)
-    for found in starts:
-        page = f", page {pages[found[1]]}" if found[1] in pages else ""
-        yield found.start(), f"object {found[1].decode()}{page}"
+    for match in objects:
+        page = f", page {pages[match[1]]}" if match[1] in pages else ""
+        yield match.start(), f"object {match[1].decode()}{page}"

@@ -69,8 +69,8 @@ def seal(content: bytes, suffix: str) -> bytes:
 def unsealed(content: bytes, suffix: str) -> bytes:
     """Return a document without its seal; one without a seal unchanged."""
     form = _form(suffix)
-    found = _find(content, form)
-    return content if found is None else content[: found.start()] + form.opened
+    match = _find(content, form)
+    return content if match is None else content[: match.start()] + form.opened
 
 
 def check_seal(content: bytes, suffix: str) -> list[BrokenPart]:
@@ -78,18 +78,18 @@ def check_seal(content: bytes, suffix: str) -> list[BrokenPart]:
 
     Raises DataError for a missing or damaged seal.
     """
-    found = _find(content, _form(suffix))
-    if found is None:
+    match = _find(content, _form(suffix))
+    if match is None:
         raise DataError(
             "there is no seal at its end, or the seal itself was changed",
             hint="the last line of a certificate holds the SHA-256 of all lines before it",
         )
-    body = content[: found.start()]
-    whole, size, blocks = found[1].decode(), int(found[2]), found[3].decode()
+    body = content[: match.start()]
+    digest, size, blocks = match[1].decode(), int(match[2]), match[3].decode()
     if content == body + _form(suffix).line(_seal_of(body)):
         return []
     parts = _broken(body, size, blocks)
-    if hashlib.sha256(body).hexdigest() == whole or not parts:
+    if hashlib.sha256(body).hexdigest() == digest or not parts:
         raise DataError("the seal itself was changed: its digests contradict each other")
     return parts
 
@@ -103,9 +103,9 @@ def issued_part(content: bytes, suffix: str) -> bytes:
     form = _form(suffix)
     if suffix != ".pdf" or _find(content, form) is not None:
         return content
-    ends = [found.end() for found in islice(_pattern(form).finditer(content), _MOST_SEALS)]
-    whole = (end for end in ends if not check_seal(content[:end], suffix))
-    end = next(whole, ends[0] if ends else len(content))
+    ends = [match.end() for match in islice(_pattern(form).finditer(content), _MOST_SEALS)]
+    intact = (end for end in ends if not check_seal(content[:end], suffix))
+    end = next(intact, ends[0] if ends else len(content))
     return content[:end]
 
 
@@ -116,15 +116,16 @@ def _seal_of(body: bytes) -> bytes:
 
 
 def _broken(body: bytes, size: int, blocks: str) -> list[BrokenPart]:
-    found = _blocks(body, size)
-    if len(found) != len(blocks):  # bytes were added or taken away: all from there on is shifted
-        same = min(len(found), len(blocks))
-        first = next((at for at in range(0, same, _SHORT) if _at(found, at) != _at(blocks, at)), 0)
+    computed = _blocks(body, size)
+    if len(computed) != len(blocks):  # bytes were added or taken away: all from there on is shifted
+        length = min(len(computed), len(blocks))
+        starts = range(0, length, _SHORT)
+        first = next((at for at in starts if _at(computed, at) != _at(blocks, at)), 0)
         return [BrokenPart(first // _SHORT * size, len(body))]
     return [
         BrokenPart(at // _SHORT * size, min((at // _SHORT + 1) * size, len(body)))
-        for at in range(0, len(found), _SHORT)
-        if _at(found, at) != _at(blocks, at)
+        for at in range(0, len(computed), _SHORT)
+        if _at(computed, at) != _at(blocks, at)
     ]
 
 
@@ -141,8 +142,8 @@ def _blocks(body: bytes, size: int) -> str:
 
 def _find(content: bytes, form: _Form) -> re.Match[bytes] | None:
     """Find the seal: it starts within the last bytes, and ends the document."""
-    found = _pattern(form).finditer(content, max(0, len(content) - _LONGEST))
-    return next((each for each in found if each.end() == len(content)), None)
+    matches = _pattern(form).finditer(content, max(0, len(content) - _LONGEST))
+    return next((match for match in matches if match.end() == len(content)), None)
 
 
 def _pattern(form: _Form) -> re.Pattern[bytes]:

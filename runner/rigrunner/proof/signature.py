@@ -48,15 +48,15 @@ def sign_files(
     from rigrunner.proof.keys import public_pem  # noqa: PLC0415  (needs the extra 'sign')
 
     digests = {name: hashlib.sha256(content).hexdigest() for name, content in files.items()}
-    known = Signature(
+    unsigned = Signature(
         format=FORMAT,
         signer=signer,
         signed_utc=signed_utc,
         public_key=public_pem(key.public_key()),
         files=digests,
     )
-    made = base64.b64encode(key.sign(_signed_text(known))).decode()
-    return replace(known, signature=made)
+    signature = base64.b64encode(key.sign(_signed_text(unsigned))).decode()
+    return replace(unsigned, signature=signature)
 
 
 def signature_json(signature: Signature) -> str:
@@ -69,15 +69,15 @@ def parse_signature(content: bytes, name: str) -> Signature:
     try:
         # A file that is too long is refused as one without members.
         document: dict[str, Any] = json.loads(content) if len(content) <= _LONGEST else {}
-        found = Signature(**document)
+        signature = Signature(**document)
     except (TypeError, ValueError, RecursionError) as error:
         raise DataError(f"{name} is not a signature file of this program") from error
-    texts = (found.signer, found.signed_utc, found.public_key, found.signature)
-    if found.format != FORMAT or not all(isinstance(each, str) for each in texts):
+    texts = (signature.signer, signature.signed_utc, signature.public_key, signature.signature)
+    if signature.format != FORMAT or not all(isinstance(text, str) for text in texts):
         raise DataError(f"{name} is not of the format '{FORMAT}'")
-    if not isinstance(found.files, dict):
+    if not isinstance(signature.files, dict):
         raise DataError(f"{name}: 'files' must hold a digest by file name")
-    return found
+    return signature
 
 
 def check_signature(signature: Signature) -> Ed25519PublicKey:
@@ -97,6 +97,6 @@ def check_signature(signature: Signature) -> Ed25519PublicKey:
 
 
 def _signed_text(signature: Signature) -> bytes:
-    known = asdict(signature)
-    del known["signature"]
-    return json.dumps(known, sort_keys=True, separators=(",", ":")).encode()
+    members = asdict(signature)
+    del members["signature"]
+    return json.dumps(members, sort_keys=True, separators=(",", ":")).encode()

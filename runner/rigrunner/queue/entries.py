@@ -44,9 +44,9 @@ class Draft(BaseModel):
     def _read_older(cls, value: object) -> object:
         """Read the key of 0.1.0 for the only partner run."""
         if isinstance(value, dict) and ONLY in value:
-            named = value[ONLY]
-            others = {key: each for key, each in value.items() if key != ONLY}
-            return {**others, "partners": {ONLY: named}} if named else others
+            run = value[ONLY]
+            others = {key: item for key, item in value.items() if key != ONLY}
+            return {**others, "partners": {ONLY: run}} if run else others
         return value
 
     @property
@@ -79,7 +79,7 @@ class Entry(Draft):
     run: str = ""
     """Id of its run, once started."""
 
-    def told(self) -> tuple[Interference, ...]:
+    def remarks(self) -> tuple[Interference, ...]:
         """Return the remark for its run: why a test is repeated."""
         if self.repeats is None and not self.again:
             return ()

@@ -23,7 +23,7 @@ MOST_LINES = 1000
 LONGEST_LINE = 2000
 DELIMITERS = ("\t", ";", ",")
 _SEPARATOR = re.compile("sep=.", re.IGNORECASE)
-"""The first line of a CSV that tells spreadsheets what separates its cells."""
+"""The first line of a CSV that names the separator for spreadsheets."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class LineItem:
 
 
 def read_list(
-    text: str, asked: Mapping[str, Input], name: str = "list"
+    text: str, questions: Mapping[str, Input], name: str = "list"
 ) -> tuple[list[LineItem], list[Problem]]:
     """Return the specimens of a list, one per line, and its invalid lines; empty ones are skipped.
 
@@ -44,27 +44,27 @@ def read_list(
     too long or a table without names of its columns.
     """
     # Spreadsheets begin a CSV with a byte order mark.
-    first, *rest = re.split("\r\n|\r|\n", text.removeprefix("\ufeff"))
-    every = ["" if _SEPARATOR.fullmatch(first.strip()) else first, *rest]
-    lines = [(number, line) for number, line in enumerate(every, 1) if line.strip()]
-    if not asked:
+    first, *others = re.split("\r\n|\r|\n", text.removeprefix("\ufeff"))
+    all_lines = ["" if _SEPARATOR.fullmatch(first.strip()) else first, *others]
+    lines = [(number, line) for number, line in enumerate(all_lines, 1) if line.strip()]
+    if not questions:
         raise UsageError("the procedure has no inputs, so there is no specimen to give")
     if not lines:
         raise UsageError("the list is empty", hint="write one specimen per line")
     if len(lines) > MOST_LINES:
         message = f"the list has {len(lines)} lines, expected at most {MOST_LINES}"
         raise UsageError(message, hint="add it in parts")
-    header, delimiter = _header(lines[0][1], asked)
+    header, delimiter = _header(lines[0][1], questions)
     if header and len(lines) == 1:
         raise UsageError("the list has a header and no specimen", hint="add one line per specimen")
     if not header:
-        _refuse_table([line for _, line in lines], asked)
+        _refuse_table([line for _, line in lines], questions)
     problems: list[Problem] = []
     items: list[LineItem] = []
     for number, line in lines[1:] if header else lines:
         try:
             cells = _cells(line, delimiter) if header else [line]
-            items.append(LineItem(number, _inputs(cells, header or [_key(asked)], asked)))
+            items.append(LineItem(number, _inputs(cells, header or [_key(questions)], questions)))
         except AnswerError as error:
             problems.append(Problem(error.message, Location(name, number), hint=error.hint))
     return items, problems
@@ -86,60 +86,60 @@ def list_text(content: bytes, name: str = "list") -> str:
     raise DataError(f"{name} is not a text file", hint="save the table as CSV")
 
 
-def accepted_inputs(given: Mapping[str, str], asked: Mapping[str, Input]) -> dict[str, str]:
+def accepted_inputs(answers: Mapping[str, str], questions: Mapping[str, Input]) -> dict[str, str]:
     """Return inputs in the form for the record; raise UsageError for an invalid one."""
-    found = {}
-    for name, text in given.items():
-        if name not in asked:
-            hint = f"it asks for: {', '.join(asked) or 'nothing'}"
+    accepted = {}
+    for name, text in answers.items():
+        if name not in questions:
+            hint = f"it asks for: {', '.join(questions) or 'nothing'}"
             raise UsageError(f"the procedure has no input '{name[:60]}'", hint=hint)
         try:
-            found[name] = asked[name].expected.accept(text)
+            accepted[name] = questions[name].expected.accept(text)
         except AnswerError as error:
             raise UsageError(f"{name}: {error.message}", hint=error.hint) from error
-        if not found[name]:
+        if not accepted[name]:
             raise UsageError(f"{name}: got nothing", hint="leave it out to be asked at the start")
-    return found
+    return accepted
 
 
-def _key(asked: Mapping[str, Input]) -> str:
-    return SPECIMEN if SPECIMEN in asked else next(iter(asked))
+def _key(questions: Mapping[str, Input]) -> str:
+    return SPECIMEN if SPECIMEN in questions else next(iter(questions))
 
 
-def _header(line: str, asked: Mapping[str, Input]) -> tuple[list[str], str]:
+def _header(line: str, questions: Mapping[str, Input]) -> tuple[list[str], str]:
     """Return the inputs in the first line, and the separator; none for a specimen."""
-    known = {name.casefold(): name for name in asked}
+    input_names = {name.casefold(): name for name in questions}
     for delimiter in DELIMITERS:
         cells = [cell.strip() for cell in line[:LONGEST_LINE].split(delimiter)]
         cells = _without_empty_end(cells, 1)
-        names = [known.get(cell.casefold(), "") for cell in cells]
-        if _key(asked) not in names:
+        names = [input_names.get(cell.casefold(), "") for cell in cells]
+        if _key(questions) not in names:
             continue
         if "" in names:
             raise UsageError(
                 f"got the column '{cells[names.index('')][:60]}', expected inputs of the procedure",
-                hint=f"it asks for: {', '.join(asked)}",
+                hint=f"it asks for: {', '.join(questions)}",
             )
         return names, delimiter
     return [], ""
 
 
-def _refuse_table(lines: list[str], asked: Mapping[str, Input]) -> None:
+def _refuse_table(lines: list[str], questions: Mapping[str, Input]) -> None:
     """Raise UsageError if the lines are rows of a table: its columns are not known.
 
     A serial number may have a comma or a semicolon, so it takes two rows to tell. A first line that
     is nearly the name of the input, without a digit, is a misspelt name of the only column.
     """
-    first, key = lines[0].strip().casefold(), _key(asked)
+    first, key = lines[0].strip().casefold(), _key(questions)
     if not re.search("[0-9]", first) and (hint := did_you_mean(first, [key], cutoff=_NEARLY)):
         raise UsageError(f"got '{lines[0].strip()}' as the first line", hint=hint)
     for delimiter in DELIMITERS:
         counts = {line.count(delimiter) + 1 for line in lines}
         columns = max(counts)
-        several = len(lines) > 1 and len(counts) == 1
-        if columns > 1 and (delimiter == "\t" or several):
+        is_table = len(lines) > 1 and len(counts) == 1
+        if columns > 1 and (delimiter == "\t" or is_table):
             message = f"the list has {columns} columns without names"
-            hint = f"write a first line with their names, of: {', '.join(asked)}"
+            hint = f"write a first line with their names, of: {', '.join(questions)}"
             raise UsageError(message, hint=hint)
 
 
@@ -159,18 +159,18 @@ def _cells(line: str, delimiter: str) -> list[str]:
         raise AnswerError(f"is not a line of CSV: {error}") from error
 
 
-def _inputs(cells: list[str], names: list[str], asked: Mapping[str, Input]) -> dict[str, str]:
+def _inputs(cells: list[str], names: list[str], questions: Mapping[str, Input]) -> dict[str, str]:
     cells = _without_empty_end(cells, len(names))
     if len(cells) != len(names):
         count, columns = len(cells), ", ".join(names)
         words = f"got {count} {'cell' if count == 1 else 'cells'}, expected {len(names)}: {columns}"
         raise AnswerError(words)
-    found = {}
+    inputs = {}
     for name, cell in zip(names, cells, strict=True):
         if len(cell) > LONGEST_LINE:
             raise AnswerError(f"got {len(cell)} characters, expected at most {LONGEST_LINE}")
         if cell.strip():  # an empty one is asked for when the run starts
-            found[name] = asked[name].expected.accept(cell)
-    if not found.get(_key(asked)):
-        raise AnswerError(f"has no {_key(asked)}")
-    return found
+            inputs[name] = questions[name].expected.accept(cell)
+    if not inputs.get(_key(questions)):
+        raise AnswerError(f"has no {_key(questions)}")
+    return inputs

@@ -70,32 +70,32 @@ class Queue:
 
     def stations(self) -> list[str]:
         """Return the stations with entries; raise DataError for an unreadable file."""
-        return list(dict.fromkeys(each.station for each in self.entries()))
+        return list(dict.fromkeys(entry.station for entry in self.entries()))
 
     def entries(self, station: str = "") -> tuple[Entry, ...]:
         """Return the entries in order, by station; raise DataError for an unreadable file."""
-        self._part_common_file()
+        self._split_common_file()
         if station:
             return _read(self.path(station)).entries
-        return tuple(each for stored in self._all() for each in stored.entries)
+        return tuple(entry for stored in self._all() for entry in stored.entries)
 
     def shown(self, station: str = "") -> list[Shown]:
         """Return the entries in order, each with its status; of one station, if given."""
-        return [self._shown(each) for each in self.entries(station)]
+        return [self._show(entry) for entry in self.entries(station)]
 
     def get(self, number: int) -> Entry:
         """Return one entry; raise UsageError, or DataError for an unreadable file."""
-        self._part_common_file()
+        self._split_common_file()
         unread: DataError | None = None
         for path in self._files():
             try:
-                found = [each for each in _read(path).entries if each.id == number]
+                entries = [entry for entry in _read(path).entries if entry.id == number]
             except DataError as error:  # the other stations need not care
                 unread = error
                 continue
-            if found:
-                return found[0]
-        raise unread or _unknown(number)
+            if entries:
+                return entries[0]
+        raise unread or _unknown_entry_error(number)
 
     def next(self, station: str = "") -> Entry | None:
         """Return the first waiting entry; None for none.
@@ -103,12 +103,12 @@ class Queue:
         Raises UsageError while an interrupted entry needs a decision, and if entries of several
         stations wait and no station is given.
         """
-        shown = self.shown(station)
-        for each in shown:
-            if each.status == "interrupted":
-                raise _unanswered(each.entry)
-        waiting = [each.entry for each in shown if each.status == "waiting"]
-        stations = list(dict.fromkeys(each.station for each in waiting))
+        all_shown = self.shown(station)
+        for shown in all_shown:
+            if shown.status == "interrupted":
+                raise _interrupted_error(shown.entry)
+        waiting = [shown.entry for shown in all_shown if shown.status == "waiting"]
+        stations = list(dict.fromkeys(shown.station for shown in waiting))
         if len(stations) > 1:
             message = f"entries of {len(stations)} stations wait: {', '.join(stations)}"
             raise UsageError(message, hint="name one of them: --station")
@@ -132,10 +132,10 @@ class Queue:
         """
         if invalid and not drafts:
             raise InvalidFileError(invalid)
-        (station,) = {each.station for each in drafts}
-        specimens = {each.specimen for each in drafts} if procedure_id else ()
+        (station,) = {draft.station for draft in drafts}
+        specimens = {draft.specimen for draft in drafts} if procedure_id else ()
         tested = tested_before(self._runs, procedure_id, specimens)
-        made: list[Entry] = []
+        added: list[Entry] = []
 
         def change(stored: Stored) -> Stored:
             if len(stored.entries) + len(drafts) > MOST_ENTRIES:
@@ -143,48 +143,48 @@ class Queue:
                     f"the queue has room for {MOST_ENTRIES} entries",
                     hint="clear finished entries first",
                 )
-            everywhere = self._all()
-            free = max((each.next for each in everywhere), default=1)
-            known = [entry for each in everywhere for entry in each.entries]
+            all_stored = self._all()
+            next_id = max((stored.next for stored in all_stored), default=1)
+            queued = [entry for stored in all_stored for entry in stored.entries]
             problems = list(invalid)
             for draft in drafts:
-                if self._same_test(made, draft) is not None:
+                if self._same_test(added, draft) is not None:
                     problems.append(Problem(f"{draft.specimen} is in the list twice"))
                     continue
-                same = self._same_test(known, draft)
+                same = self._same_test(queued, draft)
                 problem = _problem(draft, same, tested.get(draft.specimen, ""))
                 if problem is not None and not (draft.again and problem.field):
                     problems.append(problem)
-                asked = set(type(draft).model_fields) - {"again"}
+                fields = set(type(draft).model_fields) - {"again"}
                 again = draft.again if problem is not None else ""
                 entry = Entry(
-                    **draft.model_dump(include=asked),
+                    **draft.model_dump(include=fields),
                     again=again,
-                    id=free + len(made),
+                    id=next_id + len(added),
                     state="proposed" if proposed else "waiting",
                     by=by,
                     added_utc=utc_text(now),
                     repeated_by=by if again else "",
                 )
-                made.append(entry)
+                added.append(entry)
             if problems:
                 raise InvalidFileError(problems)
-            return Stored(next=free + len(made), entries=(*stored.entries, *made))
+            return Stored(next=next_id + len(added), entries=(*stored.entries, *added))
 
         self._change(station, change)
-        return made
+        return added
 
     def move(self, number: int, before: int | None) -> None:
         """Move an entry that has not started before another one of its station, or to the end."""
 
         def change(stored: Stored) -> Stored:
-            entry = self._in(stored, number, *_MOVABLE)
-            rest = [each for each in stored.entries if each.id != number]
+            entry = self._entry_in(stored, number, *_MOVABLE)
+            others = [entry for entry in stored.entries if entry.id != number]
             if before is not None and before != number:
-                at = rest.index(_found(stored.entries, before))
+                at = others.index(_entry(stored.entries, before))
             else:
-                at = len(rest) if before is None else stored.entries.index(entry)
-            return stored.model_copy(update={"entries": (*rest[:at], entry, *rest[at:])})
+                at = len(others) if before is None else stored.entries.index(entry)
+            return stored.model_copy(update={"entries": (*others[:at], entry, *others[at:])})
 
         self._change(self.get(number).station, change)
 
@@ -204,30 +204,30 @@ class Queue:
 
     def repeat(self, number: int, by: str, reason: str, now: datetime) -> Entry:
         """Return a new entry for the same test, placed right after the one it repeats."""
-        made: list[Entry] = []
+        added: list[Entry] = []
 
         def change(stored: Stored) -> Stored:
-            old = self._in(stored, number, "done", "interrupted", "skipped", "closed")
-            again = [each for each in stored.entries if each.repeats == number]
-            if any(self._shown(each).status in OPEN for each in again):
-                raise UsageError(f"entry {number} was already repeated: entry {again[-1].id}")
-            free = max(each.next for each in self._all())
+            old = self._entry_in(stored, number, "done", "interrupted", "skipped", "closed")
+            repeats = [entry for entry in stored.entries if entry.repeats == number]
+            if any(self._show(repeat).status in OPEN for repeat in repeats):
+                raise UsageError(f"entry {number} was already repeated: entry {repeats[-1].id}")
+            next_id = max(stored.next for stored in self._all())
             new = old.model_copy(
                 update={
-                    "id": free, "state": "waiting", "by": by, "added_utc": utc_text(now),
+                    "id": next_id, "state": "waiting", "by": by, "added_utc": utc_text(now),
                     "reason": reason, "again": reason, "repeats": number, "repeated_by": by,
                     "run": "",
                 }
             )  # fmt: skip
-            made.append(new)
-            if self._shown(old).status == "interrupted":
+            added.append(new)
+            if self._show(old).status == "interrupted":
                 old = old.model_copy(update={"state": "closed", "by": by, "reason": reason})
-            at = [each.id for each in stored.entries].index(number)
+            at = [entry.id for entry in stored.entries].index(number)
             entries = (*stored.entries[:at], old, new, *stored.entries[at + 1 :])
-            return Stored(next=free + 1, entries=entries)
+            return Stored(next=next_id + 1, entries=entries)
 
         self._change(self.get(number).station, change)
-        return made[0]
+        return added[0]
 
     def clear(self, station: str = "") -> int:
         """Remove finished entries, and return their number; their runs stay."""
@@ -235,12 +235,12 @@ class Queue:
 
         def change(stored: Stored) -> Stored:
             nonlocal removed
-            left = tuple(each for each in stored.entries if self._shown(each).status in OPEN)
+            left = tuple(each for each in stored.entries if self._show(each).status in OPEN)
             removed += len(stored.entries) - len(left)
             return stored.model_copy(update={"entries": left})
 
-        for each in [station] if station else self.stations():
-            self._change(each, change)
+        for name in [station] if station else self.stations():
+            self._change(name, change)
         return removed
 
     @contextmanager
@@ -252,11 +252,11 @@ class Queue:
         entry that is not waiting.
         """
         entry = self.get(number)
-        if self._shown(entry).status == "interrupted":  # held below, it would be 'running'
-            raise _unanswered(entry)
+        if self._show(entry).status == "interrupted":  # once locked below, it would be 'running'
+            raise _interrupted_error(entry)
         lock = self._entry_lock(number)
         try:
-            with self._looking():
+            with self._probe_lock():
                 lock.acquire(timeout=0)
         except Timeout as error:
             raise UsageError(f"entry {number} is already running") from error
@@ -283,12 +283,12 @@ class Queue:
         if not self.get(number).run:
             self._replace(number, state="held", reason=reason)
 
-    def _shown(self, entry: Entry) -> Shown:
+    def _show(self, entry: Entry) -> Shown:
         if entry.state != "started":
             return Shown(entry, entry.state)
         if entry.run in self._outcomes:
             return Shown(entry, "done", self._outcomes[entry.run])
-        if self._is_held(entry.id):
+        if self._is_locked(entry.id):
             return Shown(entry, "running")
         if entry.run:
             run = listed_run(self._runs, entry.run)
@@ -301,14 +301,14 @@ class Queue:
         return Shown(entry, "interrupted")
 
     def _same_test(self, entries: Iterable[Entry], draft: Draft) -> Shown | None:
-        for each in entries:
-            if each.state not in ("skipped", "closed") and each.is_same_test(draft):
-                return self._shown(each)
+        for entry in entries:
+            if entry.state not in ("skipped", "closed") and entry.is_same_test(draft):
+                return self._show(entry)
         return None
 
     def _set(self, number: int, state: State, by: str, reason: str, *allowed: str) -> None:
         def change(stored: Stored) -> Stored:
-            entry = self._in(stored, number, *allowed)
+            entry = self._entry_in(stored, number, *allowed)
             new = entry.model_copy(update={"state": state, "by": by, "reason": reason})
             return _with(stored, new)
 
@@ -318,13 +318,13 @@ class Queue:
         self._change(
             self.get(number).station,
             lambda stored: _with(
-                stored, _found(stored.entries, number).model_copy(update=dict(fields))
+                stored, _entry(stored.entries, number).model_copy(update=dict(fields))
             ),
         )
 
-    def _in(self, stored: Stored, number: int, *allowed: str) -> Entry:
-        entry = _found(stored.entries, number)
-        status = self._shown(entry).status
+    def _entry_in(self, stored: Stored, number: int, *allowed: str) -> Entry:
+        entry = _entry(stored.entries, number)
+        status = self._show(entry).status
         if status not in allowed:
             expected = " or ".join(allowed)
             raise UsageError(f"entry {number} is {status}, expected {expected}")
@@ -336,31 +336,31 @@ class Queue:
     def _all(self) -> list[Stored]:
         return [_read(path) for path in self._files()]
 
-    def _part_common_file(self) -> None:
+    def _split_common_file(self) -> None:
         """Split a file with the entries of all stations into one per station."""
-        common = self._runs / COMMON_FILE
-        if not common.exists():
+        common_file = self._runs / COMMON_FILE
+        if not common_file.exists():
             return
         with self._locked():
-            # Empty if another process has parted it meanwhile.
-            before = _read(common)
-            for station in dict.fromkeys(each.station for each in before.entries):
+            # Empty if another process has split it meanwhile.
+            common = _read(common_file)
+            for station in dict.fromkeys(entry.station for entry in common.entries):
                 path = self.path(station)
-                known = _read(path)
-                # What a parting wrote before it was interrupted is not written twice, nor undone.
-                numbers = {each.id for each in known.entries}
-                more = [
-                    each
-                    for each in before.entries
-                    if each.station == station and each.id not in numbers
+                stored = _read(path)
+                # What a split wrote before it was interrupted is not written twice, nor undone.
+                numbers = {entry.id for entry in stored.entries}
+                moved = [
+                    entry
+                    for entry in common.entries
+                    if entry.station == station and entry.id not in numbers
                 ]
-                entries = (*more, *known.entries)
-                _write(path, Stored(next=max(before.next, known.next), entries=entries))
-            with writing(common):
-                common.unlink(missing_ok=True)
+                entries = (*moved, *stored.entries)
+                _write(path, Stored(next=max(common.next, stored.next), entries=entries))
+            with writing(common_file):
+                common_file.unlink(missing_ok=True)
 
     def _change(self, station: str, change: Callable[[Stored], Stored]) -> None:
-        self._part_common_file()
+        self._split_common_file()
         with self._locked():
             path = self.path(station)
             before = _read(path)
@@ -390,16 +390,16 @@ class Queue:
     def _entry_lock(self, number: int) -> FileLock:
         return FileLock(self._lock_file(number), thread_local=False)
 
-    def _looking(self) -> FileLock:
-        """Return the lock of who looks at the lock of an entry: two who look are no run."""
+    def _probe_lock(self) -> FileLock:
+        """Return the lock for testing the lock of an entry: two such tests are no run."""
         return FileLock(self._runs / ".queue.look.lock", timeout=PATIENCE_S)
 
-    def _is_held(self, number: int) -> bool:
+    def _is_locked(self, number: int) -> bool:
         # FileLock would create it.
         if not self._lock_file(number).exists():
             return False
         try:
-            with self._looking(), self._entry_lock(number).acquire(timeout=0):
+            with self._probe_lock(), self._entry_lock(number).acquire(timeout=0):
                 return False
         except Timeout:
             return True
@@ -407,19 +407,19 @@ class Queue:
             return False
 
 
-def _found(entries: Sequence[Entry], number: int) -> Entry:
-    for each in entries:
-        if each.id == number:
-            return each
-    raise _unknown(number)
+def _entry(entries: Sequence[Entry], number: int) -> Entry:
+    for entry in entries:
+        if entry.id == number:
+            return entry
+    raise _unknown_entry_error(number)
 
 
-def _unknown(number: int) -> UsageError:
+def _unknown_entry_error(number: int) -> UsageError:
     return UsageError(f"the queue has no entry {number}")
 
 
 def _with(stored: Stored, new: Entry) -> Stored:
-    entries = tuple(new if each.id == new.id else each for each in stored.entries)
+    entries = tuple(new if entry.id == new.id else entry for entry in stored.entries)
     return stored.model_copy(update={"entries": entries})
 
 
@@ -438,16 +438,16 @@ def _problem(draft: Draft, same: Shown | None, tested: str) -> Problem | None:
     return Problem(message, field="again", hint=hint) if status == "done" else Problem(message)
 
 
-def _unanswered(entry: Entry) -> UsageError:
+def _interrupted_error(entry: Entry) -> UsageError:
     number = entry.id
-    ways = [f"continue it: 'rigrunner resume {entry.run}'"] if entry.run else []
-    ways += [
+    options = [f"continue it: 'rigrunner resume {entry.run}'"] if entry.run else []
+    options += [
         f"test it again: 'rigrunner queue repeat {number} --reason TEXT'",
         f"or close the entry: 'rigrunner queue skip {number} --reason TEXT'",
     ]
     return UsageError(
         f"the run of entry {number} ({entry.specimen or entry.procedure}) was interrupted",
-        hint="; ".join(ways),
+        hint="; ".join(options),
     )
 
 
@@ -461,10 +461,10 @@ def _read(path: Path) -> Stored:
     try:
         return Stored.model_validate_json(content)
     except ValidationError as error:
-        first = error.errors(include_url=False)[0]
-        where = ".".join(map(str, first["loc"]))
+        detail = error.errors(include_url=False)[0]
+        where = ".".join(map(str, detail["loc"]))
         raise DataError(
-            f"{path} is not a queue of this version: {where}: {first['msg']}",
+            f"{path} is not a queue of this version: {where}: {detail['msg']}",
             hint="correct the file, or move it away to start a new queue",
         ) from error
 

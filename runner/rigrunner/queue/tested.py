@@ -19,10 +19,10 @@ if TYPE_CHECKING:
 def tested_before(runs: Path, procedure_id: str, specimens: Iterable[str]) -> dict[str, str]:
     """Return a sentence with the newest run, for each specimen that a procedure has tested."""
     names = [(name, name.casefold()) for name in reversed(run_names(runs))]
-    found = {each: _newest(runs, names, procedure_id, each) for each in specimens if each}
+    newest = {each: _newest(runs, names, procedure_id, each) for each in specimens if each}
     return {
         specimen: f"{specimen} has already been tested: run {run}"
-        for specimen, run in found.items()
+        for specimen, run in newest.items()
         if run
     }
 
@@ -30,11 +30,11 @@ def tested_before(runs: Path, procedure_id: str, specimens: Iterable[str]) -> di
 def _newest(runs: Path, names: Sequence[tuple[str, str]], procedure_id: str, specimen: str) -> str:
     """Return the first of names, from the newest and each also in small letters; '' for none."""
     # The name of a folder has both, shortened: few files have to be read.
-    begin = f"_{safe_name(procedure_id)}_{safe_name(specimen)}".rstrip("_").casefold()
+    folder_part = f"_{safe_name(procedure_id)}_{safe_name(specimen)}".rstrip("_").casefold()
     for name, folded in names:
-        if begin in folded and (info := listed_run(runs, name).info) is not None:
-            tested = (info.header.procedure_id, looks(info.header.inputs.get(SPECIMEN, "")))
+        if folder_part in folded and (info := listed_run(runs, name).info) is not None:
+            test = (info.header.procedure_id, looks(info.header.inputs.get(SPECIMEN, "")))
             is_test = info.outcome in CONCLUDED and REPLAYED not in info.header.provenance
-            if is_test and tested == (procedure_id, looks(specimen)):
+            if is_test and test == (procedure_id, looks(specimen)):
                 return name
     return ""

@@ -197,7 +197,7 @@ def _refuse_other_results(result: Result, acceptance: Acceptance, analyses: Sequ
                 f"{result.run.run_id} has no result '{limit.of}'", hint=f"results: {names}"
             )
         definition = definitions[limit.of]
-        for _, message, hint in limit.unlike(definition):
+        for _, message, hint in limit.misfits(definition):
             raise DataError(f"{limit.source}: {message}", hint=hint)
         message, hint = limit.objection_to(definition, analyses)
         if message:

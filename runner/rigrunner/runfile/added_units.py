@@ -15,14 +15,14 @@ _UNIT = "unit "
 """Prefix of the names of units in the provenance of a run."""
 
 
-def unit_texts(added: Iterable[UnitDefinition]) -> dict[str, str]:
+def unit_texts(definitions: Iterable[UnitDefinition]) -> dict[str, str]:
     """Return units as texts of a run's provenance, by name."""
     texts = {}
-    for each in added:
-        scale = "logarithmic" if each.logarithmic else "linear"
-        spellings = " ".join((each.symbol, *each.spellings))
-        texts[f"{_UNIT}{each.symbol}"] = (
-            f"{each.kind}; {each.base}; {each.factor!r}; {each.offset!r}; {scale}; {spellings}"
+    for unit in definitions:
+        scale = "logarithmic" if unit.logarithmic else "linear"
+        spellings = " ".join((unit.symbol, *unit.spellings))
+        texts[f"{_UNIT}{unit.symbol}"] = (
+            f"{unit.kind}; {unit.base}; {unit.factor!r}; {unit.offset!r}; {scale}; {spellings}"
         )
     return texts
 
@@ -41,9 +41,9 @@ def _definitions(provenance: Mapping[str, str], run_id: str) -> Iterator[UnitDef
             continue
         try:
             kind, base, factor, offset, scale, spellings = text.split("; ")
-            symbol, *others = spellings.split()
+            symbol, *alternatives = spellings.split()
             yield UnitDefinition(
-                symbol, kind, base, float(factor), float(offset), tuple(others),
+                symbol, kind, base, float(factor), float(offset), tuple(alternatives),
                 logarithmic=scale == "logarithmic",
             )  # fmt: skip
         except ValueError as error:

@@ -34,16 +34,16 @@ ZEROED = "zeroed"
 
 def superseded(events: Iterable[Event]) -> frozenset[str]:
     """Return the names of the recordings whose point was repeated successfully."""
-    replaced, latest = set[str](), dict[int, str]()
+    repeated, latest = set[str](), dict[int, str]()
     for event in events:
         if isinstance(event, StepEnded) and event.ok and event.recording:
             if event.index in latest:
-                replaced.add(latest[event.index])
+                repeated.add(latest[event.index])
             latest[event.index] = event.recording
-    return frozenset(replaced)
+    return frozenset(repeated)
 
 
-class Measured(NamedTuple):
+class MeasuredRows(NamedTuple):
     """The rows of a run, in order."""
 
     rows: tuple[Measurement, ...]
@@ -56,39 +56,39 @@ class Measured(NamedTuple):
     By date and time, which continue while a run is interrupted, and over a restart.
     """
     digests: str | None = None
-    """The digests of the rows that count, one a line, where the rows themselves are not held."""
+    """The digests of the rows that count, one a line, where the rows themselves are not kept."""
 
 
 class Attempts:
     """Collects the rows of a run from its events, which it takes one by one."""
 
     def __init__(self, digest: Callable[[Measurement], str] | None = None) -> None:
-        """Hold the rows, or the `digest` of each in its place."""
+        """Keep the rows, or the `digest` of each in its place."""
         self._digest = digest
-        self._make = _Rows()
-        self._held: list[Any] = []
+        self._maker = _RowMaker()
+        self._kept: list[Any] = []
         # Of each attempt in order: the index of its step, which is its own among all steps of a
         # run, the number of its first row, and whether it was completed.
         self._steps, self._first, self._completed = array("q"), array("q"), bytearray()
 
     def take(self, event: Event) -> None:
         """Take the next event."""
-        self._make.zeros.take(event)
+        self._maker.zeros.take(event)
         match event:
             case StepStarted():
-                self._make.start(event)
+                self._maker.start(event)
                 # Its rows come one by one, before it is known whether it will be completed.
                 if event.action == "scan":
                     self._begin(event.index, completed=False)
             case Scanned() if self._steps:
-                self._hold(self._make.of_point(event))
+                self._store(self._maker.of_point(event))
             case StepEnded(ok=True, action="scan") if self._steps:
                 self._completed[-1] = True
-            case StepEnded(ok=True) if row := self._make.of_step(event):
+            case StepEnded(ok=True) if row := self._maker.of_step(event):
                 self._begin(event.index, completed=True)
-                self._hold(row)
+                self._store(row)
 
-    def measured(self) -> Measured:
+    def measured(self) -> MeasuredRows:
         """Return the rows, of each step those of its last completed attempt.
 
         Of a scan without a completed attempt the points of the last one count: each of them was
@@ -97,37 +97,37 @@ class Attempts:
         latest: dict[int, int] = {}
         counts = bytearray(len(self._steps))
         for number, step in enumerate(self._steps):
-            before = latest.get(step, number)
-            if self._completed[number] or not self._completed[before]:
-                counts[before], counts[number], latest[step] = False, True, number
-        began, timed = self._make.began, self._make.timed
+            previous = latest.get(step, number)
+            if self._completed[number] or not self._completed[previous]:
+                counts[previous], counts[number], latest[step] = False, True, number
+        began, timed = self._maker.began, self._maker.with_time
         if self._digest is not None:
-            return Measured((), (), began, lines_of(self._rows(counts, which=True)))
-        counting, others = (map(timed, self._rows(counts, which=each)) for each in (True, False))
-        return Measured(tuple(counting), tuple(others), began)
+            return MeasuredRows((), (), began, lines_of(self._rows(counts, which=True)))
+        counting, others = (map(timed, self._rows(counts, which=which)) for which in (True, False))
+        return MeasuredRows(tuple(counting), tuple(others), began)
 
     def _begin(self, step: int, *, completed: bool) -> None:
         self._steps.append(step)
-        self._first.append(len(self._held))
+        self._first.append(len(self._kept))
         self._completed.append(completed)
 
-    def _hold(self, row: Measurement) -> None:
-        self._held.append(row if self._digest is None else self._digest(row))
+    def _store(self, row: Measurement) -> None:
+        self._kept.append(row if self._digest is None else self._digest(row))
 
     def _rows(self, counts: bytearray, *, which: bool) -> Iterator[Any]:
         """Yield the rows of the attempts that count, or of the others, in order."""
-        ends = pairwise(chain(self._first, (len(self._held),)))
+        ends = pairwise(chain(self._first, (len(self._kept),)))
         for (first, end), count in zip(ends, counts, strict=True):
             if count == which:
-                yield from self._held[first:end]
+                yield from self._kept[first:end]
 
 
 _UNKNOWN = StepStarted(seq=0, monotonic_s=0.0, utc="", step="", index=0, action="", text="")
 
 
 @dataclass(eq=False)
-class _Rows:
-    """Makes rows of events. What many rows have in common, such as their limits, is held once."""
+class _RowMaker:
+    """Makes rows of events. What many rows have in common, such as their limits, is stored once."""
 
     started: StepStarted = _UNKNOWN
     """The start of the present step. It has the limits, and for a scan the units."""
@@ -135,7 +135,7 @@ class _Rows:
     began: datetime | None = None
     _common: dict[bytes, Any] = field(default_factory=dict)
     """Units, limits and shown units of rows by all that these follow from."""
-    _held: dict[bytes, Any] = field(default_factory=dict)
+    _parts: dict[bytes, Any] = field(default_factory=dict)
 
     def start(self, event: StepStarted) -> None:
         """Begin with the rows of a step."""
@@ -143,7 +143,7 @@ class _Rows:
         if self.began is None and event.step.startswith(_MAIN):
             self.began = moment(event.utc)
 
-    def timed(self, row: Measurement) -> Measurement:
+    def with_time(self, row: Measurement) -> Measurement:
         """Return a row with its time, also if `main` had not begun when it was made."""
         if row.elapsed_s is not None:
             return row
@@ -152,8 +152,8 @@ class _Rows:
 
     def of_point(self, event: Scanned) -> Measurement:
         """Return the row of a point of a scan."""
-        known = self.started.units
-        return self._row(event.measurement, event.utc, event.setpoints, event.values, known)
+        units = self.started.units
+        return self._row(event.measurement, event.utc, event.setpoints, event.values, units)
 
     def of_step(self, event: StepEnded) -> Measurement | None:
         """Return the row of a step, or None for a step without one.
@@ -163,19 +163,19 @@ class _Rows:
         """
         table, started, setpoints = event.measurement, self.started, self.started.setpoints
         if table:
-            known, readings = event.units, event.readings
+            units, readings = event.units, event.readings
             return self._row(
-                table, event.utc, event.setpoints, event.values, known, readings=readings
+                table, event.utc, event.setpoints, event.values, units, readings=readings
             )
         if not (started.limits or event.statistics):
             return None
-        found = {**event.values, **event.statistics}
-        values = {limit.of: found[limit.of] for limit in started.limits if limit.of in found}
+        measured = {**event.values, **event.statistics}
+        values = {limit.of: measured[limit.of] for limit in started.limits if limit.of in measured}
         values |= event.statistics
-        known = {**started.units, **event.units}
+        units = {**started.units, **event.units}
         members = (*setpoints, *values)
         # Of a value, of a drive, or of the channel of a statistic.
-        symbols = {name: known.get(name) or known.get(channel_of(name), "") for name in members}
+        symbols = {name: units.get(name) or units.get(channel_of(name), "") for name in members}
         units = {name: symbol for name, symbol in symbols.items() if symbol}
         table = ZEROED if event.action == "zero" else RECORDED
         return self._row(table, event.utc, setpoints, values, units, recording=event.recording)
@@ -186,23 +186,24 @@ class _Rows:
         utc: str,
         setpoints: Mapping[str, float],
         values: Mapping[str, float],
-        known: Mapping[str, str],
+        symbols: Mapping[str, str],
         *,
         readings: Mapping[str, Reading] = NONE,
         recording: str = "",
     ) -> Measurement:
         """Return a row with its coordinates and its time."""
         started = self.started
-        found, told = started.coordinates, started.written_in
-        names = (*setpoints,), (*values,), (*readings,), (*found,)
-        of = packed((names, known, started.units, told, started.limits))
-        if of not in self._common:
-            units = {name: known[name] for each in names[:3] for name in each if name in known}
-            units |= {name: started.units[name] for name in found if name in started.units}
-            shown = {name: each for name in values if (each := _shown_in(name, told))}
-            shown |= {name: told[name] for name in (*setpoints, *found) if name in told}
-            self._common[of] = [self._once(each) for each in (units, started.limits, shown)]
-        units, limits, shown = self._common[of]
+        coordinates, written_in = started.coordinates, started.written_in
+        names = (*setpoints,), (*values,), (*readings,), (*coordinates,)
+        key = packed((names, symbols, started.units, written_in, started.limits))
+        if key not in self._common:
+            measured = (*setpoints, *values, *readings)
+            units = {name: symbols[name] for name in measured if name in symbols}
+            units |= {name: started.units[name] for name in coordinates if name in started.units}
+            shown = {name: symbol for name in values if (symbol := _display_unit(name, written_in))}
+            shown |= {n: written_in[n] for n in (*setpoints, *coordinates) if n in written_in}
+            self._common[key] = [self._shared(part) for part in (units, started.limits, shown)]
+        units, limits, shown = self._common[key]
         return Measurement(
             intern(table),
             utc,
@@ -211,7 +212,7 @@ class _Rows:
             units,
             limits,
             recording,
-            coordinates=self._once(found),
+            coordinates=self._shared(coordinates),
             elapsed_s=seconds_since(self.began, utc),
             cycles=cycles_of(started, values),
             readings=readings or NONE,
@@ -220,18 +221,18 @@ class _Rows:
             zeros=self.zeros.in_force,
         )
 
-    def _once(self, part: _T) -> _T:
+    def _shared(self, part: _T) -> _T:
         """Return the part of an earlier row that is the same, or else this one."""
-        held: _T = self._held.setdefault(packed(part), part)
-        return held
+        first: _T = self._parts.setdefault(packed(part), part)
+        return first
 
 
-def _shown_in(name: str, told: Mapping[str, str]) -> str:
+def _display_unit(name: str, written_in: Mapping[str, str]) -> str:
     """Return the display unit of a value. A spread of a temperature is shown in K."""
     try:
         channel = channel_of(name)
     except ValueError as error:
         raise DataError(f"a record of the run has a value '{name}', expected role.name") from error
-    shown, statistic = told.get(channel, ""), name.removeprefix(channel)
+    shown, statistic = written_in.get(channel, ""), name.removeprefix(channel)
     follows = statistic in {"", ".mean", ".minimum", ".maximum"}
     return shown if shown and (follows or not unit(shown).offset) else ""

@@ -42,9 +42,9 @@ KINDS: Mapping[str, type[events.Event]] = {
     )
 }
 """The stored kinds of events, by name."""
-_KEPT: Any = Union[tuple(KINDS.values())]  # noqa: UP007  (of a tuple)
-_from_json: Callable[[str | bytes], events.Event] = msgspec.json.Decoder(_KEPT).decode
-_from_packed: Callable[[bytes], events.Event] = msgspec.msgpack.Decoder(_KEPT).decode
+_STORED_EVENT: Any = Union[tuple(KINDS.values())]  # noqa: UP007  (of a tuple)
+_from_json: Callable[[str | bytes], events.Event] = msgspec.json.Decoder(_STORED_EVENT).decode
+_from_packed: Callable[[bytes], events.Event] = msgspec.msgpack.Decoder(_STORED_EVENT).decode
 """Fast decoders. What they refuse is decoded again: an unknown kind, or JSON with not-a-number."""
 
 
@@ -78,10 +78,10 @@ def header_from(data: bytes, source: str) -> tuple[RunHeader, int]:
         raise DataError(f"{source} does not state its format")
     check_format(version, source)
     try:
-        plan = LongText.of(_checked(str, document.pop("plan_text", "")))
+        plan = LongText.of(_convert(str, document.pop("plan_text", "")))
     except UnicodeEncodeError as error:
         raise DataError(f"a record of the run is invalid: {error}") from error
-    return replace(_checked(RunHeader, document), plan_text=plan), version
+    return replace(_convert(RunHeader, document), plan_text=plan), version
 
 
 def check_format(version: int, source: str) -> None:
@@ -139,14 +139,14 @@ def event_unpacked(data: bytes) -> events.Event | None:
     except (msgspec.DecodeError, UnicodeError, RecursionError):
         pass  # not `suppress`, which takes a third of the time of all this
     try:
-        return _event(_checked(dict[str, Any], msgspec.msgpack.decode(data)))
+        return _event(_convert(dict[str, Any], msgspec.msgpack.decode(data)))
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
         raise DataError(f"a record of the run is not MessagePack: {error}") from error
 
 
 def _event(document: dict[str, Any]) -> events.Event | None:
     kind = KINDS.get(str(document.get("event", "")))
-    return None if kind is None else _checked(kind, document)
+    return None if kind is None else _convert(kind, document)
 
 
 def truth_bytes(recording: str, truth: Mapping[str, float]) -> bytes:
@@ -157,7 +157,7 @@ def truth_bytes(recording: str, truth: Mapping[str, float]) -> bytes:
 def truth_from(data: bytes) -> tuple[str, dict[str, float]]:
     """Return the recording's name and its truth."""
     document = _object(data)
-    return _checked(str, document.get("recording")), _checked(
+    return _convert(str, document.get("recording")), _convert(
         dict[str, float], document.get("truth")
     )
 
@@ -183,7 +183,7 @@ def block_from(data: bytes) -> tuple[str, Block]:
     try:
         (length,) = _LENGTH.unpack_from(data)
         start = _LENGTH.size + length
-        head = _checked(_BlockHead, _object(data[_LENGTH.size : start]))
+        head = _convert(_BlockHead, _object(data[_LENGTH.size : start]))
         shape = len(head.channels), head.samples
         table = np.frombuffer(data, "<f8", head.samples * len(head.channels), start).reshape(shape)
     except (struct.error, ValueError) as error:
@@ -202,10 +202,10 @@ def _object(data: str | bytes) -> dict[str, Any]:
         document = json.loads(data)
     except (ValueError, RecursionError) as error:
         raise DataError(f"a record of the run is not JSON: {error}") from error
-    return document if isinstance(document, dict) else _checked(dict[str, Any], document)
+    return document if isinstance(document, dict) else _convert(dict[str, Any], document)
 
 
-def _checked(kind: type[_T], value: object) -> _T:
+def _convert(kind: type[_T], value: object) -> _T:
     """Return the value with the annotated types, without fields of a newer version.
 
     Raises DataError.

@@ -48,15 +48,15 @@ class LongText:
         """Take the text, in parts of any length."""
         self.packed: list[bytes] = []
         """Parts of PART bytes, compressed by zlib; the last one may be shorter."""
-        rest = b""
+        unpacked = b""
         for part in parts:
-            rest += part
-            whole = len(rest) - len(rest) % PART
-            for at in range(0, whole, PART):
-                self.packed.append(zlib.compress(rest[at : at + PART], _FASTEST))
-            rest = rest[whole:]
-        if rest:
-            self.packed.append(zlib.compress(rest, _FASTEST))
+            unpacked += part
+            full = len(unpacked) - len(unpacked) % PART
+            for at in range(0, full, PART):
+                self.packed.append(zlib.compress(unpacked[at : at + PART], _FASTEST))
+            unpacked = unpacked[full:]
+        if unpacked:
+            self.packed.append(zlib.compress(unpacked, _FASTEST))
 
     @classmethod
     def of(cls, text: str) -> LongText:
@@ -65,7 +65,7 @@ class LongText:
 
     def __iter__(self) -> Iterator[bytes]:
         """Yield its parts; raise DataError for one that is damaged."""
-        return map(_unpacked, self.packed)
+        return map(_unpack, self.packed)
 
     def __str__(self) -> str:
         return b"".join(self).decode(errors="surrogateescape")
@@ -80,7 +80,7 @@ class LongText:
         return hash(str(self))
 
 
-def _unpacked(packed: bytes) -> bytes:
+def _unpack(packed: bytes) -> bytes:
     unpack = zlib.decompressobj()
     try:
         part = unpack.decompress(packed, PART)

@@ -40,20 +40,20 @@ def read_coordinates(parent: h5py.Group) -> tuple[dict[str, Coordinate], dict[st
     """Read coordinates and their units. Runs of earlier versions have none."""
     if _GROUP not in parent:
         return {}, {}
-    members = {str(each.attrs["name"]): each.attrs for each in parent[_GROUP].values()}
+    attributes = {str(member.attrs["name"]): member.attrs for member in parent[_GROUP].values()}
     # h5py gives numbers as numpy's own, and texts.
-    found = {name: each["value"] for name, each in members.items()}
+    stored = {name: attrs["value"] for name, attrs in attributes.items()}
     values = {
-        name: cast("Coordinate", each.item() if isinstance(each, np.generic) else str(each))
-        for name, each in found.items()
+        name: cast("Coordinate", value.item() if isinstance(value, np.generic) else str(value))
+        for name, value in stored.items()
     }
-    units = {name: str(each["units"]) for name, each in members.items() if "units" in each}
+    units = {name: str(attrs["units"]) for name, attrs in attributes.items() if "units" in attrs}
     return values, units
 
 
 def write_written(parent: h5py.Group, written_in: Mapping[str, str]) -> None:
     """Write the number and unit of each set-point and coordinate as in the procedure."""
-    for member in _kept(parent):
+    for member in _members(parent):
         if symbol := written_in.get(str(member.attrs["name"])):
             # A coordinate is a group with attributes, a set-point a scalar dataset.
             value = member.attrs["value"] if "value" in member.attrs else member[()]
@@ -66,16 +66,16 @@ def write_written_columns(table: h5py.Group, rows: Sequence[Measurement]) -> Non
 
     None if the rows of a column have several units: the events have them.
     """
-    for member in _kept(table):
+    for member in _members(table):
         name = str(member.attrs["name"])
-        there = [
-            one
-            for one in rows
-            if name in one.setpoints or name in one.coordinates or name in one.values
+        rows_with_it = [
+            row
+            for row in rows
+            if name in row.setpoints or name in row.coordinates or name in row.values
         ]
-        written = {one.written_in.get(name, "") for one in there}
+        written = {row.written_in.get(name, "") for row in rows_with_it}
         if len(written) == 1 and (symbol := written.pop()):
-            numbers = [from_si(float(each), symbol) for each in member[()]]
+            numbers = [from_si(float(number), symbol) for number in member[()]]
             member.attrs.update({"written": np.array(numbers), "written_in": symbol})
 
 
@@ -83,12 +83,12 @@ def read_written(parent: h5py.Group) -> dict[str, str]:
     """Read the units of set-points and coordinates in the procedure, by name."""
     return {
         str(member.attrs["name"]): str(member.attrs["written_in"])
-        for member in _kept(parent)
+        for member in _members(parent)
         if "written_in" in member.attrs
     }
 
 
-def _kept(parent: h5py.Group) -> Iterator[h5py.Group | h5py.Dataset]:
+def _members(parent: h5py.Group) -> Iterator[h5py.Group | h5py.Dataset]:
     for group in ("setpoints", _GROUP, "values"):
         if group in parent:
             yield from parent[group].values()
@@ -99,18 +99,18 @@ def write_coordinate_columns(table: h5py.Group, rows: Sequence[Measurement]) -> 
 
     A counter or number that a row lacks is not-a-number; truth values are the texts yes and no.
     """
-    names = dict.fromkeys(name for one in rows for name in one.coordinates)
+    names = dict.fromkeys(name for row in rows for name in row.coordinates)
     if not names:
         return
     group = new_group(table, _GROUP, "NXcollection")
-    units = {name: unit for one in rows for name, unit in one.units.items()}
+    units = {name: unit for row in rows for name, unit in row.units.items()}
     for name in names:
-        column = [one.coordinates.get(name) for one in rows]
-        place = free_name(group, name)
-        values = [each for each in column if each is not None]
-        if all(isinstance(each, int | float) and not isinstance(each, bool) for each in values):
-            group[place] = np.array([np.nan if each is None else each for each in column])
+        column = [row.coordinates.get(name) for row in rows]
+        key = free_name(group, name)
+        values = [value for value in column if value is not None]
+        if all(isinstance(value, int | float) and not isinstance(value, bool) for value in values):
+            group[key] = np.array([np.nan if value is None else value for value in column])
         else:
-            texts = ["" if each is None else coordinate_text(each) for each in column]
-            write_ascii(group, place, texts)
-        group[place].attrs.update({"name": name, "units": units.get(name, "")})
+            texts = ["" if value is None else coordinate_text(value) for value in column]
+            write_ascii(group, key, texts)
+        group[key].attrs.update({"name": name, "units": units.get(name, "")})

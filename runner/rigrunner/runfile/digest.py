@@ -32,7 +32,7 @@ class RecordingDigest:
         units: Mapping[str, str],
         coordinates: Mapping[str, Coordinate],
     ) -> None:
-        self._known: dict[str, object] = {
+        self._document: dict[str, object] = {
             "name": name,
             "rate_hz": float(rate_hz),
             # As floats: 1 and 1.0 are one set-point, but not one text.
@@ -40,27 +40,27 @@ class RecordingDigest:
             "units": dict(units),
         }
         if coordinates:  # a recording of before has none, and the same digest as before
-            self._known["coordinates"] = dict(coordinates)
+            self._document["coordinates"] = dict(coordinates)
         self._channels: dict[str, hashlib._Hash] = {}
 
     def update(self, channels: Mapping[str, Array]) -> None:
         """Add further samples of every channel."""
         for channel, values in channels.items():
-            found = self._channels.setdefault(channel, hashlib.sha256())
-            found.update(np.ascontiguousarray(values, "<f8").data)
+            digest = self._channels.setdefault(channel, hashlib.sha256())
+            digest.update(np.ascontiguousarray(values, "<f8").data)
 
     def hexdigest(self) -> str:
         """Return the digest of all samples so far."""
-        channels = {channel: found.hexdigest() for channel, found in self._channels.items()}
+        channels = {channel: digest.hexdigest() for channel, digest in self._channels.items()}
         text = json.dumps(
-            {**self._known, "channels": channels}, sort_keys=True, separators=(",", ":")
+            {**self._document, "channels": channels}, sort_keys=True, separators=(",", ":")
         )
         return hashlib.sha256(text.encode()).hexdigest()
 
 
 def lines_of(digests: Iterable[str]) -> str:
     """Return digests as text, one a line."""
-    return "".join(f"{one}\n" for one in digests)
+    return "".join(f"{digest}\n" for digest in digests)
 
 
 def run_digest(recordings: Iterable[str], rows: str) -> str:

@@ -17,10 +17,10 @@ if TYPE_CHECKING:
 
 def seconds_since(began: datetime | None, utc: str) -> float | None:
     """Return the seconds since `began`; None if the time is earlier, or unknown."""
-    then = moment(utc)
-    if began is None or then is None or then < began:
+    time = moment(utc)
+    if began is None or time is None or time < began:
         return None
-    return (then - began).total_seconds()
+    return (time - began).total_seconds()
 
 
 def cycles_of(started: StepStarted | None, names: Iterable[str]) -> int | None:
@@ -35,12 +35,12 @@ def cycles_of(started: StepStarted | None, names: Iterable[str]) -> int | None:
 
 def cycles_by_recording(events: Iterable[Event]) -> dict[str, int]:
     """Return the number of cycles before each recording, for those with cyclic motion."""
-    found = {
+    counts = {
         event.recording: cycles_of(event, event.units)
         for event in events
         if isinstance(event, StepStarted) and event.recording
     }
-    return {name: count for name, count in found.items() if count is not None}
+    return {name: count for name, count in counts.items() if count is not None}
 
 
 def with_elapsed(
@@ -49,10 +49,8 @@ def with_elapsed(
     """Return recordings with the time and the cycles that had elapsed when each began."""
     cycles = cycles_by_recording(events)
     return tuple(
-        replace(
-            each, elapsed_s=seconds_since(began, each.started_utc), cycles=cycles.get(each.name)
-        )
-        for each in recordings
+        replace(r, elapsed_s=seconds_since(began, r.started_utc), cycles=cycles.get(r.name))
+        for r in recordings
     )
 
 

@@ -82,8 +82,8 @@ _END_TEXTS = ("ended_utc", "outcome", "reason")
 
 def format_of(entry: h5py.Group) -> int:
     """Return the version of the layout: an embedded run has its own, any other that of the file."""
-    own = entry.attrs.get(FORMAT_ATTRIBUTE)
-    return int(entry.file.attrs[FORMAT_ATTRIBUTE] if own is None else own)
+    version = entry.attrs.get(FORMAT_ATTRIBUTE)
+    return int(entry.file.attrs[FORMAT_ATTRIBUTE] if version is None else version)
 
 
 def write_entry(entry: h5py.Group, journal: Journal) -> None:
@@ -127,16 +127,16 @@ def add_recordings(entry: h5py.Group, parts: Iterable[Path], events: StoredEvent
     it was made, and after how long and how many cycles since the beginning of `main`.
     """
     outline, rows = events.outline, events.measured
-    replaced, part_of = superseded(outline), parts_of(outline)
+    repeated, part_of = superseded(outline), parts_of(outline)
     cycles = cycles_by_recording(outline)
     finished = new_group(entry, "recordings", "NXcollection")
     incomplete = new_group(entry, "incomplete", "NXcollection")
-    former = new_group(entry, SUPERSEDED, "NXcollection")
+    superseded_group = new_group(entry, SUPERSEDED, "NXcollection")
     for path in parts:
         with open_file(path) as file:
             part = file[PART_GROUP]
             name = str(part.attrs["name"])
-            complete = former if name in replaced else finished
+            complete = superseded_group if name in repeated else finished
             group = complete if part.attrs["complete"] else incomplete
             place = free_name(group, name)
             file.copy(part, group, place)
@@ -176,7 +176,7 @@ def write_analysis(
 
 def read_entry_info(entry: h5py.Group, path: Path) -> RunInfo:
     """Read what is known without the samples."""
-    return _read_info(entry, path, read_events(entry, held=False))
+    return _read_info(entry, path, read_events(entry, keep=False))
 
 
 def _read_info(entry: h5py.Group, path: Path, events: StoredEvents) -> RunInfo:
@@ -221,20 +221,20 @@ def read_entry(entry: h5py.Group, path: Path, *, rows: bool = True) -> StoredRun
 
     Without `rows`, the rows of its tables are checked, and its events are the outline.
     """
-    events = read_events(entry, held=rows)
+    events = read_events(entry, keep=rows)
     groups = {kind: _in_order(entry[kind]) if kind in entry else [] for kind in KINDS}
     scratch = None if sum(map(stored_bytes, groups.values())) <= IN_MEMORY else Scratch()
     measured = events.measured
 
-    def timed(kind: str) -> tuple[Recording, ...]:
-        every = (read_recording(each, scratch)[1] for each in groups[kind])
-        return with_elapsed(every, events.outline, measured.began)
+    def recordings_of(kind: str) -> tuple[Recording, ...]:
+        recordings = (read_recording(group, scratch)[1] for group in groups[kind])
+        return with_elapsed(recordings, events.outline, measured.began)
 
     return StoredRun(
         info=_read_info(entry, path, events),
-        recordings=timed("recordings"),
-        incomplete=timed("incomplete"),
-        superseded=timed(SUPERSEDED),
+        recordings=recordings_of("recordings"),
+        incomplete=recordings_of("incomplete"),
+        superseded=recordings_of(SUPERSEDED),
         zeros=read_values(entry["zeros"])[0],
         recording_zeros=zeros_in_force(events.outline),
         measurements=measured.rows,
@@ -271,28 +271,28 @@ def _write_events(entry: h5py.Group, events: StoredEvents) -> None:
     group = new_group(entry, "events", "NXcollection")
     numbers, times = array("q"), array("d")
     columns = {name: AsciiColumn() for name in ("utc", "kind", "step", "text", "json")}
-    every = iter(events)
-    while some := [*islice(every, _PIECE)]:
-        numbers.extend(one.seq for one in some)
-        times.extend(one.monotonic_s for one in some)
-        columns["utc"].add(one.utc for one in some)
-        columns["kind"].add(type(one).__name__ for one in some)
-        columns["step"].add(getattr(one, "step", "") for one in some)
-        columns["text"].add(getattr(one, "text", "") for one in some)
-        columns["json"].add(event_text(one) for one in some)
+    remaining = iter(events)
+    while piece := [*islice(remaining, _PIECE)]:
+        numbers.extend(event.seq for event in piece)
+        times.extend(event.monotonic_s for event in piece)
+        columns["utc"].add(event.utc for event in piece)
+        columns["kind"].add(type(event).__name__ for event in piece)
+        columns["step"].add(getattr(event, "step", "") for event in piece)
+        columns["text"].add(getattr(event, "text", "") for event in piece)
+        columns["json"].add(event_text(event) for event in piece)
     group.create_dataset("seq", data=np.asarray(numbers))
     group.create_dataset("monotonic_s", data=np.asarray(times)).attrs["units"] = "s"
     for name, column in columns.items():
         column.write(group, name)
 
 
-def read_events(entry: h5py.Group, *, held: bool = True) -> StoredEvents:
-    """Read all events of a run, in order; what is not `held` is checked alone."""
-    found = StoredEvents(passed=None if held else format_of(entry))
+def read_events(entry: h5py.Group, *, keep: bool = True) -> StoredEvents:
+    """Read all events of a run, in order; without `keep` they are only checked."""
+    events = StoredEvents(passed=None if keep else format_of(entry))
     for piece in pieces_of(entry["events/json"]):
         for text in piece:
-            found.take(Kind.EVENT, bytes(text))
-    return found
+            events.take(Kind.EVENT, bytes(text))
+    return events
 
 
 def _read_texts(entry: h5py.Group, name: str) -> dict[str, str]:
@@ -301,7 +301,7 @@ def _read_texts(entry: h5py.Group, name: str) -> dict[str, str]:
 
 
 def _in_order(group: h5py.Group) -> list[h5py.Group]:
-    return sorted(group.values(), key=lambda one: int(one.attrs["number"]))
+    return sorted(group.values(), key=lambda recording: int(recording.attrs["number"]))
 
 
 def digest_of(entry: h5py.Group, events: StoredEvents) -> str:
@@ -310,5 +310,5 @@ def digest_of(entry: h5py.Group, events: StoredEvents) -> str:
 
 
 def _digest(recordings: list[h5py.Group], events: StoredEvents, version: int) -> str:
-    own = (str(group.attrs["sha256"]) for group in recordings)
-    return run_digest(own, events.row_digests(version))
+    digests = (str(group.attrs["sha256"]) for group in recordings)
+    return run_digest(digests, events.row_digests(version))

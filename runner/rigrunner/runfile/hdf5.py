@@ -84,13 +84,13 @@ def write_text(group: h5py.Group, name: str, text: str) -> None:
 def write_verbatim(group: h5py.Group, name: str, text: str) -> None:
     """Write a text, byte by byte, as a uint8 dataset."""
     data = np.frombuffer(text.encode(errors="surrogateescape"), np.uint8)
-    group.create_dataset(name, data=data, **_packed(len(data), data.itemsize))
+    group.create_dataset(name, data=data, **_storage(len(data), data.itemsize))
 
 
 def write_long(group: h5py.Group, name: str, text: LongText) -> None:
     """Write a long text as `write_verbatim` does, one part after the other."""
     size, first = sum(map(len, text)), 0
-    column = group.create_dataset(name, (size,), np.uint8, **_packed(size, 1))
+    column = group.create_dataset(name, (size,), np.uint8, **_storage(size, 1))
     for part in text:
         column[first : first + len(part)] = np.frombuffer(part, np.uint8)
         first += len(part)
@@ -167,7 +167,7 @@ class AsciiColumn:
     def write(self, group: h5py.Group, name: str) -> None:
         """Write all rows; only now is it known how long they are."""
         kind, count = np.dtype(f"S{self._longest}"), len(self._cells)
-        column = group.create_dataset(name, (count,), kind, **_packed(count, kind.itemsize))
+        column = group.create_dataset(name, (count,), kind, **_storage(count, kind.itemsize))
         rows, cells = _rows(kind.itemsize), iter(self._cells)
         for first in range(0, count, rows):
             column[first : first + rows] = np.array([*islice(cells, rows)], kind)
@@ -183,7 +183,7 @@ def _rows(itemsize: int) -> int:
     return max(_PIECE // itemsize, 1)
 
 
-def _packed(rows: int, itemsize: int) -> dict[str, Any]:
+def _storage(rows: int, itemsize: int) -> dict[str, Any]:
     """Return how to store a text, or a column of texts: as it is, or packed where it is large."""
     if rows * itemsize < _PIECE:
         return {}

@@ -22,13 +22,13 @@ def uninterrupted() -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield  # signals are taken by the main thread alone
         return
-    came: list[FrameType | None] = []
-    former = signal.signal(signal.SIGINT, lambda _, frame: came.append(frame))
+    frames: list[FrameType | None] = []
+    previous = signal.signal(signal.SIGINT, lambda _, frame: frames.append(frame))
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, former)
+        signal.signal(signal.SIGINT, previous)
         # SIG_IGN and SIG_DFL are not.
-        if callable(former):
-            for frame in came:
-                former(signal.SIGINT, frame)
+        if callable(previous):
+            for frame in frames:
+                previous(signal.SIGINT, frame)

@@ -82,8 +82,8 @@ class JournalWriter:
         length = sum(map(len, parts))
         record = (_HEAD.pack(length, kind, _checksum(length, kind, parts)), *parts)
         try:
-            for each in record if length > _SMALL else (b"".join(record),):
-                self._write(each)
+            for part in record if length > _SMALL else (b"".join(record),):
+                self._write(part)
         except BaseException:  # also Ctrl-C: what follows a torn record would be lost
             with suppress(OSError):
                 self._file.seek(self._end)

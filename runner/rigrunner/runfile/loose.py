@@ -96,15 +96,15 @@ class SampleJournal:
     def blocks(self) -> Iterator[Block]:
         """Yield the intact blocks."""
         records = read_records(self.path)
-        return (block_from(one.payload)[1] for one in records if one.kind == Kind.BLOCK)
+        return (block_from(record.payload)[1] for record in records if record.kind == Kind.BLOCK)
 
     def facts(self, events: Iterable[Event]) -> RecordingFacts:
         """Return all but the samples, from the events of its step."""
-        mine = [one for one in events if getattr(one, "recording", "") == self.name]
-        started = [one for one in mine if isinstance(one, StepStarted)]
+        own_events = [event for event in events if getattr(event, "recording", "") == self.name]
+        starts = [e for e in own_events if isinstance(e, StepStarted)]
         # With a damaged end it is incomplete, even if its events say otherwise.
-        ended = [one for one in mine if isinstance(one, StepEnded) and not self.is_damaged]
-        unknown = StepStarted(
+        ends = [e for e in own_events if isinstance(e, StepEnded) and not self.is_damaged]
+        unstarted = StepStarted(
             seq=0,
             monotonic_s=0.0,
             utc="",
@@ -114,8 +114,8 @@ class SampleJournal:
             text="",
             recording=self.name,
         )
-        start = started[-1] if started else unknown
-        return facts_of(self.number, self.shape, start, ended[-1] if ended else None)
+        start = starts[-1] if starts else unstarted
+        return facts_of(self.number, self.shape, start, ends[-1] if ends else None)
 
 
 def read_journal(files: RunFolder) -> Journal:
@@ -140,9 +140,9 @@ def read_journal(files: RunFolder) -> Journal:
             recording, values = truth_from(record.payload)
             truth[recording] = values
     if not headers:
-        kept = [*files.parts.glob("*.h5"), *files.journal.glob("*.samples")]
+        files_left = [*files.parts.glob("*.h5"), *files.journal.glob("*.samples")]
         hint = "nothing was recorded: remove the folder, and run the procedure again"
-        if any(each.stat().st_size for each in kept):
+        if any(file.stat().st_size for file in files_left):
             hint = "samples were recorded: keep the folder, and restore its journal from a backup"
         raise DataError(
             f"{files.path} is not a run: its journal ends before the run's header", hint=hint
@@ -151,27 +151,27 @@ def read_journal(files: RunFolder) -> Journal:
     notes = (f"the last {lost} bytes of the journal are torn or damaged",) if lost else ()
     header, version = headers[0]
     define_units_of(header.provenance, header.run_id)
-    answers = {one.into: one.text for one in events.outline if isinstance(one, Answer) and one.into}
-    whole = replace(
+    answers = {a.into: a.text for a in events.outline if isinstance(a, Answer) and a.into}
+    header = replace(
         header,
         inputs={**header.inputs, **answers},
         plan_text=plan if plan.packed else header.plan_text,
     )
-    return Journal(whole, events, truth, notes, end or 0, version)
+    return Journal(header, events, truth, notes, end or 0, version)
 
 
-def unfolded(files: RunFolder) -> list[SampleJournal]:
+def unfolded_journals(files: RunFolder) -> list[SampleJournal]:
     """Return the journals of samples that are not yet files of their own."""
-    found = (
+    journals = (
         open_samples(path)
         for path in files.sample_journals()
         # After a kill before a folded journal was removed there are both, and the file counts.
         if not files.part(_number(path)).exists()
     )
-    return [journal for journal in found if journal is not None]
+    return [journal for journal in journals if journal is not None]
 
 
-def _each(
+def _recordings(
     files: RunFolder, of_part: Callable[[Path], _T], of_samples: Callable[[SampleJournal], _T]
 ) -> Iterator[_T]:
     """Yield a value for each recording, in order, from its own file or else from its journal.
@@ -220,18 +220,18 @@ def read_loose(
         return facts, *assemble(facts, samples.blocks())
 
     read_part = partial(_read_part, scratch=None if _samples_fit(files) else Scratch())
-    found = list(_each(files, read_part, read_samples)) if samples else []
-    replaced = superseded(journal.events.outline)
+    read = list(_recordings(files, read_part, read_samples)) if samples else []
+    repeated = superseded(journal.events.outline)
     measured = journal.events.measured
-    recorded = (recording for _, recording, _ in found)
+    recorded = (recording for _, recording, _ in read)
     timed = with_elapsed(recorded, journal.events.outline, measured.began)
-    made = [(facts, each) for (facts, _, _), each in zip(found, timed, strict=True)]
-    complete = [(facts, each) for facts, each in made if facts.complete]
+    recordings = [(facts, recording) for (facts, _, _), recording in zip(read, timed, strict=True)]
+    complete = [(facts, recording) for facts, recording in recordings if facts.complete]
     return StoredRun(
-        info=_info(files, journal, [(facts, digest) for facts, _, digest in found]),
-        recordings=tuple(each for facts, each in complete if facts.name not in replaced),
-        incomplete=tuple(each for facts, each in made if not facts.complete),
-        superseded=tuple(each for facts, each in complete if facts.name in replaced),
+        info=_info(files, journal, [(facts, digest) for facts, _, digest in read]),
+        recordings=tuple(recording for facts, recording in complete if facts.name not in repeated),
+        incomplete=tuple(recording for facts, recording in recordings if not facts.complete),
+        superseded=tuple(recording for facts, recording in complete if facts.name in repeated),
         zeros=journal.zeros()[0],
         recording_zeros=zeros_in_force(journal.events.outline),
         measurements=measured.rows,
@@ -251,17 +251,17 @@ def read_loose_info(files: RunFolder) -> RunInfo:
         facts = samples.facts(journal.events.outline)
         return facts, assemble(facts, samples.blocks())[1]
 
-    return _info(files, journal, _each(files, _part_facts, samples_facts))
+    return _info(files, journal, _recordings(files, _part_facts, samples_facts))
 
 
 def _info(
     files: RunFolder,
     journal: Journal,
-    found: Iterable[tuple[RecordingFacts, str]],
+    pairs: Iterable[tuple[RecordingFacts, str]],
 ) -> RunInfo:
-    replaced = superseded(journal.events.outline)
-    counted = (one for one in found if one[0].complete and one[0].name not in replaced)
-    finished = sorted(counted, key=lambda one: one[0].number)
+    repeated = superseded(journal.events.outline)
+    counting = (pair for pair in pairs if pair[0].complete and pair[0].name not in repeated)
+    finished = sorted(counting, key=lambda pair: pair[0].number)
     rows = journal.events.row_digests(journal.format)
     ended_utc, outcome, reason = journal.end()
     return RunInfo(
@@ -278,29 +278,29 @@ def _info(
 
 
 @contextmanager
-def _opened(part: Path) -> Iterator[h5py.Group]:
+def _open_part(part: Path) -> Iterator[h5py.Group]:
     with open_file(part) as file:
-        for _ in objects(file):  # what a stranger's file could lead us into is refused here
+        for _ in objects(file):  # refuses what no run file has
             pass
         yield file[PART_GROUP]
 
 
 def _part_facts(path: Path) -> tuple[RecordingFacts, str]:
-    with _opened(path) as group:
+    with _open_part(path) as group:
         return read_facts(group), str(group.attrs["sha256"])
 
 
 def _samples_fit(files: RunFolder) -> bool:
     """Return whether the samples of the finished parts fit into memory."""
-    held = 0
+    total = 0
     for path in files.finished_parts():
         with open_file(path) as file:
-            held += stored_bytes([file[PART_GROUP]])
-    return held <= IN_MEMORY
+            total += stored_bytes([file[PART_GROUP]])
+    return total <= IN_MEMORY
 
 
 def _read_part(path: Path, scratch: Scratch | None) -> tuple[RecordingFacts, Recording, str]:
-    with _opened(path) as group:
+    with _open_part(path) as group:
         return *read_recording(group, scratch), str(group.attrs["sha256"])
 
 
@@ -319,26 +319,26 @@ class Rows:
     The first point was stored whole, and has what all have in common; the others are numbers alone.
     """
 
-    def __init__(self, whole: Scanned) -> None:
-        self._whole = whole
-        self._unpack = struct.Struct(f"{_FIXED}{len(whole.setpoints) + len(whole.values)}d").unpack
+    def __init__(self, first: Scanned) -> None:
+        self._first = first
+        self._unpack = struct.Struct(f"{_FIXED}{len(first.setpoints) + len(first.values)}d").unpack
 
     def event_from(self, data: bytes) -> Scanned:
         """Return the point; raise DataError if it does not belong to this scan."""
-        whole = self._whole
+        first = self._first
         try:
             seq, monotonic_s, point, milliseconds, *numbers = self._unpack(data)
             utc = utc_text(_EPOCH + milliseconds * _MILLISECOND)
         except (struct.error, OverflowError) as error:
             raise DataError(f"a record of the run is not a point of its scan: {error}") from error
-        at = len(whole.setpoints)
+        at = len(first.setpoints)
         return Scanned(
             seq=seq,
             monotonic_s=monotonic_s,
             utc=utc,
-            step=whole.step,
+            step=first.step,
             point=point,
-            measurement=whole.measurement,
-            setpoints=dict(zip(whole.setpoints, numbers[:at], strict=True)),
-            values=dict(zip(whole.values, numbers[at:], strict=True)),
+            measurement=first.measurement,
+            setpoints=dict(zip(first.setpoints, numbers[:at], strict=True)),
+            values=dict(zip(first.values, numbers[at:], strict=True)),
         )

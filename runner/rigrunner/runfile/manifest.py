@@ -105,11 +105,11 @@ def object_digest(item: h5py.Group | h5py.Dataset, path: str = "") -> str:
     """Return the SHA-256 of one object, without the content of its members; raise DataError."""
     names: list[bytes] = []
     h5py.h5a.iterate(item.id, names.append)
-    known: dict[str, Any] = {
+    document: dict[str, Any] = {
         "attributes": {name.decode(): _attribute(item, name) for name in names}
     }
     if isinstance(item, h5py.Dataset):
-        known |= {
+        document |= {
             "dtype": item.dtype.str,
             "shape": list(item.shape),
             "data": _data_digest(item, path),
@@ -117,8 +117,8 @@ def object_digest(item: h5py.Group | h5py.Dataset, path: str = "") -> str:
     else:
         # A manifest cannot have a digest of itself.
         hidden = {MANIFEST} if path == ENTRY_ITEM else set()
-        known["members"] = sorted(set(members(item)) - hidden)
-    return hashlib.sha256(_canonical(known).encode()).hexdigest()
+        document["members"] = sorted(set(members(item)) - hidden)
+    return hashlib.sha256(_canonical(document).encode()).hexdigest()
 
 
 def differences(entry: h5py.Group, *, samples: bool = True) -> Iterator[Difference]:
@@ -127,21 +127,21 @@ def differences(entry: h5py.Group, *, samples: bool = True) -> Iterator[Differen
     Without `samples` the columns of recordings, which have a digest of their own, are skipped.
     Raises DataError if the structure of the file is too damaged to walk through.
     """
-    # First: the walk refuses what could lead us astray, also in the manifest.
-    found = {
+    # First: the walk refuses what no run file has, also in the manifest.
+    items = {
         path: item_of(path, item) if samples or not _is_column(path, item) else None
         for path, item in _items(entry)
     }
     try:
-        wanted = stored_items(entry)
+        expected = stored_items(entry)
     except (DataError, *UNREADABLE) as error:
         yield Difference(MANIFEST, "manifest", f"cannot be read: {error}")
         return
-    for path, item in found.items():
-        said = wanted.pop(path, None)
-        if item is not None and (what := compared(item, said)):
-            yield Difference(path, kind_of(path), what)
-    for path in wanted:
+    for path, item in items.items():
+        stored = expected.pop(path, None)
+        if item is not None and (problem := mismatch(item, stored)):
+            yield Difference(path, kind_of(path), problem)
+    for path in expected:
         yield Difference(path, kind_of(path), "missing: the manifest names it")
 
 
@@ -153,13 +153,13 @@ def item_of(path: str, item: h5py.Group | h5py.Dataset) -> dict[str, str] | str:
         return f"cannot be read, it is damaged: {error}"
 
 
-def compared(item: dict[str, str] | str, said: object) -> str:
-    """Return how an object differs from what the manifest says of it; '' if it does not."""
-    if said is None:
+def mismatch(item: dict[str, str] | str, stored: object) -> str:
+    """Return how an object differs from its entry in the manifest; '' if it does not."""
+    if stored is None:
         return "added: the manifest does not name it"
     if isinstance(item, str):
         return item
-    return "" if item == said else "not what was sealed: its SHA-256 differs from the manifest"
+    return "" if item == stored else "not what was sealed: its SHA-256 differs from the manifest"
 
 
 def _items(entry: h5py.Group) -> Iterator[tuple[str, h5py.Group | h5py.Dataset]]:
@@ -196,15 +196,15 @@ def _is_column(path: str, item: h5py.Group | h5py.Dataset) -> bool:
 def _data_digest(dataset: h5py.Dataset, path: str) -> str:
     if dataset.dtype.hasobject:
         raise DataError(f"{path} is of a type that no run file has: {dataset.dtype}")
-    found = hashlib.sha256()
+    digest = hashlib.sha256()
     if dataset.shape == ():
-        found.update(np.asarray(dataset[()]).tobytes())
+        digest.update(np.asarray(dataset[()]).tobytes())
     else:
         size = dataset.dtype.itemsize * math.prod(dataset.shape[1:])
         rows = max(_BYTES // max(size, 1), 1)
         for start in range(0, dataset.shape[0], rows):
-            found.update(np.ascontiguousarray(dataset[start : start + rows]).data)
-    return found.hexdigest()
+            digest.update(np.ascontiguousarray(dataset[start : start + rows]).data)
+    return digest.hexdigest()
 
 
 def _attribute(item: h5py.Group | h5py.Dataset, name: bytes) -> object:
@@ -219,7 +219,7 @@ def _attribute(item: h5py.Group | h5py.Dataset, name: bytes) -> object:
         return bytes(text[()]).decode("utf-8", "surrogateescape")
     array = np.asarray(item.attrs[name.decode()])
     if array.dtype.hasobject:
-        return [str(each) for each in array.ravel()]
+        return [str(text) for text in array.ravel()]
     return {"dtype": array.dtype.str, "shape": list(array.shape), "data": array.tobytes().hex()}
 
 

@@ -34,21 +34,21 @@ def measurement_digest(measurement: Measurement, version: int) -> str:
     The algorithm depends on the version of the layout. It is never changed for a released version,
     since each stored run would get another identity.
     """
-    known: dict[str, Any] = {
+    document: dict[str, Any] = {
         "name": measurement.name,
         "setpoints": dict(measurement.setpoints),
         "units": dict(measurement.units),
         "values": dict(measurement.values),
     }
     if version >= FIRST_WITH_LIMITS:
-        known["limits"] = msgspec.to_builtins(measurement.limits)
-        known["recording"] = measurement.recording
+        document["limits"] = msgspec.to_builtins(measurement.limits)
+        document["recording"] = measurement.recording
     if measurement.coordinates:  # a row of before has none, and the same digest as before
-        known["coordinates"] = dict(measurement.coordinates)
+        document["coordinates"] = dict(measurement.coordinates)
     if measurement.readings:
-        known["readings"] = dict(measurement.readings)
-        known["expected"] = msgspec.to_builtins(measurement.expected)
-    text = _canonical(known)
+        document["readings"] = dict(measurement.readings)
+        document["expected"] = msgspec.to_builtins(measurement.expected)
+    text = _canonical(document)
     return hashlib.sha256(text.encode()).hexdigest()
 
 
@@ -60,25 +60,25 @@ def write_measurements(
     Further columns have the rest of a row: coordinates, time, cycles, recording.
     """
     tables = new_group(entry, group, "NXcollection")
-    for name in dict.fromkeys(one.name for one in measurements):
-        rows = [one for one in measurements if one.name == name]
+    for name in dict.fromkeys(row.name for row in measurements):
+        rows = [row for row in measurements if row.name == name]
         table = new_group(tables, free_name(tables, name), "NXdata")
         table.attrs["name"] = name
-        write_ascii(table, "utc", [one.utc for one in rows])
-        if any(one.elapsed_s is not None for one in rows):
-            table["elapsed"] = _bounds(one.elapsed_s for one in rows)
+        write_ascii(table, "utc", [row.utc for row in rows])
+        if any(row.elapsed_s is not None for row in rows):
+            table["elapsed"] = _bounds(row.elapsed_s for row in rows)
             table["elapsed"].attrs["units"] = "s"
-        if any(one.cycles is not None for one in rows):
-            table["cycles"] = _bounds(one.cycles for one in rows)
+        if any(row.cycles is not None for row in rows):
+            table["cycles"] = _bounds(row.cycles for row in rows)
         write_coordinate_columns(table, rows)
-        _write_columns(table, "setpoints", [one.setpoints for one in rows], rows)
-        _write_columns(table, "values", [one.values for one in rows], rows)
+        _write_columns(table, "setpoints", [row.setpoints for row in rows], rows)
+        _write_columns(table, "values", [row.values for row in rows], rows)
         write_written_columns(table, rows)
-        if any(one.readings for one in rows):
+        if any(row.readings for row in rows):
             _write_readings(table, rows)
-        if any(one.recording for one in rows):
-            write_ascii(table, "recording", [one.recording for one in rows])
-        if any(one.limits or one.expected for one in rows):
+        if any(row.recording for row in rows):
+            write_ascii(table, "recording", [row.recording for row in rows])
+        if any(row.limits or row.expected for row in rows):
             _write_limits(table, rows)
 
 
@@ -88,44 +88,45 @@ def _write_limits(table: h5py.Group, rows: Sequence[Measurement]) -> None:
     A missing bound is not-a-number; `passes` is 1, 0, or -1 for a row without limits.
     """
     group = new_group(table, "limits", "NXcollection")
-    units = {member: unit for one in rows for member, unit in one.units.items()}
+    units = {member: unit for row in rows for member, unit in row.units.items()}
     passes = np.ones(len(rows), np.uint8)
     columns: dict[str, tuple[Array, Array, Array]] = {}
-    for at, row in enumerate(rows):
-        for name, (limits, within) in _decided(row).items():
+    for index, row in enumerate(rows):
+        for name, (limits, within) in _decisions(row).items():
             if name not in columns:
                 columns[name] = (*np.full((2, len(rows)), np.nan), np.full(len(rows), -1, np.int8))
             for column, cell in zip(
                 columns[name], (limits.lower, limits.upper, within), strict=True
             ):
-                column[at] = cell
-            passes[at] &= within
-    for name, (lowest, highest, each) in columns.items():
-        one = new_group(group, free_name(group, name), "NXcollection")
-        one.attrs.update({"name": str(name), "units": units.get(name, "")})
-        one["minimum"], one["maximum"], one["passes"] = _bounds(lowest), _bounds(highest), each
+                column[index] = cell
+            passes[index] &= within
+    for name, (lowest, highest, column_passes) in columns.items():
+        limit = new_group(group, free_name(group, name), "NXcollection")
+        limit.attrs.update({"name": str(name), "units": units.get(name, "")})
+        limit["minimum"], limit["maximum"] = _bounds(lowest), _bounds(highest)
+        limit["passes"] = column_passes
     table["passes"] = passes
 
 
-def _decided(row: Measurement) -> dict[str, tuple[Limits, bool]]:
+def _decisions(row: Measurement) -> dict[str, tuple[Limits, bool]]:
     """Return by name the limits of a row and whether its values are within them.
 
     These are its `decisions` without their reasons.
     """
-    found = {
-        each.of: (each.limits, each.limits.allow(row.values[each.of]))
-        for each in row.limits
-        if each.of in row.values
+    decisions = {
+        limit.of: (limit.limits, limit.limits.allow(row.values[limit.of]))
+        for limit in row.limits
+        if limit.of in row.values
     }
     if not row.expected:
-        return found
-    of_readings = (each for each in row.decisions if each.of not in found)
-    return found | {each.of: (each.limits, each.passes) for each in of_readings}
+        return decisions
+    of_readings = (decision for decision in row.decisions if decision.of not in decisions)
+    return decisions | {reading.of: (reading.limits, reading.passes) for reading in of_readings}
 
 
 def _bounds(bounds: Iterable[float | None]) -> Array:
-    found = np.array([np.nan if each is None else each for each in bounds], np.float64)
-    return np.where(np.isinf(found), np.nan, found)
+    values = np.array([np.nan if bound is None else bound for bound in bounds], np.float64)
+    return np.where(np.isinf(values), np.nan, values)
 
 
 def _write_columns(
@@ -133,7 +134,7 @@ def _write_columns(
 ) -> None:
     """Write columns that some rows may lack; there they are not-a-number."""
     group = new_group(table, name, "NXcollection")
-    units = {member: unit for one in rows for member, unit in one.units.items()}
+    units = {member: unit for row in rows for member, unit in row.units.items()}
     for member in dict.fromkeys(_names(cells)):
         column = np.array([cell.get(member, np.nan) for cell in cells])
         dataset = group.create_dataset(free_name(group, member), data=column)
@@ -148,16 +149,16 @@ def _write_readings(table: h5py.Group, rows: Sequence[Measurement]) -> None:
     one.
     """
     group = new_group(table, "readings", "NXcollection")
-    units = {member: unit for one in rows for member, unit in one.units.items()}
-    for member in dict.fromkeys(_names([one.readings for one in rows])):
-        column, place = [one.readings.get(member) for one in rows], free_name(group, member)
-        lengths = {len(each) for each in column if isinstance(each, tuple)}
+    units = {member: unit for row in rows for member, unit in row.units.items()}
+    for member in dict.fromkeys(_names([row.readings for row in rows])):
+        column, key = [row.readings.get(member) for row in rows], free_name(group, member)
+        lengths = {len(value) for value in column if isinstance(value, tuple)}
         if len(lengths) == 1:
             empty = (np.nan,) * lengths.pop()
-            group[place] = np.array([empty if each is None else each for each in column])
+            group[key] = np.array([empty if value is None else value for value in column])
         else:
-            write_ascii(group, place, ["" if each is None else _text(each) for each in column])
-        group[place].attrs.update({"name": str(member), "units": units.get(member, "")})
+            write_ascii(group, key, ["" if value is None else _text(value) for value in column])
+        group[key].attrs.update({"name": str(member), "units": units.get(member, "")})
 
 
 def _text(value: Reading) -> str:

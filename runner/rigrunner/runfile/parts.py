@@ -33,10 +33,10 @@ class Zeros:
         """Take an event; after a zero another mapping is in force."""
         if not (isinstance(event, StepEnded) and event.ok and event.action == "zero"):
             return
-        before = self.in_force
-        self._earlier.append(before)
-        self.in_force = {**before, **event.values}
-        new = {name: value for name, value in event.values.items() if name not in before}
+        previous = self.in_force
+        self._earlier.append(previous)
+        self.in_force = {**previous, **event.values}
+        new = {name: value for name, value in event.values.items() if name not in previous}
         # What was measured before any zero of a channel has the first one.
         for earlier in self._earlier if new else ():
             earlier.update(new)
@@ -49,35 +49,35 @@ def zeros_in_force(events: Iterable[Event]) -> dict[str, dict[str, float]]:
     the earlier zero.
     """
     zeros = Zeros()
-    found: dict[str, dict[str, float]] = {}
+    in_force: dict[str, dict[str, float]] = {}
     for event in events:
         zeros.take(event)
         if isinstance(event, StepEnded) and event.ok and event.recording and event.action != "zero":
-            found[event.recording] = zeros.in_force
-    return found
+            in_force[event.recording] = zeros.in_force
+    return in_force
 
 
 def zero_scatter(events: Iterable[Event]) -> dict[str, dict[float, ZeroScatter]]:
     """Return the scatter of each zero reading, by channel and reading, in SI units."""
-    found: dict[str, dict[float, ZeroScatter]] = {}
+    scatters: dict[str, dict[float, ZeroScatter]] = {}
     for event in events:
         if isinstance(event, StepEnded) and event.ok and event.action == "zero":
             for name, scatter in event.scatter.items():
-                known = found.setdefault(name, {})
-                known[event.values[name]] = ZeroScatter(*scatter, len(known) + 1)
-    return found
+                of_channel = scatters.setdefault(name, {})
+                of_channel[event.values[name]] = ZeroScatter(*scatter, len(of_channel) + 1)
+    return scatters
 
 
 def parts_of(events: Iterable[Event]) -> dict[str, int]:
     """Return the part of the run in which each recording was made; 1 up to a resumption."""
     part = 1
-    found: dict[str, int] = {}
+    parts: dict[str, int] = {}
     for event in events:
         if isinstance(event, Intervention) and event.action == RESUME_RUN:
             part += 1
         elif isinstance(event, StepStarted) and event.recording:
-            found[event.recording] = part
-    return found
+            parts[event.recording] = part
+    return parts
 
 
 def end_of(events: Iterable[Event]) -> RunEnded | None:

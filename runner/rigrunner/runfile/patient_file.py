@@ -64,18 +64,18 @@ class PatientFile(io.RawIOBase):
 
     def write(self, data: Any) -> int:
         """Write all data, or keep the error and drop them."""
-        rest = memoryview(data).cast("B")
-        written = len(rest)
+        remaining = memoryview(data).cast("B")
+        size = len(remaining)
         if self.error is None:
             try:
                 self._file.seek(self._position)
-                while rest:
-                    rest = rest[self._file.write(rest) :]
+                while remaining:
+                    remaining = remaining[self._file.write(remaining) :]
             except OSError as error:
                 self.error = error
-        self._position += written
+        self._position += size
         self._size = max(self._size, self._position)
-        return written
+        return size
 
     def truncate(self, size: int | None = None) -> int:
         """Set the size of the file, or keep the error."""

@@ -35,7 +35,7 @@ def refuse_crashing(path: Path) -> None:
     limit_s = _LEAST_S + path.stat().st_size / _BYTES_PER_S
     try:
         # -P: no module of the present folder is imported.
-        done = subprocess.run(  # noqa: S603  (this interpreter, on a text of ours)
+        result = subprocess.run(  # noqa: S603  (this interpreter, on a text of ours)
             [sys.executable, "-P", "-c", _CHILD, str(path)],
             stdin=subprocess.DEVNULL,
             capture_output=True,
@@ -47,10 +47,10 @@ def refuse_crashing(path: Path) -> None:
             f"{path} cannot be read: its structure is damaged, the HDF5 library does not end",
             hint="take it from a copy",
         ) from error
-    if done.returncode:
+    if result.returncode:
         raise DataError(
             f"{path} cannot be read: its structure is damaged, the HDF5 library crashes on it"
-            f" (exit code {done.returncode})",
+            f" (exit code {result.returncode})",
             hint="take it from a copy",
         )
 
@@ -58,8 +58,8 @@ def refuse_crashing(path: Path) -> None:
 def refuse_unprotected_crashing(path: Path) -> None:
     """Raise DataError for such a file without checksums; a file that is not HDF5 is accepted."""
     if path.is_file() and is_checksummed(path) is False:
-        known = path.stat()
-        _refuse_once(path, known.st_mtime_ns, known.st_size)
+        stat = path.stat()
+        _refuse_once(path, stat.st_mtime_ns, stat.st_size)
 
 
 @lru_cache(maxsize=64)

@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import DataError
-from rigrunner.hdf5_reading import members, must_not_be_read, objects, open_file
+from rigrunner.hdf5_reading import members, no_permission, objects, open_file
 from rigrunner.runfile.codec import check_format
 from rigrunner.runfile.entry import (
     FORMAT_ATTRIBUTE,
@@ -51,7 +51,7 @@ def read(path: Path) -> StoredRun:
 def read_with_truth(path: Path, *, rows: bool = True) -> tuple[StoredRun, Truth]:
     """Read a run with the truth of its simulator, like `read` and `read_truth`, in one pass.
 
-    Without `rows`, those of a sealed run are checked but not held, and so are the events of steps.
+    Without `rows`, those of a sealed run are checked but not kept, and so are the events of steps.
     """
     sealed = sealed_file_of(path)
     if sealed is None:
@@ -97,7 +97,7 @@ def sealed_file_of(path: Path) -> Path | None:
     try:
         return _sealed_file_of(path)
     except PermissionError as error:
-        raise must_not_be_read(path) from error
+        raise no_permission(path) from error
 
 
 def _sealed_file_of(path: Path) -> Path | None:
@@ -126,18 +126,18 @@ def _entry_of(path: Path, *, walk: bool = True) -> Iterator[h5py.Group]:
         check_format(int(file.attrs[FORMAT_ATTRIBUTE]), str(path))
         members(file)  # refuses links: the entry could be in another file
         for _ in objects(file) if walk else ():
-            pass  # what a stranger's file could lead us into is refused here
+            pass  # refuses what no run file has
         yield file[ENTRY]
 
 
 def _read(entry: h5py.Group, path: Path, *, rows: bool = True) -> StoredRun:
     """Read a run, and refuse one of which anything differs from its manifest."""
-    # First: it walks through the file, and so refuses what could lead us astray.
-    found = _differences(entry, samples=False)
+    # First: it walks through the file, and refuses what no run file has.
+    differences_found = _differences(entry, samples=False)
     run = read_entry(entry, path, rows=rows)
-    if found:
+    if differences_found:
         raise DataError(
-            f"{path}: {found[0]}",
+            f"{path}: {differences_found[0]}",
             hint=f"'rigrunner verify {path}' lists all that differs, and"
             " 'rigrunner recover --salvage' saves the intact recordings",
         )

@@ -95,7 +95,7 @@ def facts_of(
     number: int, shape: Shape, started: StepStarted, ended: StepEnded | None
 ) -> RecordingFacts:
     """Return the facts on a recording from the events of its step and its blocks."""
-    found = ended if ended is not None and ended.ok else None
+    end = ended if ended is not None and ended.ok else None
     return RecordingFacts(
         name=started.recording,
         number=number,
@@ -103,14 +103,14 @@ def facts_of(
         channels=shape.channels,
         samples=shape.samples,
         started_utc=started.utc,
-        complete=found is not None,
+        complete=end is not None,
         setpoints=started.setpoints,
-        units={**started.units, **(found.units if found else {})},
-        conditions=found.values if found else {},
+        units={**started.units, **(end.units if end else {})},
+        conditions=end.values if end else {},
         coordinates=started.coordinates,
         written_in={
-            name: each
-            for name, each in started.written_in.items()
+            name: symbol
+            for name, symbol in started.written_in.items()
             if name in started.setpoints or name in started.coordinates or name in shape.channels
         },
     )
@@ -126,8 +126,8 @@ def write_recording(group: h5py.Group, facts: RecordingFacts, blocks: Iterable[B
     time.attrs.update({"units": "s", "long_name": "time / s"})
     columns = {name: _new_column(group, name, facts) for name in facts.channels}
     # What a viewer plots first: the first channel that is no position, or else the first.
-    measured = [name for name in facts.channels if facts.units.get(name) not in _POSITIONS]
-    for name in (measured or list(facts.channels))[:1]:
+    signals = [name for name in facts.channels if facts.units.get(name) not in _POSITIONS]
+    for name in (signals or list(facts.channels))[:1]:
         group.attrs.update({"signal": columns[name].name.rpartition("/")[2], "axes": [_AXIS]})
     digest, at = facts.digest(), 0
     for channels, count in _in_chunks(blocks, facts.channels):
@@ -200,7 +200,7 @@ def read_recording(
             channels[name] = values = np.asarray(column[()], np.float64)
             digest.update({name: values})
         else:
-            parts = _digested(column, name, digest)
+            parts = _digested_parts(column, name, digest)
             # This walks through the parts, and so adds them to the digest.
             limits = limits_of(parts) if len(column) else None
             channels[name] = StoredSamples.of(column, Path(group.file.filename), limits, scratch)
@@ -213,7 +213,7 @@ def read_recording(
     return facts, facts.recording(channels)
 
 
-def _digested(column: h5py.Dataset, name: str, digest: RecordingDigest) -> Iterator[Array]:
+def _digested_parts(column: h5py.Dataset, name: str, digest: RecordingDigest) -> Iterator[Array]:
     """Yield the samples of a column in parts, each of which is added to the digest."""
     for _, part in blocks(column):
         digest.update({name: part})
@@ -266,11 +266,11 @@ def _new_column(group: h5py.Group, channel: str, facts: RecordingFacts) -> h5py.
 
 def _columns(group: h5py.Group) -> dict[str, h5py.Dataset]:
     """Return the channels' datasets by channel, in recorded order."""
-    found = sorted(
+    columns = sorted(
         (item for item in group.values() if "column" in item.attrs),
         key=lambda item: int(item.attrs["column"]),
     )
-    return {str(item.attrs["name"]): item for item in found}
+    return {str(item.attrs["name"]): item for item in columns}
 
 
 def _storage(facts: RecordingFacts) -> dict[str, object]:
@@ -288,13 +288,13 @@ def _in_chunks(
         waiting.append(block)
         count += block.samples
         if count >= _CHUNK:
-            yield _joined(waiting, names), count
+            yield _join(waiting, names), count
             waiting, count = [], 0
     if count:
-        yield _joined(waiting, names), count
+        yield _join(waiting, names), count
 
 
-def _joined(blocks: list[Block], names: tuple[str, ...]) -> dict[str, Array]:
+def _join(blocks: list[Block], names: tuple[str, ...]) -> dict[str, Array]:
     if any(set(block.channels) != set(names) for block in blocks):
         raise DataError(f"a block of samples has other channels than {', '.join(names)}")
     return {name: np.concatenate([block.channels[name] for block in blocks]) for name in names}

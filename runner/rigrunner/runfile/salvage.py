@@ -36,9 +36,9 @@ from rigrunner.runfile.manifest import (
     MANIFEST,
     ROOT,
     Difference,
-    compared,
     item_of,
     kind_of,
+    mismatch,
     stored_items,
     write_manifest,
 )
@@ -97,7 +97,7 @@ def read_damaged(path: Path) -> DamagedRun:
         sha256 = hashlib.file_digest(file, "sha256").hexdigest()
     with open_file(path) as file:
         check_format(int(file.attrs[FORMAT_ATTRIBUTE]), str(path))
-        return _Reading(file[ENTRY]).run(path, sha256)
+        return _Reader(file[ENTRY]).run(path, sha256)
 
 
 def write_salvaged(
@@ -125,25 +125,25 @@ def write_salvaged(
 
 
 @dataclass(eq=False)
-class _Reading:
+class _Reader:
     """Reads an entry part by part, and notes what is lost."""
 
     entry: h5py.Group
     lost: dict[str, Difference] = field(default_factory=dict)
 
     def run(self, path: Path, sha256: str) -> DamagedRun:
-        wanted = self._manifest()
-        whole = {ROOT: self.entry.file, ENTRY_ITEM: self.entry}
-        for place, said in wanted.items():
+        expected = self._manifest()
+        containers = {ROOT: self.entry.file, ENTRY_ITEM: self.entry}
+        for place, stored in expected.items():
             try:
-                item = whole[place] if place in whole else self.entry[place]
+                item = containers[place] if place in containers else self.entry[place]
                 h5py.h5o.get_info(item.id)  # reads all of its header, which attributes alone do not
-                what = compared(item_of(place, item), said)
+                problem = mismatch(item_of(place, item), stored)
             except (DataError, *UNREADABLE) as error:
-                what = f"cannot be read, it is damaged: {error}"
-            if what:
-                self._lose(place, what)
-        sound = dict(self._sound_recordings(wanted))
+                problem = f"cannot be read, it is damaged: {error}"
+            if problem:
+                self._note_lost(place, problem)
+        sound = dict(self._sound_recordings(expected))
         events = self._part(EVENTS, lambda: read_events(self.entry), StoredEvents())
         return DamagedRun(
             path=path,
@@ -163,32 +163,32 @@ class _Reading:
         try:
             return stored_items(self.entry)
         except (DataError, *UNREADABLE) as error:
-            what = "cannot be read: only recordings can be checked, by digests of their own"
-            self._lose(MANIFEST, f"{what} ({error})")
+            message = "cannot be read: only recordings can be checked, by digests of their own"
+            self._note_lost(MANIFEST, f"{message} ({error})")
             return {}
 
-    def _sound_recordings(self, wanted: Mapping[str, object]) -> Iterator[tuple[str, str]]:
+    def _sound_recordings(self, expected: Mapping[str, object]) -> Iterator[tuple[str, str]]:
         for kind in KINDS:
-            for member in self._members(kind, wanted):
+            for member in self._members(kind, expected):
                 place = f"{kind}/{member}"
                 # Without a manifest a recording has only its own digest to be checked by.
-                if (not wanted or place in wanted) and not self._is_lost(place):
+                if (not expected or place in expected) and not self._is_lost(place):
                     try:
                         name = self._read(place)
                     except (DataError, *UNREADABLE) as error:
-                        self._lose(place, f"cannot be read, it is damaged: {error}")
+                        self._note_lost(place, f"cannot be read, it is damaged: {error}")
                     else:
                         yield place, name
 
-    def _members(self, kind: str, wanted: Iterable[str]) -> list[str]:
+    def _members(self, kind: str, expected: Iterable[str]) -> list[str]:
         """Return the paths of recordings of a kind, from the file or else from its manifest."""
-        known = {place.split("/")[1] for place in wanted if place.startswith(f"{kind}/")}
+        from_manifest = {place.split("/")[1] for place in expected if place.startswith(f"{kind}/")}
         try:
-            found = set(members(self.entry[kind])) if kind in self.entry else set()
+            from_file = set(members(self.entry[kind])) if kind in self.entry else set()
         except (DataError, *UNREADABLE) as error:
-            self._lose(kind, f"cannot be listed, it is damaged: {error}")
-            found = set()
-        return sorted(known | found)
+            self._note_lost(kind, f"cannot be listed, it is damaged: {error}")
+            from_file = set()
+        return sorted(from_manifest | from_file)
 
     def _read(self, place: str) -> str:
         """Read a recording and return its name; raise if it differs from its digest."""
@@ -198,42 +198,41 @@ class _Reading:
 
     def _header(self, path: Path) -> RunHeader:
         texts = {name: self._text(self.entry, name) for name in HEADER_TEXTS}
-        known: dict[str, Any] = {
+        fields: dict[str, Any] = {
             **texts,
             **{name: self._verbatim(f"texts/{name}") for name in VERBATIM},
-            **{name: self._named(name) for name in _TEXTS},
+            **{name: self._named_texts(name) for name in _TEXTS},
         }
-        known["run_id"] = texts["run_id"] or path.parent.name
-        known["approval"] = known["approval"] or dict(DRAFT)
+        fields["run_id"] = texts["run_id"] or path.parent.name
+        fields["approval"] = fields["approval"] or dict(DRAFT)
         return RunHeader(
-            **known,
+            **fields,
             plan_text=LongText.of(self._verbatim(f"texts/{PLAN}")),
-            called_texts=self._named(CALLED_PLACE),
+            called_texts=self._named_texts(CALLED_PLACE),
             mapping_text=self._verbatim("texts/mapping_text"),
         )
 
-    def _named(self, place: str) -> dict[str, str]:
+    def _named_texts(self, place: str) -> dict[str, str]:
         """Return a group of named texts; an empty one if it is absent or lost."""
 
         def read() -> dict[str, str]:
             return read_texts(self.entry[place]) if place in self.entry else {}
 
-        nothing: dict[str, str] = {}
-        return self._part(place, read, nothing)
+        return self._part(place, read, dict[str, str]())
 
     def _text(self, group: h5py.Group, name: str) -> str:
         try:
             return read_text(group, name)
         except (DataError, *UNREADABLE) as error:
-            self._lose(ENTRY_ITEM, f"its {name} cannot be read: {error}")
+            self._note_lost(ENTRY_ITEM, f"its {name} cannot be read: {error}")
             return ""
 
     def _verbatim(self, place: str) -> str:
         group, _, name = place.partition("/")
 
         def read() -> str:
-            there = place in self.entry
-            return read_text(self.entry[group], name) if there else ""
+            is_stored = place in self.entry
+            return read_text(self.entry[group], name) if is_stored else ""
 
         return self._part(place, read, "")
 
@@ -246,7 +245,7 @@ class _Reading:
         try:
             places = members(self.entry)
         except (DataError, *UNREADABLE) as error:
-            self._lose(ENTRY_ITEM, f"its members cannot be listed: {error}")
+            self._note_lost(ENTRY_ITEM, f"its members cannot be listed: {error}")
             return []
         return [p for p in places if self._part(p, partial(is_partner, p), instead=False)]
 
@@ -269,11 +268,11 @@ class _Reading:
         try:
             return read()
         except (DataError, *UNREADABLE) as error:
-            self._lose(place, f"cannot be read, it is damaged: {error}")
+            self._note_lost(place, f"cannot be read, it is damaged: {error}")
             return instead
 
     def _is_lost(self, place: str) -> bool:
-        return any(one == place or one.startswith(f"{place}/") for one in self.lost)
+        return any(lost == place or lost.startswith(f"{place}/") for lost in self.lost)
 
-    def _lose(self, place: str, what: str) -> None:
+    def _note_lost(self, place: str, what: str) -> None:
         self.lost.setdefault(place, Difference(place, kind_of(place), what))

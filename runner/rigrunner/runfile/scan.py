@@ -41,15 +41,15 @@ class FoundRun:
         """
         if not any(file.name == _SEALED for file in self.files):
             return ""
-        known = "\n".join(f"{one.name}\t{one.bytes}\t{one.modified_ns}" for one in self.files)
-        return hashlib.sha256(known.encode(errors="surrogateescape")).hexdigest()[:32]
+        listing = "\n".join(f"{file.name}\t{file.bytes}\t{file.modified_ns}" for file in self.files)
+        return hashlib.sha256(listing.encode(errors="surrogateescape")).hexdigest()[:32]
 
 
-def untold(path: str, problem: str) -> None:
+def ignore(path: str, problem: str) -> None:
     """Ignore what cannot be read."""
 
 
-def run_folders(root: Path, unread: Callable[[str, str], None] = untold) -> Iterator[FoundRun]:
+def run_folders(root: Path, unread: Callable[[str, str], None] = ignore) -> Iterator[FoundRun]:
     """Yield the run folders below a root at any depth, in the order of their paths.
 
     Hidden folders and links are skipped, and so is what cannot be read: `unread` is called with its
@@ -61,7 +61,7 @@ def run_folders(root: Path, unread: Callable[[str, str], None] = untold) -> Iter
 def _below(folder: Path, prefix: str, unread: Callable[[str, str], None]) -> Iterator[FoundRun]:
     try:
         with os.scandir(folder) as listing:
-            entries = sorted(listing, key=lambda one: one.name)
+            entries = sorted(listing, key=lambda entry: entry.name)
     except OSError as error:
         unread(storable(prefix[:-1]), f"the folder cannot be read: {error.strerror}")
         return
@@ -78,8 +78,8 @@ def _files(entries: list[os.DirEntry[str]]) -> Iterator[FoundFile]:
     for entry in entries:
         try:
             if entry.is_file(follow_symlinks=False):
-                known = entry.stat(follow_symlinks=False)
-                yield FoundFile(entry.name, known.st_size, known.st_mtime_ns)
+                stat = entry.stat(follow_symlinks=False)
+                yield FoundFile(entry.name, stat.st_size, stat.st_mtime_ns)
         except OSError:  # gone since it was listed
             continue
 

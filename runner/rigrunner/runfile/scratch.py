@@ -54,7 +54,7 @@ class Scratch:
         samples = np.pad(samples, (0, -len(samples) % PIECE)) if len(samples) % PIECE else samples
         try:
             with self._lock:
-                file = self._opened()
+                file = self._open()
                 if _free_bytes() - samples.nbytes < self._reserve_bytes:
                     return
                 file.seek(piece * _BYTES)
@@ -66,20 +66,20 @@ class Scratch:
 
     def read(self, piece: int, count: int) -> Array | None:
         """Return that many pieces, shape (count * PIECE,); None if one is missing."""
-        wanted = [self._sums.get(each) for each in range(piece, piece + count)]
-        if None in wanted:
+        sums = [self._sums.get(index) for index in range(piece, piece + count)]
+        if None in sums:
             return None
-        found = np.empty(count * PIECE)
+        samples = np.empty(count * PIECE)
         try:
             with self._lock:
-                file = self._opened()
+                file = self._open()
                 file.seek(piece * _BYTES)
-                got = file.readinto(found.data.cast("B"))
+                size = file.readinto(samples.data.cast("B"))
         except OSError:
             return None
-        return found if got == found.nbytes and _sums(found) == wanted else None
+        return samples if size == samples.nbytes and _sums(samples) == sums else None
 
-    def _opened(self) -> FileIO:
+    def _open(self) -> FileIO:
         if self._file is None:
             self._reserve_bytes = SHARE * _free_bytes()
             self._file = tempfile.TemporaryFile(buffering=0)  # noqa: SIM115  (closed with self)

@@ -22,7 +22,7 @@ from rigrunner.runfile.entry import (
 from rigrunner.runfile.folder import RunFolder
 from rigrunner.runfile.hdf5 import free_name, new_file, new_group
 from rigrunner.runfile.interrupts import uninterrupted
-from rigrunner.runfile.loose import PART_GROUP, read_journal, unfolded
+from rigrunner.runfile.loose import PART_GROUP, read_journal, unfolded_journals
 from rigrunner.runfile.manifest import write_manifest
 from rigrunner.runfile.reading import ENTRY, FIRST_WITH_MANIFEST, sealed_file_of
 from rigrunner.runfile.recordings import write_recording
@@ -62,7 +62,7 @@ def seal(
         raise DataError(f"{files.sealed_file} is sealed, and is never written again")
     journal = journal or read_journal(files)
     # Those that a kill interrupted, and those whose fold failed.
-    for samples in unfolded(files):
+    for samples in unfolded_journals(files):
         fold(files, samples, journal.events.outline)
     with new_file(files.sealed_file, read_only=True) as file:
         version = max(journal.format, FIRST_WITH_MANIFEST)
@@ -70,8 +70,8 @@ def seal(
         entry = new_group(file, ENTRY, "NXentry")
         _write_loose(entry, files, journal)
         write_analysis(entry, result_document, plot)
-        for name, other in partners.items():
-            _embed(entry, name, other)
+        for name, path in partners.items():
+            _embed(entry, name, path)
         write_manifest(entry)
     # Last: a kill at any instant leaves either these or the sealed file. If they cannot be removed,
     # they are harmless.
@@ -109,11 +109,11 @@ def _embed(entry: h5py.Group, name: str, partner: Path) -> None:
     with open_file(sealed) as file:
         source = file[ENTRY]
         group.attrs.update(
-            {each: source.attrs[each] for each in source.attrs if each != "NX_class"}
+            {attr: source.attrs[attr] for attr in source.attrs if attr != "NX_class"}
         )
-        left_out = {*_NOT_EMBEDDED, *partner_places(source)}
+        excluded = {*_NOT_EMBEDDED, *partner_places(source)}
         group.attrs[FORMAT_ATTRIBUTE] = format_of(source)
         for member in source:
-            if member not in left_out:
+            if member not in excluded:
                 file.copy(source[member], group, member)
     group.attrs["default"] = "recordings"

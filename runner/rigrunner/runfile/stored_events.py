@@ -18,7 +18,7 @@ from rigrunner.runfile.measurements import measurement_digest
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping
 
-    from rigrunner.runfile.attempts import Measured
+    from rigrunner.runfile.attempts import MeasuredRows
 
 FROM: Mapping[int, Callable[[bytes], Event | None]] = {
     Kind.EVENT: event_from,
@@ -37,7 +37,7 @@ class StoredEvents(Sequence[Event]):
 
         These are the outline and the digests of the rows.
         """
-        self._is_held = passed is None
+        self._keeps_events = passed is None
         self._digests: str | None = None
         self._records = Compressed()
         """Each with its kind as its first byte."""
@@ -46,8 +46,8 @@ class StoredEvents(Sequence[Event]):
         self._attempts = Attempts(digest)
         self.outline: list[Event] = []
         """All but points of scans, and steps that neither record nor take a zero."""
-        for each in events:
-            self.take(*event_record(each))
+        for event in events:
+            self.take(*event_record(event))
 
     def take(self, kind: int, payload: bytes) -> Event | None:
         """Add the event of a record and return it; None for a kind that this version lacks."""
@@ -55,7 +55,7 @@ class StoredEvents(Sequence[Event]):
         if event is None:
             return None
         self._attempts.take(event)
-        if self._is_held:
+        if self._keeps_events:
             self._latest.append(bytes((kind,)) + payload)
         if len(self._latest) == _PIECE:
             self._records.add(self._latest)
@@ -70,7 +70,7 @@ class StoredEvents(Sequence[Event]):
         return event
 
     @cached_property
-    def measured(self) -> Measured:
+    def measured(self) -> MeasuredRows:
         """The rows that they measured; no event is taken after that."""
         measured = self._attempts.measured()
         del self._attempts  # they hold more than the rows
@@ -80,8 +80,8 @@ class StoredEvents(Sequence[Event]):
         """Return the digests of the rows that count, one a line; they are made once."""
         if self._digests is None:
             rows, digests = self.measured.rows, self.measured.digests
-            made = (measurement_digest(row, version) for row in rows)
-            self._digests = lines_of(made) if digests is None else digests
+            computed = (measurement_digest(row, version) for row in rows)
+            self._digests = lines_of(computed) if digests is None else digests
         return self._digests
 
     def __len__(self) -> int:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigrunner.api.errors import DataError
-from rigrunner.hdf5_reading import open_file, there_is_none
+from rigrunner.hdf5_reading import missing_file, open_file
 from rigrunner.runfile.scratch import PIECE
 
 if TYPE_CHECKING:
@@ -59,25 +59,25 @@ class StoredSamples:
         begin, end, step = which.indices(self.samples)
         # Only whole pieces in a row are cached.
         if step != 1 or end <= begin:
-            return self._unpacked(which)
+            return self._unpack(which)
         first, last = begin // PIECE, -(-end // PIECE)
         return self._pieces(first, last)[begin - first * PIECE : end - first * PIECE]
 
     def __array__(self, dtype: object = None, *, copy: bool | None = None) -> Array:
         """Return all samples, in memory."""
-        return self._unpacked(slice(None))
+        return self._unpack(slice(None))
 
     def _pieces(self, first: int, last: int) -> Array:
-        found = self.scratch.read(self.piece + first, last - first)
+        cached = self.scratch.read(self.piece + first, last - first)
         # What is cached is of the file as it was.
-        if found is not None:
+        if cached is not None:
             self._refuse_changed()
-            return found
-        unpacked = self._unpacked(slice(first * PIECE, last * PIECE))
+            return cached
+        unpacked = self._unpack(slice(first * PIECE, last * PIECE))
         self.scratch.keep(self.piece + first, unpacked)
         return unpacked
 
-    def _unpacked(self, which: slice) -> Array:
+    def _unpack(self, which: slice) -> Array:
         with open_file(self.path) as file:
             # Once it is open: what replaces the file from now on is not what is read.
             self._refuse_changed()
@@ -87,11 +87,11 @@ class StoredSamples:
         try:
             state = _state(self.path)
         except FileNotFoundError as error:
-            raise there_is_none(self.path) from error
+            raise missing_file(self.path) from error
         if state != self.state:
             raise DataError(f"{self.path} was changed while it was read")
 
 
 def _state(path: Path) -> tuple[int, int]:
-    found = path.stat()
-    return found.st_size, found.st_mtime_ns
+    stat = path.stat()
+    return stat.st_size, stat.st_mtime_ns

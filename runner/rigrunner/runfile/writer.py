@@ -53,9 +53,9 @@ class RunWriter:
         self._sync_measurements = sync_measurements
         with writing(folder):
             if header is None:
-                self._events, self._recordings = _reopened(self._files)
+                self._events, self._recordings = _reopen_journal(self._files)
             else:
-                self._events, self._recordings = _begun(self._files, header), 0
+                self._events, self._recordings = _create_journal(self._files, header), 0
         self._samples: JournalWriter | None = None
         self._shape: Shape | None = None
         self._started: StepStarted | None = None
@@ -130,7 +130,7 @@ class RunWriter:
         if self._failure is not None:
             failure, self._failure = self._failure, None
             raise failure
-        if self._folding.going:
+        if self._folding.pending:
             self._folding.check()
 
     def read(self) -> StoredRun:
@@ -212,7 +212,7 @@ class RunWriter:
         return journal.path
 
 
-def _begun(files: RunFolder, header: RunHeader) -> JournalWriter:
+def _create_journal(files: RunFolder, header: RunHeader) -> JournalWriter:
     """Return the journal of a new run."""
     files.journal.mkdir(parents=True)
     events = JournalWriter(files.events)
@@ -226,17 +226,17 @@ def _begun(files: RunFolder, header: RunHeader) -> JournalWriter:
     return events
 
 
-def _reopened(files: RunFolder) -> tuple[JournalWriter, int]:
+def _reopen_journal(files: RunFolder) -> tuple[JournalWriter, int]:
     """Return the journal of an interrupted run, and the number of its last recording."""
     journal = read_journal(files)
     # Both: a recording may have no samples yet, or have lost its start with a torn end.
-    begun = sum(
-        isinstance(one, StepStarted) and bool(one.recording) for one in journal.events.outline
+    begun_count = sum(
+        isinstance(event, StepStarted) and bool(event.recording) for event in journal.events.outline
     )
     numbers = [int(path.stem) for path in (*files.sample_journals(), *files.finished_parts())]
     events = JournalWriter(files.events, journal.records_end)
     events.sync()
-    return events, max(begun, *numbers, 0)
+    return events, max(begun_count, *numbers, 0)
 
 
 class Folding:
@@ -248,17 +248,17 @@ class Folding:
 
     def __init__(self) -> None:
         self._worker = ThreadPoolExecutor(1, "fold")
-        self.going: deque[Future[None]] = deque()
+        self.pending: deque[Future[None]] = deque()
         """Folds that were started and not yet checked."""
 
     def start(self, fold: Callable[[], None]) -> None:
         """Start a fold, which begins after those before it."""
-        self.going.append(self._worker.submit(fold))
+        self.pending.append(self._worker.submit(fold))
 
     def check(self) -> None:
         """Raise the error of a failed fold. Its recording is still complete, in its journal."""
-        while self.going and self.going[0].done():
-            self.going.popleft().result()
+        while self.pending and self.pending[0].done():
+            self.pending.popleft().result()
 
     def wait(self) -> None:
         """Wait until all are done. Failed ones are repeated at sealing. Idempotent."""

@@ -96,18 +96,18 @@ def mean_turn(values: Array, starts: Array, parts: int) -> Array:
     smaller by sinc(h / parts). Raises ValueError where a part has no sample.
     """
     period = np.diff(starts)
-    too_short = f"a mean of {parts} parts needs cycles of {parts} samples and more"
+    message = f"a mean of {parts} parts needs cycles of {parts} samples and more"
     if not len(period) or period.min() < parts:
-        raise ValueError(too_short)
-    total, some = np.zeros(parts), max(1, AT_ONCE // parts)
-    for k in range(0, len(period), some):
-        mine = slice(k, k + some)
-        begin = starts[:-1][mine, None] + period[mine, None] * (np.arange(parts) / parts)
+        raise ValueError(message)
+    total, at_once = np.zeros(parts), max(1, AT_ONCE // parts)
+    for k in range(0, len(period), at_once):
+        chunk = slice(k, k + at_once)
+        begin = starts[:-1][chunk, None] + period[chunk, None] * (np.arange(parts) / parts)
         first = np.rint(begin.ravel()).astype(np.intp)
-        edges = np.append(first, np.rint(starts[min(k + some, len(period))]).astype(np.intp))
+        edges = np.append(first, np.rint(starts[min(k + at_once, len(period))]).astype(np.intp))
         counts = np.diff(edges)
         if counts.min() < 1:  # parts of one sample that begin half way between two
-            raise ValueError(too_short)
+            raise ValueError(message)
         cycles = values[edges[0] : edges[-1]]
         sums = np.add.reduceat(cycles, first - first[0]) / counts
         total += sums.reshape(-1, parts).sum(axis=0)

@@ -77,14 +77,14 @@ def limits(values: Samples) -> tuple[float, float]:
 
     Both are not a number where one of the values is none. Samples that have `limits` know them.
     """
-    known: tuple[float, float] | None = getattr(values, "limits", None)
-    return known or limits_of(part for _, part in blocks(values))
+    own_limits: tuple[float, float] | None = getattr(values, "limits", None)
+    return own_limits or limits_of(part for _, part in blocks(values))
 
 
 def limits_of(parts: Iterable[Array]) -> tuple[float, float]:
     """Return the same of values in parts."""
-    found = np.array([(part.min(), part.max()) for part in parts]).reshape(-1, 2)
-    return float(found[:, 0].min()), float(found[:, 1].max())
+    extremes = np.array([(part.min(), part.max()) for part in parts]).reshape(-1, 2)
+    return float(extremes[:, 0].min()), float(extremes[:, 1].max())
 
 
 def groups(places: Array) -> list[slice]:
@@ -92,12 +92,12 @@ def groups(places: Array) -> list[slice]:
 
     A single place is a group too, however far the next one is.
     """
-    found, first = [], 0
+    slices, first = [], 0
     while first < len(places):
         end = max(int(np.searchsorted(places, places[first] + BLOCK, "right")), first + 1)
-        found.append(slice(first, end))
+        slices.append(slice(first, end))
         first = end
-    return found
+    return slices
 
 
 def cycle_groups(starts: Array) -> list[slice]:
@@ -105,10 +105,10 @@ def cycle_groups(starts: Array) -> list[slice]:
 
     A cycle lies whole in one group.
     """
-    found, first = [], 0
+    slices, first = [], 0
     while first < len(starts) - 1:
         end = int(np.searchsorted(starts, starts[first] + STEP, "right")) - 1
         end = max(end, first + 1)
-        found.append(slice(first, end))
+        slices.append(slice(first, end))
         first = end
-    return found
+    return slices

@@ -43,7 +43,7 @@ def rises(values: Samples, low: float, high: float) -> tuple[IntArray, IntArray]
 
     Indices into values of shape (n,), each of shape (rises,); low < high.
     """
-    found = [np.empty((2, 0), np.intp)]
+    rises_found = [np.empty((2, 0), np.intp)]
     low_at: int | None = None
     for at, block in blocks(values):
         ends = _outer(block, low, high)
@@ -51,10 +51,10 @@ def rises(values: Samples, low: float, high: float) -> tuple[IntArray, IntArray]
             continue
         first, last = ends
         if low_at is not None and block[first] >= high:
-            found.append(np.array([[low_at], [at + first]]))
-        found.append(np.add(at, _in_block(block, low, high)))
+            rises_found.append(np.array([[low_at], [at + first]]))
+        rises_found.append(np.add(at, _in_block(block, low, high)))
         low_at = at + last if block[last] <= low else None
-    before, after = np.concatenate(found, axis=1)
+    before, after = np.concatenate(rises_found, axis=1)
     return before, after
 
 
@@ -69,10 +69,10 @@ def _outer(values: Array, low: float, high: float) -> tuple[int, int] | None:
         return None
     for end in range(len(values), 0, -PIECE):
         part = values[max(end - PIECE, 0) : end]
-        behind = (part <= low) | (part >= high)
-        if behind.any():
+        outside_at_end = (part <= low) | (part >= high)
+        if outside_at_end.any():
             break
-    return first + int(np.argmax(outside)), end - 1 - int(np.argmax(behind[::-1]))
+    return first + int(np.argmax(outside)), end - 1 - int(np.argmax(outside_at_end[::-1]))
 
 
 def _in_block(values: Array, low: float, high: float) -> tuple[IntArray, IntArray]:
@@ -130,13 +130,13 @@ def _turns(is_low: Mask, is_high: Mask) -> tuple[IntArray, IntArray]:
 
 
 def _spans(begins: Sequence[IntArray], ends: Sequence[IntArray]) -> list[list[int]]:
-    both = np.stack([np.concatenate(begins), np.concatenate(ends)], axis=1)
-    return cast("list[list[int]]", both.tolist())
+    spans = np.stack([np.concatenate(begins), np.concatenate(ends)], axis=1)
+    return cast("list[list[int]]", spans.tolist())
 
 
 @dataclass(frozen=True, eq=False)
 class _Look:
-    """The crossings that every so manyth sample shows: indices of both sides of each."""
+    """The crossings that every n-th sample shows: indices of both sides of each."""
 
     values: Array
     low: float
@@ -152,15 +152,15 @@ class _Look:
 def _look(values: Array, low: float, high: float) -> _Look | None:
     """Return None where the looks are too few to a cycle."""
     for stride in STRIDES:
-        seen = values[::stride].copy()
-        is_low, is_high = seen <= low, seen >= high
+        samples = values[::stride].copy()
+        is_low, is_high = samples <= low, samples >= high
         up, down = _turns(is_low, is_high), _turns(is_high, is_low)
-        # No rise at all tells nothing: all of them may lie between two looks.
-        if 0 < LOOKS * len(up[0]) <= len(seen):
+        # No rise at all means nothing: all of them may lie between two looks.
+        if 0 < LOOKS * len(up[0]) <= len(samples):
             ups, downs = ((stride * before, stride * after) for before, after in (up, down))
             outside = is_low | is_high
             first = stride * int(np.argmax(outside))
-            last = stride * (len(seen) - 1 - int(np.argmax(outside[::-1])))
+            last = stride * (len(samples) - 1 - int(np.argmax(outside[::-1])))
             return _Look(values, low, high, stride, first, last, ups, downs)
     return None
 
@@ -191,7 +191,7 @@ class _Near:
             up, down = (((before + after) // 2,) * 2 for before, after in (look.up, look.down))
         else:
             wide = int(gaps.min()) // share
-            up, down = ((b + wide, a - wide) for b, a in (look.up, look.down))
+            up, down = ((before + wide, after - wide) for before, after in (look.up, look.down))
         pays = (one_cut or wide > 2 * look.stride) and wide * len(gaps) < len(look.values) // 2
         return cls(look, wide, up, down, one_cut) if pays else None
 

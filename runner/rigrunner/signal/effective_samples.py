@@ -4,7 +4,7 @@ Of a stationary series the variance of the mean of n values is
 
     u^2 = s^2/n [1 + 2 sum (1 - k/n) r(k)],   k = 1 ... cut-off,
 
-with r(k) the autocorrelation at lag k, summed until it is no longer told from chance (Zhang,
+with r(k) the autocorrelation at lag k, summed until it cannot be distinguished from chance (Zhang,
 Metrologia 43, 2006, S276, equations 6 to 10). The bracket is n over the number of independent
 values that tell as much.
 """
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from rigrunner.api.data import Array
 
 LEAST = 8
-"""Values, of which a correlation can be told at all."""
+"""Fewest values from which a correlation is estimated."""
 MOST = 1 << 16
 """Values that are correlated; of more, means of neighbours are, which have the same mean."""
 FEWEST = 2.0
@@ -50,7 +50,7 @@ def scatter_of_mean(values: Array) -> tuple[float, float] | None:
 
 
 def effective_number(values: Array) -> float:
-    """Return how many independent values tell as much of the mean as these (n,); n at most."""
+    """Return the effective number of independent values, for the mean of these (n,); n at most."""
     n = len(values)
     size = -(-n // MOST)
     means = values[: n - n % size].reshape(-1, size).mean(axis=1) if size > 1 else values

@@ -38,8 +38,8 @@ def extremes(values: Samples, edges: IntArray) -> tuple[Array, Array]:
         # step is a multiple of CACHED, so a cached stretch lies within one block.
         if at % step == 0:
             block = values[first + at : first + min(at + step, count)]
-        cached, mine = block[at % step :][:CACHED], slice(pieces[k], pieces[k + 1])
-        np.minimum.reduceat(cached, within[mine], out=least[mine])
-        np.maximum.reduceat(cached, within[mine], out=greatest[mine])
-    own = np.searchsorted(starts, edges[:-1] - first)
-    return np.minimum.reduceat(least, own), np.maximum.reduceat(greatest, own)
+        cached, inside = block[at % step :][:CACHED], slice(pieces[k], pieces[k + 1])
+        np.minimum.reduceat(cached, within[inside], out=least[inside])
+        np.maximum.reduceat(cached, within[inside], out=greatest[inside])
+    part_starts = np.searchsorted(starts, edges[:-1] - first)
+    return np.minimum.reduceat(least, part_starts), np.maximum.reduceat(greatest, part_starts)

@@ -40,7 +40,7 @@ def scattered(name: str, u: float, dof: float) -> Effect:
 
 
 def unknown(name: str) -> Effect:
-    """Return an input whose uncertainty nothing tells; then that of the result is unknown too."""
+    """Return an input of unknown uncertainty; then that of the result is unknown too."""
     return scattered(name, nan, nan)
 
 
@@ -57,16 +57,16 @@ def model_of(
     `scales` are relative errors of the whole. `correlations` has for an ensemble that of its
     inputs, (m, m), in the order of the effects.
     """
-    inputs = (*(each.input for each in effects), *scales)
+    inputs = (*(effect.input for effect in effects), *scales)
     correlation: Array | None = None
     if correlations:
         correlation = np.eye(len(inputs))
         for ensemble, part in correlations.items():
-            rows = [i for i, each in enumerate(inputs) if each.ensemble == ensemble]
+            rows = [i for i, input_ in enumerate(inputs) if input_.ensemble == ensemble]
             correlation[np.ix_(rows, rows)] = part
     return MeasurementModel(
         inputs=inputs,
-        equation=Corrected(value, tuple(effects), tuple(each.name for each in scales)),
+        equation=Corrected(value, tuple(effects), tuple(scale.name for scale in scales)),
         correlation=correlation,
         lines=lines or {},
     )
@@ -76,11 +76,11 @@ def extended(model: MeasurementModel, effects: Sequence[Effect]) -> MeasurementM
     """Return a model to which some independent effects are added."""
     correlation = model.correlation
     if correlation is not None:
-        old = len(model.inputs)
-        correlation = np.eye(old + len(effects))
-        correlation[:old, :old] = model.correlation
+        count = len(model.inputs)
+        correlation = np.eye(count + len(effects))
+        correlation[:count, :count] = model.correlation
     return MeasurementModel(
-        inputs=(*model.inputs, *(each.input for each in effects)),
+        inputs=(*model.inputs, *(effect.input for effect in effects)),
         equation=_Extended(model.equation, Corrected(0.0, tuple(effects))),
         correlation=correlation,
         lines=model.lines,

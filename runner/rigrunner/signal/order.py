@@ -1,7 +1,7 @@
 """Order statistics of more samples than fit into memory, exact, in few passes over them.
 
-The first block tells about where a wanted rank is, and one pass then keeps what lies there. Where
-the rest is not like the first block, the first bits of a float64 tell where it stands among others:
+The first block shows about where a rank is, and one pass then keeps the values there. Where
+the rest is not like the first block, the first bits of a float64 give its place among the others:
 counting by them narrows each rank to a few values, or to equal ones.
 """
 
@@ -32,7 +32,7 @@ SLACK = 1.5
 WIDE = 0.03
 """Of all values, on either side: the most that a bracket is laid to hold of few."""
 SHIFTS = (44, 24, 4, 0)
-"""Bits that a pass leaves open. The first 20 tell apart what differs by a 256th."""
+"""Bits that a pass leaves open. The first 20 distinguish what differs by a 256th."""
 SIGN = np.uint64(1 << 63)
 
 
@@ -60,30 +60,30 @@ class Bracket:
         """Take further values."""
         self.below += int(np.count_nonzero(part < self.low))
         if self._size <= SLACK * KEPT:
-            mine = part[(part >= self.low) & (part <= self.high)]
-            self._kept.append(np.unique(mine, return_counts=True))
+            inside = part[(part >= self.low) & (part <= self.high)]
+            self._kept.append(np.unique(inside, return_counts=True))
             self._size += len(self._kept[-1][0])
 
     def ranked(self, ranks: Sequence[int]) -> list[float] | None:
         """Return the values that would stand at these places; None where they are not all kept."""
-        values, counts = (np.concatenate(each) for each in zip(*self._kept, strict=True))
+        values, counts = (np.concatenate(arrays) for arrays in zip(*self._kept, strict=True))
         order = np.argsort(values, kind="stable")
         ends = self.below + np.cumsum(counts[order])
         inside = len(ends) and self.below <= min(ranks) and max(ranks) < ends[-1]
         if not inside or self._size > SLACK * KEPT:
             return None
-        return [float(each) for each in values[order[np.searchsorted(ends, ranks, "right")]]]
+        return [float(value) for value in values[order[np.searchsorted(ends, ranks, "right")]]]
 
 
 def percentiles(values: Samples, percent: Sequence[float]) -> list[float]:
     """Return what `np.percentile` does, of values of shape (n,), bit by bit."""
     if len(values) <= BLOCK:
-        return [float(each) for each in np.percentile(values[:], percent)]
-    places = [(len(values) - 1) * (each / 100) for each in percent]
+        return [float(value) for value in np.percentile(values[:], percent)]
+    places = [(len(values) - 1) * (percentage / 100) for percentage in percent]
     last = len(values) - 1
     ranks = [[floor(at), min(floor(at) + 1, last)] for at in places]
     first = values[:BLOCK]
-    brackets = [Bracket.about(each / 100, first, len(values)) for each in percent]
+    brackets = [Bracket.about(percentage / 100, first, len(values)) for percentage in percent]
     for _, part in blocks(values):
         for bracket in brackets:
             bracket.take(part)
@@ -110,49 +110,49 @@ def median(parts: Parts, count: int) -> float:
 
 def ranked(parts: Parts, ranks: Sequence[int]) -> list[float]:
     """Return the values that would stand at these places, if all were sorted."""
-    # Of each wanted value: its first bits as far as they are known, and how many values are less
-    # by these bits.
-    known, below = [0] * len(ranks), [0] * len(ranks)
+    # Of each rank: the first bits of its value as far as they are known, and how many values are
+    # less by these bits.
+    prefixes, below = [0] * len(ranks), [0] * len(ranks)
     opened = 64
     for shift in SHIFTS:
-        tables = _counted(parts, set(known), opened, shift)
-        held = {}
+        tables = _count_next_bits(parts, set(prefixes), opened, shift)
+        counts = {}
         for k, rank in enumerate(ranks):
-            total = below[k] + np.cumsum(tables[known[k]])
+            total = below[k] + np.cumsum(tables[prefixes[k]])
             place = int(np.searchsorted(total, rank, "right"))
-            count = int(tables[known[k]][place])
+            count = int(tables[prefixes[k]][place])
             below[k] = int(total[place]) - count
-            known[k] = (known[k] << (opened - shift)) + place
-            held[known[k]] = count
+            prefixes[k] = (prefixes[k] << (opened - shift)) + place
+            counts[prefixes[k]] = count
         opened = shift
-        if sum(held.values()) <= KEPT:
+        if sum(counts.values()) <= KEPT:
             break
     if not opened:
         # All bits are known: the values themselves, by the inverse of `_keys`.
-        bits = np.array(known, np.uint64)
+        bits = np.array(prefixes, np.uint64)
         values = np.where(bits >> 63, bits ^ SIGN, ~bits).view(np.float64)
-        return [float(each) for each in values]
-    found: dict[int, list[Array]] = {first: [] for first in known}
+        return [float(value) for value in values]
+    groups: dict[int, list[Array]] = {prefix: [] for prefix in prefixes}
     for part in parts():
         keys = _keys(part)
-        for first, some in found.items():
-            some.append(part[keys >> opened == first])
-    ordered = {first: np.sort(np.concatenate(some)) for first, some in found.items()}
-    return [float(ordered[k][r - b]) for k, r, b in zip(known, ranks, below, strict=True)]
+        for prefix, group in groups.items():
+            group.append(part[keys >> opened == prefix])
+    ordered = {prefix: np.sort(np.concatenate(group)) for prefix, group in groups.items()}
+    return [float(ordered[p][r - b]) for p, r, b in zip(prefixes, ranks, below, strict=True)]
 
 
-def _counted(
-    parts: Parts, known: set[int], opened: int, shift: int
+def _count_next_bits(
+    parts: Parts, prefixes: set[int], opened: int, shift: int
 ) -> dict[int, NDArray[np.int64]]:
-    """Return for each of the known first bits how many values go on with which next ones."""
+    """Return for each prefix how many values go on with which next bits."""
     size = 1 << (opened - shift)
-    tables = {first: np.zeros(size, np.int64) for first in known}
+    tables = {prefix: np.zeros(size, np.int64) for prefix in prefixes}
     for part in parts():
         keys = _keys(part)
-        for first in known:
-            mine = keys if opened == 64 else keys[keys >> opened == first]  # noqa: PLR2004  (all)
-            places = (mine >> shift) & (size - 1)
-            tables[first] += np.bincount(places.astype(np.intp), minlength=size)
+        for prefix in prefixes:
+            matching = keys if opened == 64 else keys[keys >> opened == prefix]  # noqa: PLR2004  (all)
+            places = (matching >> shift) & (size - 1)
+            tables[prefix] += np.bincount(places.astype(np.intp), minlength=size)
     return tables
 
 

@@ -34,7 +34,7 @@ UNKNOWN_STEP = 1e-3
 
 @dataclass(frozen=True)
 class Propagated:
-    """What a model says of its measurand, and the budget that its parts make up."""
+    """The estimate of a measurand by its model, and the uncertainty budget."""
 
     estimate: Estimate
     components: tuple[Component, ...]
@@ -42,17 +42,17 @@ class Propagated:
 
 @lru_cache(maxsize=256)
 def propagate(model: MeasurementModel) -> Propagated:
-    """Return estimate and budget; remembered, as what a method gives is held against its model.
+    """Return estimate and budget; cached, as the result of a method is compared with its model.
 
     An input of unknown uncertainty (nan) makes that of the result unknown: nan, and so its degrees
     of freedom. Raises ValueError for correlated inputs that are neither of one ensemble nor both of
     infinite degrees of freedom: nothing says what those of the result would be.
     """
     gradient = sensitivities(model)
-    known = [not np.isnan(each.u) for each in model.inputs]
+    is_known = [not np.isnan(x.u) for x in model.inputs]
     numbers = _uncertain_numbers(model)
     parts = {
-        line: _combined(rows, gradient, numbers) if all(known[row] for row in rows) else None
+        line: _combine(rows, gradient, numbers) if all(is_known[row] for row in rows) else None
         for line, rows in _lines(model).items()
     }
     u, dof = _u_and_dof(None if None in parts.values() else sum(parts.values()))
@@ -79,21 +79,19 @@ def sensitivities(model: MeasurementModel) -> Array:
     if not count:
         return np.zeros(0)
     if isinstance(model.equation, Differentiable):
-        at = {each.name: np.array([each.value]) for each in model.inputs}
+        at = {x.name: np.array([x.value]) for x in model.inputs}
         slopes = model.equation.gradient(at)
         return np.array(
             [
-                float(np.ravel(slopes[each.name])[0])
-                if each.u != 0 and each.name in slopes
-                else 0.0
-                for each in model.inputs
+                float(np.ravel(slopes[x.name])[0]) if x.u != 0 and x.name in slopes else 0.0
+                for x in model.inputs
             ]
         )
-    values = np.array([each.value for each in model.inputs])
-    u = np.array([UNKNOWN_STEP if isnan(each.u) else each.u for each in model.inputs])
+    values = np.array([x.value for x in model.inputs])
+    u = np.array([UNKNOWN_STEP if isnan(x.u) else x.u for x in model.inputs])
     # One call for all trials: first each input above its estimate in turn, then each below.
     steps = np.concatenate([np.diag(u), -np.diag(u)]).reshape(2 * count, count)
-    trials = dict(zip((each.name for each in model.inputs), (values + steps).T, strict=True))
+    trials = dict(zip((x.name for x in model.inputs), (values + steps).T, strict=True))
     y: Array = np.broadcast_to(model.equation(trials), 2 * count)
     change = np.zeros(count)
     np.divide(y[:count] - y[count:], 2 * u, out=change, where=u > 0)
@@ -105,9 +103,9 @@ def connected(model: MeasurementModel) -> Sequence[Sequence[int]]:
     groups: list[list[int]] = []
     for row in range(len(model.inputs)):
         # A row can join groups that nothing has linked so far.
-        joined = [group for group in groups if any(_linked(model, row, other) for other in group)]
-        groups = [group for group in groups if group not in joined]
-        groups.append(sorted({row, *(other for group in joined for other in group)}))
+        linked = [group for group in groups if any(_linked(model, row, other) for other in group)]
+        groups = [group for group in groups if group not in linked]
+        groups.append(sorted({row, *(other for group in linked for other in group)}))
     return groups
 
 
@@ -117,14 +115,14 @@ def one_error(model: MeasurementModel, rows: Sequence[int]) -> Array | None:
     They have one shape: rectangles that are fully correlated add to a rectangle.
     """
     first = model.inputs[rows[0]]
-    alike = all(
-        (each.distribution, each.dof) == (first.distribution, first.dof)
-        for each in (model.inputs[row] for row in rows)
+    same_shape = all(
+        (x.distribution, x.dof) == (first.distribution, first.dof)
+        for x in (model.inputs[row] for row in rows)
     )
     if model.correlation is None or len(rows) == 1 or first.distribution not in KURTOSIS:
         return None
     r = model.correlation[np.ix_(rows, rows)]
-    if not alike or np.any(np.abs(r) < 1):
+    if not same_shape or np.any(np.abs(r) < 1):
         return None
     return np.asarray(np.array([model.inputs[row].u for row in rows]) * r[0])
 
@@ -141,20 +139,20 @@ def _shapes(model: MeasurementModel, gradient: Array) -> Iterator[tuple[float, s
     Others that are correlated pass for normal: only of independent inputs do fourth cumulants add.
     """
     for rows in connected(model):
-        whole = one_error(model, rows)
-        if whole is not None:
-            yield abs(float(gradient[list(rows)] @ whole)), model.inputs[rows[0]].distribution
+        error_u = one_error(model, rows)
+        if error_u is not None:
+            yield abs(float(gradient[list(rows)] @ error_u)), model.inputs[rows[0]].distribution
             continue
         for row in rows:
-            each, c = model.inputs[row], gradient[row]
+            x, c = model.inputs[row], gradient[row]
             alone = model.correlation is None or np.count_nonzero(model.correlation[row]) == 1
-            yield abs(float(c)) * each.u, each.distribution if alone else Distribution.NORMAL
+            yield abs(float(c)) * x.u, x.distribution if alone else Distribution.NORMAL
 
 
 def _lines(model: MeasurementModel) -> Mapping[str, list[int]]:
     lines: dict[str, list[int]] = {}
-    for row, each in enumerate(model.inputs):
-        lines.setdefault(each.budget_line, []).append(row)
+    for row, x in enumerate(model.inputs):
+        lines.setdefault(x.budget_line, []).append(row)
     return lines
 
 
@@ -173,8 +171,8 @@ def _uncertain_numbers(model: MeasurementModel) -> Sequence[Any]:
         dof = inputs[0].dof
         if any(x.dof != dof for x in inputs):
             raise ValueError(f"the inputs of {ensemble} differ in their degrees of freedom")
-        made = GTC.multiple_ureal([x.value for x in inputs], [x.u for x in inputs], dof)
-        for row, number in zip(rows, made, strict=True):
+        ensemble_numbers = GTC.multiple_ureal([x.value for x in inputs], [x.u for x in inputs], dof)
+        for row, number in zip(rows, ensemble_numbers, strict=True):
             numbers[row] = number
     if model.correlation is not None:
         for i, j in combinations(range(len(numbers)), 2):
@@ -186,21 +184,21 @@ def _uncertain_numbers(model: MeasurementModel) -> Sequence[Any]:
 
 
 def _refuse_without_dof(one: Input, other: Input) -> None:
-    together = one.ensemble and one.ensemble == other.ensemble
-    unlimited = one.dof == other.dof == inf and not (one.ensemble or other.ensemble)
-    if not (together or unlimited):
+    share_ensemble = one.ensemble and one.ensemble == other.ensemble
+    infinite = one.dof == other.dof == inf and not (one.ensemble or other.ensemble)
+    if not (share_ensemble or infinite):
         raise ValueError(
             f"{one.name} and {other.name} are correlated, but of degrees of freedom that they do "
             "not share: put them into one ensemble"
         )
 
 
-def _combined(rows: Sequence[int], gradient: Array, numbers: Sequence[Any]) -> Any:
+def _combine(rows: Sequence[int], gradient: Array, numbers: Sequence[Any]) -> Any:
     import GTC  # noqa: PLC0415  (see above)
 
     # 0 times an uncertain number has nan degrees of freedom in GTC, which would reach the sum.
-    acting = [row for row in rows if gradient[row] != 0]
-    return sum((float(gradient[row]) * numbers[row] for row in acting), GTC.constant(0.0))
+    contributing = [row for row in rows if gradient[row] != 0]
+    return sum((float(gradient[row]) * numbers[row] for row in contributing), GTC.constant(0.0))
 
 
 def _u_and_dof(number: Any) -> tuple[float, float]:
@@ -227,10 +225,10 @@ def _component(
     if len(rows) == 1:
         c = float(gradient[rows[0]])
         return replace(shown, value=first.value, unit=first.unit, input_u=first.u, sensitivity=c)
-    whole = model.lines.get(line, Line(nan))
+    total = model.lines.get(line, Line(nan))
     return replace(
         shown,
-        value=whole.value,
-        input_u=u / abs(whole.sensitivity),
-        sensitivity=whole.sensitivity,
+        value=total.value,
+        input_u=u / abs(total.sensitivity),
+        sensitivity=total.sensitivity,
     )

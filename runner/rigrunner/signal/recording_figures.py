@@ -29,7 +29,7 @@ def of_recording(recording: Recording) -> Picture:
     time, units, written_in = Axis("time", "s"), recording.units, recording.written_in
     panels, alt = [], []
     for name, samples in list(recording.channels.items())[:MOST_CHANNELS]:
-        values, unit = _shown(np.asarray(samples), units.get(name, ""), written_in.get(name, ""))
+        values, unit = _in_unit(np.asarray(samples), units.get(name, ""), written_in.get(name, ""))
         places = places_of_extremes(values, most=MOST_SAMPLES)
         series = Series.over(places / recording.rate_hz, values[places], kind="line")
         panels.append(Figure("", time, Axis(name, unit), (series,)))
@@ -50,18 +50,18 @@ def of_table(rows: Sequence[Measurement]) -> Picture | None:
     if len(rows) < LEAST_ROWS or not rows[0].values:
         return None
     units = rows[0].units
-    several = (n for n in rows[0].setpoints if len({row.setpoints.get(n) for row in rows}) > 1)
-    axis = next(several, "")
+    varied = (n for n in rows[0].setpoints if len({row.setpoints.get(n) for row in rows}) > 1)
+    axis = next(varied, "")
     over = Axis("row")
     panels, alt = [], []
     for name in list(rows[0].values)[:MOST_CHANNELS]:
-        found = [row for row in rows if name in row.values and (not axis or axis in row.setpoints)]
-        read = np.array([row.values[name] for row in found])
-        values, unit = _shown(read, units.get(name, ""), _common(found, name))
-        x = np.arange(1.0, len(found) + 1)
+        drawn = [row for row in rows if name in row.values and (not axis or axis in row.setpoints)]
+        measured = np.array([row.values[name] for row in drawn])
+        values, unit = _in_unit(measured, units.get(name, ""), _common(drawn, name))
+        x = np.arange(1.0, len(drawn) + 1)
         if axis:
-            set_to = np.array([row.setpoints[axis] for row in found], float)
-            x, x_unit = _shown(set_to, units.get(axis, ""), _common(rows, axis))
+            set_points = np.array([row.setpoints[axis] for row in drawn], float)
+            x, x_unit = _in_unit(set_points, units.get(axis, ""), _common(rows, axis))
             over = Axis(f"set {axis}", x_unit)
         places = places_of_extremes(values, most=MOST_SAMPLES)
         series = Series.over(x[places], values[places], kind="joined")
@@ -77,12 +77,12 @@ def _common(rows: Sequence[Measurement], name: str) -> str:
     return written.pop() if len(written) == 1 else ""
 
 
-def _shown(si: Array, si_unit: str, written_in: str) -> tuple[Array, str]:
+def _in_unit(si: Array, si_unit: str, written_in: str) -> tuple[Array, str]:
     """Return values in the unit for display, shape (n,), and that unit."""
     if not written_in:
         return si, si_unit
-    known = unit_of(written_in)
-    return (si - known.offset) / known.factor, known.symbol
+    unit = unit_of(written_in)
+    return (si - unit.offset) / unit.factor, unit.symbol
 
 
 def _span(name: str, values: Array, unit: str) -> str:

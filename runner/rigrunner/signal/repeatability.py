@@ -23,10 +23,10 @@ if TYPE_CHECKING:
     from rigrunner.api.data import Array
 
 LEAST = 8
-"""Cycles, of which a correlation can be told at all."""
+"""Fewest cycles from which a correlation is estimated."""
 
 CHANCE = 0.1
-"""That a correlation is taken for real in independent cycles."""
+"""Probability that independent cycles are taken for correlated ones."""
 
 GREATEST = 0.95
 """Of phi: nearer to 1 the cycles show no mean."""
@@ -52,8 +52,8 @@ def jackknife_error(replicates: Array, *, in_a_row: bool = True) -> tuple[float,
     of the values (Efron and Stein, Ann. Statist. 9(3), 1981). What does not follow each other in
     time is taken to be independent.
     """
-    n, moved = len(replicates), influences(replicates)
-    return standard_error(moved) if in_a_row else (float(moved.std(ddof=1)) / sqrt(n), n - 1.0)
+    n, changes = len(replicates), influences(replicates)
+    return standard_error(changes) if in_a_row else (float(changes.std(ddof=1)) / sqrt(n), n - 1.0)
 
 
 def influences(replicates: Array) -> Array:
@@ -65,7 +65,7 @@ def influences(replicates: Array) -> Array:
 
 
 def effective_number(values: Array, chance: float = CHANCE) -> float:
-    """Return how many independent values tell as much of the mean as these (n,); n at most.
+    """Return the effective number of independent values, for the mean of these (n,); n at most.
 
     `chance` is that of independent values to be taken for fewer.
     """

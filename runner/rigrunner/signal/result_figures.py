@@ -26,7 +26,7 @@ def over_coordinate(found: Sequence[Limited]) -> tuple[Figure, ...]:
 
     The first figure shows the values. If each value has two limits, and their middle differs from
     value to value, a second one shows the distance of the values from the middle: on the scale of
-    the first one the limits could not be told apart.
+    the first one the limits could not be distinguished.
     """
     axis = _axis([result for result, _, _ in found])
     if axis is None:
@@ -67,7 +67,7 @@ def _within_limits(values: Figure, symbol: str, unit: str) -> Figure | None:
     if len(middles) < LEAST or any(low is None or high is None for low, high in ends):
         return None
     series = tuple(
-        replace(each, points=tuple(map(_from_middle, each.points))) for each in values.series
+        replace(line, points=tuple(map(_from_middle, line.points))) for line in values.series
     )
     # A difference of 1 °C is 1 K; as a temperature it would be 274.15 K.
     of_difference = "K" if unit == "°C" else unit
@@ -86,7 +86,7 @@ def _axis(results: Sequence[MeasurementResult]) -> str | None:
     """Return the numerical coordinate with the most different values, the first of several."""
     best, most = None, LEAST - 1
     for name in results[0].coordinates if results else ():
-        values = {each.coordinates[name].usual.value for each in results}
+        values = {result.coordinates[name].usual.value for result in results}
         if not any(isinstance(value, str) for value in values) and len(values) > most:
             best, most = name, len(values)
     return best

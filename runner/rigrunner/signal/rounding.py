@@ -46,10 +46,10 @@ def places_apart(first: float, second: float, decimals: int) -> int:
     """
     if isclose(first, second, rel_tol=1e-14):
         return decimals
-    found = decimals
-    while printed(first, found) == printed(second, found):
-        found += 1
-    return found
+    digits = decimals
+    while printed(first, digits) == printed(second, digits):
+        digits += 1
+    return digits
 
 
 def with_uncertainty(value: float, expanded: float) -> str:

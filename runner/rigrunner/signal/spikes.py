@@ -54,43 +54,43 @@ def despiked(
     if window < 3:  # noqa: PLR2004  (two neighbours are the least that can outvote a spike)
         raise ValueError(f"a window of {window} samples cannot tell a spike; 3 is the least")
     half = window // 2
-    found = _found_at_once(values, half, threshold) if len(values) > BLOCK else None
-    if found is None:
-        found = _found(values, half, threshold)
-    return Replaced(values, found.index, found.new), len(found.index)
+    spikes = _spikes_at_once(values, half, threshold) if len(values) > BLOCK else None
+    if spikes is None:
+        spikes = _spikes_of(values, half, threshold)
+    return Replaced(values, spikes.index, spikes.new), len(spikes.index)
 
 
-def _found(values: Samples, half: int, threshold: float) -> _Spikes:
+def _spikes_of(values: Samples, half: int, threshold: float) -> _Spikes:
     stretches = list(_stretches(values, half)) if len(values) <= BLOCK else None
 
-    def each() -> Iterator[_Stretch]:
+    def walk() -> Iterator[_Stretch]:
         # Short records stay in memory for the second walk; of longer ones each walk reads again.
         return iter(stretches or _stretches(values, half))
 
-    usual = MAD_TO_SIGMA * median(lambda: (one.deviation for one in each()), len(values))
-    return _Spikes.joined([one.spikes(usual, threshold) for one in each()])
+    usual = MAD_TO_SIGMA * median(lambda: (part.deviation for part in walk()), len(values))
+    return _Spikes.join([stretch.spikes(usual, threshold) for stretch in walk()])
 
 
-def _found_at_once(values: Samples, half: int, threshold: float) -> _Spikes | None:
+def _spikes_at_once(values: Samples, half: int, threshold: float) -> _Spikes | None:
     """Return the same after a single walk; None where samples are not like their first stretch.
 
     The median over all is known only at the end. What is a spike by less than the median of the
     first stretch is kept until then, and what is none by that of all is left out.
     """
     bracket: Bracket | None = None
-    found: list[_Spikes] = []
-    for one in _stretches(values, half):
+    parts: list[_Spikes] = []
+    for stretch in _stretches(values, half):
         if bracket is None:
-            bracket = Bracket.about(0.5, one.deviation, len(values))
+            bracket = Bracket.about(0.5, stretch.deviation, len(values))
             least = MAD_TO_SIGMA * LESS * bracket.low
-        if np.count_nonzero(one.deviation > threshold * least) > FEW * len(one.deviation):
+        if np.count_nonzero(stretch.deviation > threshold * least) > FEW * len(stretch.deviation):
             return None
-        bracket.take(one.deviation)
-        found.append(one.spikes(least, threshold))
+        bracket.take(stretch.deviation)
+        parts.append(stretch.spikes(least, threshold))
     ranked = bracket.ranked(middle(len(values))) if bracket is not None else None
     if ranked is None or (usual := MAD_TO_SIGMA * float(np.mean(ranked))) < least:
         return None
-    return _Spikes.joined(found).beyond(threshold * usual)
+    return _Spikes.join(parts).beyond(threshold * usual)
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,8 +109,8 @@ class Replaced:
         """Return a copy of those from one index to another."""
         begin, end, _ = which.indices(len(self))
         changed = self.values[begin:end].copy()
-        mine = slice(*np.searchsorted(self.index, [begin, end]))
-        changed[self.index[mine] - begin] = self.new[mine]
+        inside = slice(*np.searchsorted(self.index, [begin, end]))
+        changed[self.index[inside] - begin] = self.new[inside]
         return changed
 
     def __array__(self, dtype: object = None, *, copy: bool | None = None) -> Array:
@@ -127,13 +127,13 @@ class _Spikes:
     new: Array
 
     @classmethod
-    def joined(cls, parts: Sequence[_Spikes]) -> _Spikes:
-        columns = zip(*((each.index, each.deviation, each.new) for each in parts), strict=True)
+    def join(cls, parts: Sequence[_Spikes]) -> _Spikes:
+        columns = zip(*((part.index, part.deviation, part.new) for part in parts), strict=True)
         return cls(*map(np.concatenate, columns))
 
     def beyond(self, limit: float) -> _Spikes:
-        mine = self.deviation > limit
-        return _Spikes(self.index[mine], self.deviation[mine], self.new[mine])
+        selected = self.deviation > limit
+        return _Spikes(self.index[selected], self.deviation[selected], self.new[selected])
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,8 +155,8 @@ class _Stretch:
         windows = sliding_window_view(self.around, width)[suspects]
         centre = np.median(windows, axis=1, keepdims=True)
         local = MAD_TO_SIGMA * np.median(np.abs(windows - centre), axis=1)
-        mine = suspects[self.deviation[suspects] > threshold * local]
-        return _Spikes(self.first + mine, self.deviation[mine], self.centre[mine])
+        spikes = suspects[self.deviation[suspects] > threshold * local]
+        return _Spikes(self.first + spikes, self.deviation[spikes], self.centre[spikes])
 
 
 def _stretches(values: Samples, half: int) -> Iterator[_Stretch]:

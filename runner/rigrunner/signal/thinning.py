@@ -27,13 +27,13 @@ def places_of_extremes(*series: Array, most: int) -> Places:
         return np.arange(count)
     parts = most // (2 * len(series))
     edges = count * np.arange(parts + 1) // parts
-    found = {
+    places = {
         start + place
         for values in series
         for start, end in pairwise(edges)
         for place in _least_and_greatest(values[start:end])
     }
-    return np.array(sorted(found), dtype=np.intp)
+    return np.array(sorted(places), dtype=np.intp)
 
 
 def _least_and_greatest(values: Array) -> tuple[int, int]:

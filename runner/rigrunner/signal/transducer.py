@@ -1,4 +1,4 @@
-"""What the errors that a register states of a transducer come to in a result.
+"""The effect on a result of the errors that a register states for a transducer.
 
 Repeatability, hysteresis and resolution act on each reading on its own, and so does a temperature
 effect that is not split: how much of them two runs share is not stated. Creep and the
@@ -30,31 +30,31 @@ def transducer_effects(
     sensitivity of the result to an offset that changes slowly.
     """
     errors = instrument.accuracy or Accuracy()
-    each_on_its_own = sqrt(sum(reading**2 for reading in readings)), sqrt(len(readings))
-    slowly = slow * max(abs(reading) for reading in readings), slow
-    as_the_gain = abs(result), sqrt(len(readings))
-    acting = (
-        ("repeatability", errors.repeatability, each_on_its_own, 1.0),
-        ("hysteresis", errors.hysteresis, each_on_its_own, 1.0),
+    independent = sqrt(sum(reading**2 for reading in readings)), sqrt(len(readings))
+    slow_change = slow * max(abs(reading) for reading in readings), slow
+    gain = abs(result), sqrt(len(readings))
+    terms = (
+        ("repeatability", errors.repeatability, independent, 1.0),
+        ("hysteresis", errors.hysteresis, independent, 1.0),
         # A reading is off by half a step of the display at most (GUM F.2.2.1).
-        ("resolution", errors.resolution, each_on_its_own, 0.5),
-        ("creep", errors.creep, slowly, 1.0),
-        ("temperature effect", errors.temperature, each_on_its_own, 1.0),
-        ("temperature effect on zero", errors.temperature_zero, slowly, 1.0),
-        ("temperature effect on sensitivity", errors.temperature_sensitivity, as_the_gain, 1.0),
+        ("resolution", errors.resolution, independent, 0.5),
+        ("creep", errors.creep, slow_change, 1.0),
+        ("temperature effect", errors.temperature, independent, 1.0),
+        ("temperature effect on zero", errors.temperature_zero, slow_change, 1.0),
+        ("temperature effect on sensitivity", errors.temperature_sensitivity, gain, 1.0),
     )
     effects = []
-    for name, stated, sensitivities, share in acting:
-        if stated is None:
+    for name, error, sensitivities, share in terms:
+        if error is None:
             continue
-        shape = Distribution(stated.distribution)
-        parts = stated.in_parts(instrument.full_scale)
+        shape = Distribution(error.distribution)
+        parts = error.in_parts(instrument.full_scale)
         limits = zip(parts, ("1", si_symbol(instrument.quantity)), sensitivities, strict=True)
         for half_width, unit, sensitivity in limits:
             if half_width > 0:
                 u = share * half_width / OVER_U[shape]
-                named = f"transducer {name}" + (f" ({stated.source})" if stated.source else "")
-                known = Input(named, 0.0, u, distribution=shape, unit=unit, common=True)
+                line = f"transducer {name}" + (f" ({error.source})" if error.source else "")
+                input_ = Input(line, 0.0, u, distribution=shape, unit=unit, common=True)
                 # The result is the reading less its error.
-                effects.append(Effect(known, -sensitivity))
+                effects.append(Effect(input_, -sensitivity))
     return tuple(effects)

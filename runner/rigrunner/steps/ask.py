@@ -70,9 +70,9 @@ class Ask(Action):
         return NOTHING
 
 
-def question_of(name: str, wanted: Input) -> Ask:
+def question_of(name: str, question: Input) -> Ask:
     """Return the question for an input of the procedure."""
-    return Ask(wanted.ask, name, wanted.unattended, expected=wanted.expected)
+    return Ask(question.ask, name, question.unattended, expected=question.expected)
 
 
 def plan(ask: AskStep, planning: Planning) -> None:

@@ -17,4 +17,4 @@ if TYPE_CHECKING:
 def rigrunner_steps() -> list[StepRecord]:
     """Return the kind of each module of this package."""
     modules = iter_modules(steps.__path__, f"{steps.__name__}.")
-    return [import_module(each.name).STEP for each in modules if each.name != __name__]
+    return [import_module(module.name).STEP for module in modules if module.name != __name__]

@@ -95,7 +95,7 @@ class Measure(Action):
         if not self.duration_s:
             return doing.read(self.channels)
         if self.sample_rate_hz is not None:
-            names = [each.name for each in self.channels]
+            names = [channel.name for channel in self.channels]
             return doing.stream_means(self.channels[0].role, names, self.duration_s)
         readings = [doing.read(self.channels) for _ in doing.naps(self.duration_s)]
         return {name: fmean(reading[name] for reading in readings) for name in self.channels}
@@ -105,24 +105,24 @@ class _Listed(NamedTuple):
     """What a step lists: the same each time that it is planned."""
 
     numbers: tuple[Member, ...]
-    told: Mapping[Member, ReadingInfo]
+    readings: Mapping[Member, ReadingInfo]
     """Readings that are not numbers."""
-    told_units: dict[Member, str]
+    reading_units: dict[Member, str]
     limits_of_numbers: Mapping[Member, ValueBand]
-    limits_of_told: Mapping[Member, ValueBand]
+    limits_of_readings: Mapping[Member, ValueBand]
     text: str
 
     @classmethod
     def of(cls, measure: MeasureStep, bench: Bench) -> _Listed:
-        infos = {each: bench.reading(each) for each in measure.channels}
-        told = {member: info for member, info in infos.items() if info is not None}
+        infos = {channel: bench.reading(channel) for channel in measure.channels}
+        readings = {member: info for member, info in infos.items() if info is not None}
         how = f"mean over {measure.duration:.3g} s" if measure.duration else "once"
         return cls(
-            tuple(each for each in measure.channels if each not in told),
-            told,
-            {member: info.unit for member, info in told.items() if info.unit},
-            {member: band for member, band in measure.limits.items() if member not in told},
-            {member: band for member, band in measure.limits.items() if member in told},
+            tuple(channel for channel in measure.channels if channel not in readings),
+            readings,
+            {member: info.unit for member, info in readings.items() if info.unit},
+            {member: band for member, band in measure.limits.items() if member not in readings},
+            {member: band for member, band in measure.limits.items() if member in readings},
             f"Measure {', '.join(measure.channels)}, {how}",
         )
 
@@ -130,8 +130,8 @@ class _Listed(NamedTuple):
 def plan(measure: MeasureStep, planning: Planning) -> None:
     """Plan single readings, or an average."""
     scene, place, seconds = planning.scene, planning.place, measure.duration or 0.0
-    listed = scene.alike(place, "listed", partial(_Listed.of, measure, scene.bench))
-    numbers, told = listed.numbers, listed.told
+    listed = scene.cached(place, "listed", partial(_Listed.of, measure, scene.bench))
+    numbers, readings = listed.numbers, listed.readings
     units = planning.units(numbers)
     twice = len(set(measure.channels)) < len(measure.channels)
     if twice or (numbers and not units):
@@ -139,8 +139,8 @@ def plan(measure: MeasureStep, planning: Planning) -> None:
         if twice and len(set(numbers)) == len(numbers):
             planning.complain(("channels",), "a channel is listed twice", "name it once")
         return
-    if seconds and told:
-        message = f"{', '.join(told)}: what is not a number has no mean"
+    if seconds and readings:
+        message = f"{', '.join(readings)}: what is not a number has no mean"
         planning.complain(("channels",), message, "a measure step of its own, without a duration")
     rate_hz = _averaging_rate_hz(numbers, planning) if seconds and numbers else None
     # Without a stream the channels are read one by one, so their devices must be readable.
@@ -151,14 +151,14 @@ def plan(measure: MeasureStep, planning: Planning) -> None:
         channels=numbers,
         duration_s=seconds,
         setpoints=planning.setpoints(),
-        units=scene.once(place, "units", planning.drive_units() | units | listed.told_units),
-        told=tuple(told),
+        units=scene.shared(place, "units", planning.drive_units() | units | listed.reading_units),
+        told=tuple(readings),
         sample_rate_hz=rate_hz,
     )
     limits = planning.limits(listed.limits_of_numbers, numbers)
     from rigrunner.plan.terms import reading_limits  # noqa: PLC0415  (numpy: to check a procedure needs none)
 
-    expected = reading_limits(listed.limits_of_told, told, place, scene)
+    expected = reading_limits(listed.limits_of_readings, readings, place, scene)
     planning.emit(action, listed.text, seconds, limits, expected=expected)
 
 

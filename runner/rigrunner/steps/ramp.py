@@ -79,8 +79,8 @@ class Ramp(Action):
 def plan(ramp: RampStep, planning: Planning) -> None:
     """Plan the move."""
     drives = planning.scene.drives
-    drive = _resolved(ramp, "to", ramp.to, planning)
-    if drive is None or (ramp.from_ and not _resolved(ramp, "from", ramp.from_, planning)):
+    drive = _resolve(ramp, "to", ramp.to, planning)
+    if drive is None or (ramp.from_ and not _resolve(ramp, "from", ramp.from_, planning)):
         return
     start = ramp.from_.si if ramp.from_ else drives.standing(ramp.drive, drive)
     # With `from` elsewhere than it stands, the drive is first set to there.
@@ -92,7 +92,7 @@ def plan(ramp: RampStep, planning: Planning) -> None:
     planning.emit(action, text, before_s + duration_s)
 
 
-def _resolved(ramp: RampStep, end: str, quantity: Quantity, planning: Planning) -> DriveInfo | None:
+def _resolve(ramp: RampStep, end: str, quantity: Quantity, planning: Planning) -> DriveInfo | None:
     named_at, valued_at = planning.path("drive"), planning.path(end)
     return planning.scene.drives.resolve(ramp.drive, quantity, named_at, valued_at, key=False)
 

@@ -28,7 +28,7 @@ from rigrunner.procedure.options import (
     SampleStatistic,
     Timeout,
 )
-from rigrunner.procedure.refusals import refused, require_one
+from rigrunner.procedure.refusals import refusal, require_one
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -70,7 +70,7 @@ class RecordStep(StepSettings):
     def _fits_together(self) -> Self:
         require_one(self, "cycles", "duration")
         if self.keep_every and not self.statistics:
-            raise refused(
+            raise refusal(
                 "the key 'statistics' is missing: without it nothing is kept of the others",
                 "such as statistics: {tester.torque: [mean, rms]}",
             )
@@ -129,9 +129,9 @@ class Record(Action):
         for block in doing.stream(self.role, self.channels, self.duration_s):
             doing.emit(Samples, recording=self.recording, block=block)
             statistics.take(block.channels)
-        found, found_units = rig.stream_conditions(self.role)
-        known = {**self.units, **units, **found_units}
-        return Found({**conditions, **found}, known, rig.truth(self.role), statistics.found())
+        streamed, streamed_units = rig.stream_conditions(self.role)
+        values, units = {**conditions, **streamed}, {**self.units, **units, **streamed_units}
+        return Found(values, units, rig.truth(self.role), statistics.found())
 
 
 def plan(record: RecordStep, planning: Planning) -> None:
@@ -146,12 +146,12 @@ def plan(record: RecordStep, planning: Planning) -> None:
     beside = scene.bench.conditions(role, names)
     limits = planning.recorded_limits(record.limits, record.channels, beside)
     # Channels that are read beside the stream have values, and no statistics.
-    limited = [each.of for each in limits if each.of not in beside]
+    limited = [limit.of for limit in limits if limit.of not in beside]
     setpoints = planning.setpoints()
-    every = record.keep_every
-    kept = every is None or planning.times_before(*setpoints.items()) % every == 0
+    interval = record.keep_every
+    kept = interval is None or planning.times_before(*setpoints.items()) % interval == 0
     draft = scene.draft
-    digits = max(_LEAST_DIGITS, len(str(draft.wanted)))
+    digits = max(_LEAST_DIGITS, len(str(draft.recordings_total)))
     number = f"{len(draft.recordings) + 1:0{digits}d}"
     action = Record(
         name=_name(number, frequency_hz, planning),
@@ -167,10 +167,10 @@ def plan(record: RecordStep, planning: Planning) -> None:
     )
     if kept:
         planning.record(action, beside)
-    listed = ", ".join(action.channels)
-    text = f"Record {listed} of {role}, {span} ({duration_s:.3g} s)"
+    channels = ", ".join(action.channels)
+    text = f"Record {channels} of {role}, {span} ({duration_s:.3g} s)"
     if not kept:
-        text = f"Keep statistics of {listed} of {role}, {span} ({duration_s:.3g} s)"
+        text = f"Keep statistics of {channels} of {role}, {span} ({duration_s:.3g} s)"
     planning.emit(action, text, duration_s, limits)
 
 
@@ -205,12 +205,12 @@ def _one_role(record: RecordStep, planning: Planning) -> tuple[str, dict[Member,
         message = f"channels of two devices in one recording: {', '.join(roles)}"
         planning.complain(("channels",), message, "one clock, one device, one record")
         return roles[0], {}
-    able = [
+    recordable = [
         planning.scene.bench.can_record(member, planning.path("channels", index))
         for index, member in enumerate(record.channels)
         if member in units
     ]
-    return roles[0], units if all(able) else {}
+    return roles[0], units if all(recordable) else {}
 
 
 def _span(record: RecordStep, role: str, planning: Planning) -> tuple[float, str]:

@@ -11,7 +11,7 @@ from rigrunner.api.hooks import StepRecord
 from rigrunner.api.labels import CoordinateName
 from rigrunner.api.settings import ListOf, OneOrSeveral
 from rigrunner.api.steps import StepSettings
-from rigrunner.procedure.refusals import refused
+from rigrunner.procedure.refusals import refusal
 from rigrunner.procedure.steps import Step
 
 if TYPE_CHECKING:
@@ -36,13 +36,13 @@ class RepeatStep(StepSettings):
 
     @model_validator(mode="after")
     def _ends(self) -> Self:
-        given = [key for key, each in (("times", self.times_), ("until", self.until)) if each]
-        if len(given) != 1:
-            got = "both" if given else "neither"
-            raise refused(f"got {got}, expected one of: times, until")
+        keys = [key for key, value in (("times", self.times_), ("until", self.until)) if value]
+        if len(keys) != 1:
+            got = "both" if keys else "neither"
+            raise refusal(f"got {got}, expected one of: times, until")
         if bool(self.until) != bool(self.at_most):
             missing = "at_most" if self.until else "until"
-            raise refused(f"the key '{missing}' is missing", "they go together: at_most: 50")
+            raise refusal(f"the key '{missing}' is missing", "they go together: at_most: 50")
         return self
 
     def actions(self) -> int:
@@ -62,15 +62,15 @@ def plan(repeat: RepeatStep, planning: Planning) -> None:
     if name and not planning.scene.coordinate(place, name, "counter", planning.path("as")):
         name = None
     written = planning.scene.document.part(planning.path("until"))
-    looks: list[int] = []
+    conditions: list[int] = []
     for index in range(times):
         at = place.time(index).at(name, index + 1) if name else place.time(index)
         planning.walker.steps(repeat.steps, at.inside("steps"))
         for key, until in each_until(repeat.until, written):
-            look = plan_until(until, key, (index + 1, times), planning)
-            looks += [] if look is None else [look]
-    # How many steps each look can leave out is known only now.
-    end_until(looks, planning.scene)
+            condition = plan_until(until, key, (index + 1, times), planning)
+            conditions += [] if condition is None else [condition]
+    # How many steps each condition can leave out is known only now.
+    end_until(conditions, planning.scene)
 
 
 STEP = StepRecord(

@@ -161,21 +161,21 @@ class Scan(Action):
 def plan(scan: ScanStep, planning: Planning) -> None:
     """Plan the set-points and the channels."""
     before, units = planning.setpoints(), planning.units(scan.channels)
-    moved = [
+    moves = [
         planning.move(scan.set, quantity, ("set",), ("over", index))
         for index, quantity in enumerate(scan.over)
     ]
-    for index, each in enumerate(scan.over):
-        if not planning.must_be_read(units, {scan.set: each.si}, ("over", index)):
-            break  # one such set-point tells of the others
+    for index, quantity in enumerate(scan.over):
+        if not planning.must_be_read(units, {scan.set: quantity.si}, ("over", index)):
+            break  # one such set-point is reported for all
     limits = tuple(planning.limits(scan.limits, scan.channels)) if units else ()
-    if not units or None in moved:
+    if not units or None in moves:
         return
     action = Scan(
         name=scan.name,
         role=scan.set.role,
         drive=scan.set.name,
-        values=tuple(each.si for each in scan.over),
+        values=tuple(quantity.si for quantity in scan.over),
         channels=scan.channels,
         settle_s=scan.settle or 0.0,
         setpoints={member: value for member, value in before.items() if member != scan.set},
@@ -183,12 +183,12 @@ def plan(scan: ScanStep, planning: Planning) -> None:
         limits=limits,
         stops_at_limit=scan.on_fail == "stop",
     )
-    least, most = (end(scan.over, key=lambda each: each.si) for end in (min, max))
+    least, most = (end(scan.over, key=lambda quantity: quantity.si) for end in (min, max))
     count = len(scan.over)
     span = f"between {least} and {most}, {count} points" if count > 1 else f"at {least}, 1 point"
     text = f"Scan {scan.set} {span}, reading {', '.join(scan.channels)}"
-    moved_s = sum(each[1] for each in moved if each)
-    planning.emit(action, text, moved_s + count * (scan.settle or 0.0))
+    moving_s = sum(move[1] for move in moves if move)
+    planning.emit(action, text, moving_s + count * (scan.settle or 0.0))
 
 
 STEP = StepRecord(

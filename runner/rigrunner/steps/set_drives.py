@@ -54,11 +54,11 @@ class SetStep(StepSettings):
         """Return the schema as written, with drives beside the options."""
         schema: dict[str, Any] = handler(core_schema)
         # In the file the drives are keys of the step itself, and `drives` is none.
-        found = handler.resolve_ref_schema(schema)
-        drives = found["properties"].pop("drives")
-        found["patternProperties"] = drives["patternProperties"]
-        found["minProperties"] = drives["minProperties"]
-        found.pop("required", None)
+        resolved = handler.resolve_ref_schema(schema)
+        drives = resolved["properties"].pop("drives")
+        resolved["patternProperties"] = drives["patternProperties"]
+        resolved["minProperties"] = drives["minProperties"]
+        resolved.pop("required", None)
         return schema
 
 

@@ -40,7 +40,7 @@ class Settle(Action):
     settles = True
     duration_s: float
 
-    def do(self, step: str, doing: Doing) -> Found:  # noqa: ARG002  (there is nothing to tell)
+    def do(self, step: str, doing: Doing) -> Found:  # noqa: ARG002  (there is nothing to report)
         """Wait."""
         doing.wait(self.duration_s)
         return NOTHING

@@ -39,7 +39,7 @@ class SweepStep(StepSettings):
 def plan(sweep: SweepStep, planning: Planning) -> None:
     """Plan drive and steps for each set-point."""
     # A sweep within a loop sets the same each time.
-    sets: dict[int, tuple[SetDrive, str]] = planning.scene.alike(planning.place, "sets", dict)
+    sets: dict[int, tuple[SetDrive, str]] = planning.scene.cached(planning.place, "sets", dict)
     for index, quantity in enumerate(sweep.over):
         at = planning.place.time(index)
         moved = planning.move(sweep.set, quantity, ("set",), ("over", index))

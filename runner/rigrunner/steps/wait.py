@@ -30,7 +30,7 @@ class Wait(Action):
     kind = "wait"
     duration_s: float
 
-    def do(self, step: str, doing: Doing) -> Found:  # noqa: ARG002  (there is nothing to tell)
+    def do(self, step: str, doing: Doing) -> Found:  # noqa: ARG002  (there is nothing to report)
         """Wait."""
         doing.wait(self.duration_s)
         return NOTHING
@@ -38,9 +38,8 @@ class Wait(Action):
 
 def plan(wait: WaitStep, planning: Planning) -> None:
     """Plan the wait."""
-    text = f"Wait for {wait.time:.3g} s"
-    whole = f"{text}: {wait.text}" if wait.text else text
-    planning.emit(Wait(wait.time), whole, wait.time)
+    text = f"Wait for {wait.time:.3g} s{f': {wait.text}' if wait.text else ''}"
+    planning.emit(Wait(wait.time), text, wait.time)
 
 
 STEP = StepRecord(

@@ -68,7 +68,7 @@ class Zero(Action):
         samples = [block.channels[name] for block in blocks if block.samples]
         if not samples:
             raise DataError(f"{name}: no sample came in {self.duration_s:g} s")
-        mean = sum(float(each.sum()) for each in samples) / sum(map(len, samples))
+        mean = sum(float(sample.sum()) for sample in samples) / sum(map(len, samples))
         if abs(mean) > self.within:
             raise DataError(
                 f"{name} reads {mean:.4g} {self.unit} at rest,"

@@ -54,7 +54,7 @@ def _new_run(job: Job, link: Link) -> FinishedRun:
         overrides=overrides,
         pauses=screen.pauses,
         person=screen.person,
-        before=entry.told() if entry else (),
+        before=entry.remarks() if entry else (),
         progress=screen.progress,
     )
 

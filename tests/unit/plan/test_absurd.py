@@ -49,16 +49,16 @@ def test_a_station_does_not_wait_for_ever(what):
 @pytest.mark.parametrize("quantity", ["1e300 Hz", "1e30 kHz"])
 def test_a_frequency_that_nobody_means_is_refused(quantity):
     text = edited(PROCEDURE, ("[2 Hz, 10 Hz]", f"[2 Hz, {quantity}]"))
-    assert any("is too large" in each.message for each in problems_of(planned, text))
+    assert any("is too large" in problem.message for problem in problems_of(planned, text))
 
 
 @pytest.mark.parametrize(("cycles", "step"), [("{cycles: 5}", "settle"), ("cycles: 30", "record")])
 def test_cycles_so_slow_that_they_take_years_are_refused(cycles, step):
     text = edited(PROCEDURE, ("[2 Hz, 10 Hz]", "[1e-300 Hz]"))
     assert cycles in text
-    told = [each for each in problems_of(planned, text) if each.field.endswith(step)]
-    assert "it would take" in told[0].message
-    assert "the limit is 3653 d" in told[0].message
+    problems = [problem for problem in problems_of(planned, text) if problem.field.endswith(step)]
+    assert "it would take" in problems[0].message
+    assert "the limit is 3653 d" in problems[0].message
 
 
 def test_repetitions_that_take_years_are_refused_once():

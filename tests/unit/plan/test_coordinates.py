@@ -25,19 +25,19 @@ def with_steps(steps, text=ALONE):
 
 
 def coordinates(steps):
-    found = plan_of(with_steps(steps)).steps
-    return [(dict(each.coordinates), dict(each.coordinate_units)) for each in found
-            if each.path.startswith("main[2]")]  # fmt: skip
+    plan = plan_of(with_steps(steps))
+    return [(dict(step.coordinates), dict(step.coordinate_units)) for step in plan.steps
+            if step.path.startswith("main[2]")]  # fmt: skip
 
 
 def test_six_blocks_are_six_different_things():
     plan = plan_of(with_steps(
         f"repeat: {{times: 6, as: block, label: {{phase: wear}}, steps: [{{{RECORD}}}]}}"
     ))  # fmt: skip
-    names = [each.record.name for each in plan.recordings]
+    names = [recording.record.name for recording in plan.recordings]
     assert names[:6] == [f"00{n}_10Hz_wear_block{n}" for n in range(1, 7)]
     assert names[6:] == ["007_2Hz", "008_10Hz"]
-    assert [each.coordinates for each in plan.recordings[:2]] == [
+    assert [recording.coordinates for recording in plan.recordings[:2]] == [
         {"phase": "wear", "block": 1}, {"phase": "wear", "block": 2},
     ]  # fmt: skip
 
@@ -53,12 +53,11 @@ def test_labels_are_inherited_and_end_with_their_step():
 
 def test_set_and_sweep_take_labels_beside_their_own_keys():
     over = "over: [1 N, 2 N], label: {stroke: up}, steps: [{note: {text: here}}]"
-    assert [each for each, _ in coordinates(f"sweep: {{set: tester.load, {over}}}")] == [
+    assert [labels for labels, _ in coordinates(f"sweep: {{set: tester.load, {over}}}")] == [
         {"stroke": "up"}
     ] * 4
-    assert [each for each, _ in coordinates("set: {tester.load: 1 N, label: {aged: true}}")] == [
-        {"aged": True}
-    ]
+    ((labels, _),) = coordinates("set: {tester.load: 1 N, label: {aged: true}}")
+    assert labels == {"aged": True}
 
 
 def test_a_called_procedure_inherits_labels(tmp_path):
@@ -67,18 +66,18 @@ def test_a_called_procedure_inherits_labels(tmp_path):
     (tmp_path / "outer.yaml").write_text(text, encoding="utf-8")
     procedure = load_procedure(tmp_path / "outer.yaml")
     plan = make_plan(procedure, parse_station(STATION, "s.yaml"), {"tester": TESTER})
-    called = [each for each in plan.steps if each.path.startswith("main[2].call")]
+    called = [step for step in plan.steps if step.path.startswith("main[2].call")]
     assert len(called) > 6
-    assert all(each.coordinates == {"phase": "final"} for each in called)
+    assert all(step.coordinates == {"phase": "final"} for step in called)
 
 
 # the step, where the finger points, field, message, hint
 CASES = [
     ("group: {steps: [{wait: {time: 1 s, label: {x: 60 s}}}, {wait: {time: 1 s, label: {x: a}}}]}",
-     "a}}}", "main[2].group.steps[1].wait.label.x", "'x' is a text here, and a time at p.yaml:",
+     "a}}}", "main[2].group.steps[1].wait.label.x", "the kind of 'x' is text here and time at p.yaml:",
      "two names"),
     ("repeat: {times: 2, as: x, steps: [{wait: {time: 1 s, label: {x: 1}}}]}",
-     "1}}}", "main[2].repeat.steps[0].wait.label.x", "'x' is a number here, and a counter at",
+     "1}}}", "main[2].repeat.steps[0].wait.label.x", "the kind of 'x' is number here and counter at",
      "two names"),
     ("repeat: {times: 2, as: b, steps: [{repeat: {times: 2, as: b, steps: [{note: {text: x}}]}}]}",
      "b, steps: [{note", "main[2].repeat.steps[0].repeat.as",

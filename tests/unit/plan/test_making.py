@@ -201,7 +201,7 @@ def test_the_text_of_a_plan_is_that_of_all_its_steps_at_once(monkeypatch, piece)
         {
             "do": type(step.action).__name__,
             "path": step.path,
-            **{each.name: getattr(step, each.name) for each in fields(step)[1:]},
+            **{field.name: getattr(step, field.name) for field in fields(step)[1:]},
         }
         for step in steps
     ]
@@ -223,13 +223,13 @@ teardown:
 
 def test_what_a_repeated_step_has_each_time_is_held_once_and_what_changes_is_kept():
     steps = plan_of(("teardown:\n", REPEATED)).steps
-    measured = [each for each in steps if isinstance(each.action, Measure)]
+    measured = [step for step in steps if isinstance(step.action, Measure)]
     first, second, third = measured[::2]
     assert first.terms is second.terms is third.terms
-    assert [each.terms.limits[0].maximum for each in measured] == [3.0, 4.0] * 3
+    assert [step.terms.limits[0].maximum for step in measured] == [3.0, 4.0] * 3
     assert first.action.units is second.action.units is third.action.units
     # The load is set in kN at the end of the first time.
-    assert [each.written_in for each in (first, second)] == [{}, {"tester.load": "kN"}]
+    assert [step.written_in for step in (first, second)] == [{}, {"tester.load": "kN"}]
     assert second.written_in is third.written_in
 
 
@@ -247,18 +247,18 @@ teardown:
 
 
 def test_a_sweep_within_a_loop_has_what_it_sets_once_and_each_pass_its_place():
-    every = plan_of(("teardown:\n", SWEPT)).steps
-    steps = [each for each in every if ".repeat" in each.path]
-    assert [each.path.partition(".")[2] for each in steps] == [
+    all_steps = plan_of(("teardown:\n", SWEPT)).steps
+    steps = [step for step in all_steps if ".repeat" in step.path]
+    assert [step.path.partition(".")[2] for step in steps] == [
         f"repeat[{time}].steps[0].sweep[{value}].{what}"
         for time in range(2)
         for value in range(2)
         for what in ("set", "steps[0].measure")
     ]
-    assert [each.points[-1] for each in steps[::2]] == [each.points[-1] for each in steps[1::2]]
+    assert [step.points[-1] for step in steps[::2]] == [step.points[-1] for step in steps[1::2]]
     for first, second in zip(steps[:4:2], steps[4::2], strict=True):
         assert first.action is second.action
         assert first.text is second.text
-    assert [each.action.value for each in steps[::2]] == [1000.0, 2000.0] * 2
-    assert [each.action.setpoints["tester.load"] for each in steps[1::2]] == [1e3, 2e3] * 2
-    assert len({id(each.text) for each in steps[1::2]}) == 1
+    assert [step.action.value for step in steps[::2]] == [1000.0, 2000.0] * 2
+    assert [step.action.setpoints["tester.load"] for step in steps[1::2]] == [1e3, 2e3] * 2
+    assert len({id(step.text) for step in steps[1::2]}) == 1

@@ -17,9 +17,9 @@ def reading(low, high):
 
 
 def predicted(expected, **entry):
-    given = [reading(low, high) for low, high in expected]
-    known = Instrument.model_validate({"channel": "press.x", "serial": "1", **entry})
-    return predict(plan_of(), given, {known.channel: known})
+    readings = [reading(low, high) for low, high in expected]
+    instrument = Instrument.model_validate({"channel": "press.x", "serial": "1", **entry})
+    return predict(plan_of(), readings, {instrument.channel: instrument})
 
 
 @pytest.mark.parametrize(
@@ -32,19 +32,19 @@ def predicted(expected, **entry):
     ],
 )
 def test_a_force_in_the_unit_of_its_full_scale(entry, unit):
-    (found,) = predicted([(-30e3, 10e3)], measures="force", **entry).readings
+    (force,) = predicted([(-30e3, 10e3)], measures="force", **entry).readings
 
     scale = {"kN": 1, "N": 1000}[unit]
-    assert (found.recording, found.channel, found.unit) == ("001_2Hz", "press.x", unit)
-    assert (found.peak, found.full_scale) == pytest.approx((30 * scale, 25 * scale))
-    assert found.share == pytest.approx(1.2)
+    assert (force.recording, force.channel, force.unit) == ("001_2Hz", "press.x", unit)
+    assert (force.peak, force.full_scale) == pytest.approx((30 * scale, 25 * scale))
+    assert force.share == pytest.approx(1.2)
 
 
 def test_an_instrument_is_overloaded_above_its_full_scale():
     at_most, above = (-25e3, 0.0), (0.0, 25_001.0)
-    found = predicted([at_most, above], measures="force", full_scale="25 kN")
+    prediction = predicted([at_most, above], measures="force", full_scale="25 kN")
 
-    assert [each.peak for each in found.overloads] == [pytest.approx(25.001)]
+    assert [overload.peak for overload in prediction.overloads] == [pytest.approx(25.001)]
 
 
 @pytest.mark.parametrize(

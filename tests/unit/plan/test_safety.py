@@ -146,7 +146,7 @@ def test_all_limits_of_a_drive_that_do_not_fit_are_told_at_once():
     station = with_safety("drives: {tester.load: {min: 1 K, max: 5 Hz, rate: 5 N}}")
     problems = problems_of(planned, station)
     at = "safety.drives.tester.load"
-    assert [each.field for each in problems] == [f"{at}.min", f"{at}.max", f"{at}.rate"]
+    assert [problem.field for problem in problems] == [f"{at}.min", f"{at}.max", f"{at}.rate"]
 
 
 REFUSED = [
@@ -200,9 +200,9 @@ def test_interlocks_come_from_station_and_procedure_in_si_units():
 
 def test_points_and_what_cannot_be_repeated_are_in_the_plan():
     procedure = edited(PROCEDURE, ("cycles: 30}", "cycles: 30, repeatable: no}"))
-    records = [each for each in planned(STATION, procedure).steps if "record" in each.path]
-    assert [each.terms.repeatable for each in records] == [False, False]
-    assert [each.points for each in records] == [
+    records = [step for step in planned(STATION, procedure).steps if "record" in step.path]
+    assert [record.terms.repeatable for record in records] == [False, False]
+    assert [record.points for record in records] == [
         ("main[1].sweep[0]",), ("main[1].sweep[1]",),
     ]  # fmt: skip
 
@@ -243,4 +243,4 @@ def test_an_interlock_outside_of_two_values_may_have_a_hysteresis():
 )
 def test_an_interlock_says_what_trips_it(rule, words):
     station = with_safety(f"interlocks: [{{name: hot, channel: tester.load, {rule}}}]")
-    assert [each.condition for each in planned(station).interlocks] == [words]
+    assert [interlock.condition for interlock in planned(station).interlocks] == [words]

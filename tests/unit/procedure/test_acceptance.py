@@ -29,7 +29,7 @@ def accept(*limits, **changes):
 
 
 @pytest.mark.parametrize(
-    ("given", "words"),
+    ("content", "words"),
     [
         ({"limits": []}, "at least 1 item"),
         ({}, "Field required"),
@@ -46,6 +46,7 @@ def accept(*limits, **changes):
             {"limits": [each(where=["5 Hz", "9 Hz"]), each(where=["9 Hz", "5 Hz"])]},
             "there are two limits of torque at frequency = 5 Hz or 9 Hz",
         ),
+        ({"limits": [limit(min="1 rad")]}, "min is an angle, max a torque"),
         ({"limits": [limit(each="frequency")]}, "'mean' cannot be combined"),
         ({"limits": [limit(where={"frequency": []})]}, "got an empty list"),
         ({"limits": [limit()], "marginal": "0 N·m"}, "more than 0"),
@@ -53,9 +54,9 @@ def accept(*limits, **changes):
         ({"limits": [limit()], "marginal": "1.8 °F"}, "write it in K: '1 K'"),
     ],
 )
-def test_what_does_not_fit_together_is_refused(given, words):
+def test_what_does_not_fit_together_is_refused(content, words):
     with pytest.raises(ValidationError, match=words):
-        Acceptance.model_validate(given)
+        Acceptance.model_validate(content)
 
 
 torques = st.floats(1e-6, 1e3).map(lambda value: f"{value!r} N·m")
@@ -86,8 +87,8 @@ def test_it_reads_back_as_it_was_written(most, marginal, frequencies, measurand,
 
 
 def measurand(written, context):
-    given = {"limits": [limit(measurand=written)]}
-    return Acceptance.model_validate(given, context=context).limits[0].measurand
+    content = {"limits": [limit(measurand=written)]}
+    return Acceptance.model_validate(content, context=context).limits[0].measurand
 
 
 def test_the_analysis_whose_key_it_is_reads_it():
@@ -108,8 +109,8 @@ def test_a_measurand_that_no_file_can_have_is_refused_before_the_run(monkeypatch
 def test_without_such_an_analysis_it_is_kept_as_it_is_written():
     written = {"scale": "HRC", "load": "1471 N", "drift": {"of": 3}}
     for context in (NEITHER, HARDNESS | {STORED: True}):
-        kept = measurand(written, context)
-        assert kept.as_written() == written
-        assert kept.document() == written | {"text": str(kept)}
-        assert str(kept) == "{scale: HRC, load: 1471 N, drift: {'of': 3}}"
-        assert "can read the limit's measurand {scale: HRC" in kept.objection("hardness HRC")
+        unread = measurand(written, context)
+        assert unread.as_written() == written
+        assert unread.document() == written | {"text": str(unread)}
+        assert str(unread) == "{scale: HRC, load: 1471 N, drift: {'of': 3}}"
+        assert "can read the limit's measurand {scale: HRC" in unread.objection("hardness HRC")

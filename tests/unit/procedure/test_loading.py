@@ -68,10 +68,11 @@ def test_a_procedure_is_what_its_file_says():
 
 def test_an_analysis_is_named_with_its_settings_as_they_are_written():
     model = parse_procedure(PROCEDURE, "p.yaml").model
-    ((at, asked),) = model.analyses_at
+    ((at, analysis),) = model.analyses_at
 
     assert at == ("analysis", 0, "swing_torque")
-    assert (asked.name, asked.settings["outliers"]) == ("swing_torque", {"grubbs": {"alpha": 0.05}})
+    assert analysis.name == "swing_torque"
+    assert analysis.settings["outliers"] == {"grubbs": {"alpha": 0.05}}
     (limit,) = model.acceptance.limits
     assert (limit.of, limit.mean, str(limit.max), limit.min) == ("torque", True, "0.95 N·m", None)
     assert model.acceptance.rule.name == "guard_band_u"
@@ -93,11 +94,11 @@ analysis:
 def test_settings_of_an_analysis_are_told_beside_all_other_mistakes():
     with pytest.raises(InvalidFileError) as refused:
         parse_procedure(WRONG_TWICE, "p.yaml")
-    told = {each.field: each for each in refused.value.problems}
-    assert "unknown step 'setle'" in told["main[0]"].message
-    wrong = told["analysis[0].readings.resultt"]
-    assert (wrong.location.line, wrong.message) == (9, "unknown key 'resultt'")
-    assert "did you mean 'result" in wrong.hint
+    problems = {problem.field: problem for problem in refused.value.problems}
+    assert "unknown step 'setle'" in problems["main[0]"].message
+    unknown_key = problems["analysis[0].readings.resultt"]
+    assert (unknown_key.location.line, unknown_key.message) == (9, "unknown key 'resultt'")
+    assert "did you mean 'result" in unknown_key.hint
 
 
 def test_settings_of_an_analysis_that_is_not_known_or_of_a_stored_run_are_left_alone():

@@ -107,6 +107,8 @@ CASES = [
      ".measure.limits.tester.load", "min (5 N) must be below max (5 N)", ""),
     ("measure: {channels: [tester.load], limits: {tester.load: {min: 9 N, max: 5 Hz}}}", "{min",
      ".measure.limits.tester.load", "'9 N' is a force, but '5 Hz' is a frequency", ""),
+    ("measure: {channels: [tester.load], limits: {tester.load: {min: 9 N, max: 5 rad}}}", "{min",
+     ".measure.limits.tester.load", "'9 N' is a force, but '5 rad' is an angle", ""),
     ("measure: {channels: [tester.load], limits: {tester.load: {maxi: 5 N}}}", "maxi",
      ".measure.limits.tester.load.maxi", "unknown key 'maxi'",
      "did you mean 'max'? known keys: min, max, marginal"),

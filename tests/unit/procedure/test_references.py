@@ -39,26 +39,26 @@ def problem(*changes):
     ],
 )
 def test_a_reference_that_leads_nowhere(change, part, message, hint):
-    text, found = problem(change)
+    text, error = problem(change)
 
-    assert str(found.location) == f"p.yaml:{place_of(text, part)}"
-    assert message in found.message
-    assert hint in found.hint
+    assert str(error.location) == f"p.yaml:{place_of(text, part)}"
+    assert message in error.message
+    assert hint in error.hint
 
 
 def test_what_is_wrong_with_a_parameter_is_told_where_it_is_used_and_where_it_stands():
-    text, found = problem(("  load: 1000 N", "  load: 1000"))
+    text, error = problem(("  load: 1000 N", "  load: 1000"))
 
-    assert str(found.location) == f"p.yaml:{place_of(text, '$load')}"
-    assert found.field == "main[0].set.tester.load"
-    assert f"it is written at p.yaml:{place_of(text, '1000')}" in found.hint
+    assert str(error.location) == f"p.yaml:{place_of(text, '$load')}"
+    assert error.field == "main[0].set.tester.load"
+    assert f"it is written at p.yaml:{place_of(text, '1000')}" in error.hint
 
 
 def test_an_item_of_a_list_is_found_in_the_list():
-    text, found = problem(("[2 Hz, 10 Hz]", "[2 Hz, 10]"))
+    text, error = problem(("[2 Hz, 10 Hz]", "[2 Hz, 10]"))
 
-    assert found.field == "main[1].sweep.over[1]"
-    assert f"it is written at p.yaml:{place_of(text, '10]')}" in found.hint
+    assert error.field == "main[1].sweep.over[1]"
+    assert f"it is written at p.yaml:{place_of(text, '10]')}" in error.hint
 
 
 def test_a_reference_may_stand_for_any_value():

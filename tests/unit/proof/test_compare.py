@@ -12,7 +12,7 @@ ESTIMATE = {"value": 0.72731572, "expanded_uncertainty_95": 0.0093946, "unit": "
 
 
 def differences(recorded, derived):
-    return [str(each) for each in mismatches(recorded, derived)]
+    return [str(mismatch) for mismatch in mismatches(recorded, derived)]
 
 
 @pytest.mark.parametrize(
@@ -97,7 +97,7 @@ ZERO = {"name": "zero", "ok": True, "text": "was zeroed", "value": 0.0}
 
 
 @pytest.mark.parametrize(
-    ("recorded", "derived", "told"),
+    ("recorded", "derived", "expected"),
     [
         ([CLIPPING], [ZERO, CLIPPING], []),
         ([], [CLIPPING], []),
@@ -114,8 +114,8 @@ ZERO = {"name": "zero", "ok": True, "text": "was zeroed", "value": 0.0}
         ),
     ],
 )
-def test_checks_of_a_newer_program_are_no_difference_unless_they_fail(recorded, derived, told):
-    assert differences({"checks": recorded}, {"checks": derived}) == told
+def test_checks_of_a_newer_program_are_no_difference_unless_they_fail(recorded, derived, expected):
+    assert differences({"checks": recorded}, {"checks": derived}) == expected
 
 
 def named(name, value):

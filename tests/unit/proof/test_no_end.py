@@ -34,8 +34,8 @@ def attachments(text):
 
 
 def lines(text):
-    made = [b"%d" % (number % 7) for number in range(500)]
-    list(pages._different_lines(text * MANY, b"\n".join(made)))
+    lines = [b"%d" % (number % 7) for number in range(500)]
+    list(pages._different_lines(text * MANY, b"\n".join(lines)))
 
 
 def shown(text):

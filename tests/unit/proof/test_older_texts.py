@@ -58,5 +58,5 @@ def test_an_older_reason_is_read_as_todays(then, now):
 def test_another_margin_is_a_difference():
     then = f"0.7288 N·m is 0.2312 N·m within {LIMIT}, by at least U = 0.0102 N·m."
     now = "Margin to the limit ≤ 0.95 N·m: 0.2212 N·m (U = 0.0102 N·m)."
-    (found,) = mismatches({"reason": then}, {"reason": now})
-    assert found.where == "reason"
+    (mismatch,) = mismatches({"reason": then}, {"reason": now})
+    assert mismatch.where == "reason"

@@ -35,8 +35,8 @@ def test_an_issued_file_has_nothing_appended():
 def test_a_seal_leaves_the_issued_bytes_and_draws_nothing():
     sealed = sealed_pdf(ISSUED)
     assert issued_part(sealed, ".pdf") == ISSUED
-    found = additions_to(ISSUED, sealed)
-    assert (found.changed, found.drawn, found.seals) == ([], [], ["Seal"])
+    additions = additions_to(ISSUED, sealed)
+    assert (additions.changed, additions.drawn, additions.seals) == ([], [], ["Seal"])
 
 
 def test_a_field_that_was_made_before_its_seal():
@@ -45,18 +45,18 @@ def test_a_field_that_was_made_before_its_seal():
     first = appended(
         ISSUED, lambda writer: fields.append_signature_field(writer, fields.SigFieldSpec("Empty"))
     )
-    found = additions_to(ISSUED, sealed_pdf(first))
-    assert (found.changed, found.drawn, found.seals) == ([], [], ["Seal"])
+    additions = additions_to(ISSUED, sealed_pdf(first))
+    assert (additions.changed, additions.drawn, additions.seals) == ([], [], ["Seal"])
 
 
 def test_two_seals_one_after_the_other():
-    found = additions_to(ISSUED, sealed_pdf(sealed_pdf(ISSUED), name="Second"))
-    assert (found.changed, found.drawn, found.seals) == ([], [], ["Seal", "Second"])
+    additions = additions_to(ISSUED, sealed_pdf(sealed_pdf(ISSUED), name="Second"))
+    assert (additions.changed, additions.drawn, additions.seals) == ([], [], ["Seal", "Second"])
 
 
 def test_a_seal_that_is_drawn_on_a_page_is_told():
-    found = additions_to(ISSUED, sealed_pdf(ISSUED, box=(50, 50, 300, 500)))
-    assert (found.changed, found.drawn) == ([], ["the signature 'Seal' on page 1"])
+    additions = additions_to(ISSUED, sealed_pdf(ISSUED, box=(50, 50, 300, 500)))
+    assert (additions.changed, additions.drawn) == ([], ["the signature 'Seal' on page 1"])
 
 
 def replace_content(writer):
@@ -121,7 +121,7 @@ def retitle(writer):
 
 
 @pytest.mark.parametrize(
-    ("change", "said"),
+    ("change", "message"),
     [
         (replace_content, "/Contents of page 1 was changed"),
         (edit_content, "was changed"),
@@ -134,13 +134,13 @@ def retitle(writer):
     ],
 )
 @pytest.mark.parametrize("sealed", [False, True])
-def test_whatever_else_is_appended_is_named(change, said, sealed):
+def test_whatever_else_is_appended_is_named(change, message, sealed):
     """Also under a seal that is valid: it says who appended it, not that it is harmless."""
     forged = appended(ISSUED, change)
-    found = additions_to(ISSUED, sealed_pdf(forged) if sealed else forged)
-    assert any(said in each for each in found.changed), found
+    additions = additions_to(ISSUED, sealed_pdf(forged) if sealed else forged)
+    assert any(message in line for line in additions.changed), additions
     no_seal = "what was appended is not a signature of the rest"
-    assert sealed or no_seal in found.changed
+    assert sealed or no_seal in additions.changed
 
 
 @pytest.mark.parametrize("old", [b"/Filter /Adobe.PPKLite", b"/Type /Sig\n", b"/Size "])
@@ -150,20 +150,20 @@ def test_a_seal_whose_bytes_were_changed_is_none(old):
     end = sealed.rindex(old) + len(old) - 1
     changed = sealed[:end] + bytes([sealed[end] ^ 1]) + sealed[end + 1 :]
     try:
-        found = additions_to(ISSUED, changed)
+        additions = additions_to(ISSUED, changed)
     except DataError:
         return
-    assert found.changed == ["what was appended is not a signature of the rest"]
+    assert additions.changed == ["what was appended is not a signature of the rest"]
 
 
 def test_without_a_reader_of_pdf_the_appended_bytes_are_not_proven(monkeypatch, tmp_path):
     for name in ("rigrunner.proof.pdf", "rigrunner.proof.pdf_seals"):
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "pypdf", None)
-    found = Verification()
-    _check_appended(found, Form(tmp_path / "x.pdf", sealed_pdf(ISSUED)))
-    assert not found.differences
-    assert "the package 'pypdf' is not installed" in found.unproven[0]
+    verification = Verification()
+    _check_appended(verification, Form(tmp_path / "x.pdf", sealed_pdf(ISSUED)))
+    assert not verification.differences
+    assert "the package 'pypdf' is not installed" in verification.unproven[0]
 
 
 def test_objects_beside_the_tables_are_refused():
@@ -196,9 +196,9 @@ def add_a_field(writer):
 
 
 def test_a_field_that_is_no_signature_is_a_change():
-    found = additions_to(ISSUED, appended(ISSUED, add_a_field))
-    assert "a field that is not a signature was added" in found.changed
-    assert found.seals == []
+    additions = additions_to(ISSUED, appended(ISSUED, add_a_field))
+    assert "a field that is not a signature was added" in additions.changed
+    assert additions.seals == []
 
 
 @pytest.mark.parametrize("content", [b"", b"%PDF-1.7\n", ISSUED[: len(ISSUED) // 2], ISSUED[9:]])

@@ -40,10 +40,10 @@ def signed(key):
 
 
 def test_a_signature_is_that_of_the_key(key):
-    found = parse_signature(signature_json(signed(key)).encode(), "C-1.sig.json")
-    assert found == signed(key)
+    parsed = parse_signature(signature_json(signed(key)).encode(), "C-1.sig.json")
+    assert parsed == signed(key)
     (public,) = read_public_keys(key.with_name("lab.key.pub"))
-    assert public_pem(check_signature(found)) == public_pem(public)
+    assert public_pem(check_signature(parsed)) == public_pem(public)
 
 
 @pytest.mark.parametrize(
@@ -140,16 +140,16 @@ def test_openssl_agrees_on_fingerprint_and_signature(key, tmp_path):
     (tmp_path / "sig").write_bytes(base64.b64decode(content.pop("signature")))
     text = json.dumps(content, sort_keys=True, separators=(",", ":"))
     (tmp_path / "text").write_text(text, encoding="ascii")
-    said = subprocess.run(
+    openssl = subprocess.run(
         ["openssl", "pkeyutl", "-verify", "-pubin", "-inkey", public, "-rawin",
          "-in", tmp_path / "text", "-sigfile", tmp_path / "sig"],
         capture_output=True, check=False,
     )  # fmt: skip
-    assert said.returncode == 0, said
+    assert openssl.returncode == 0, openssl
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "message"),
     [
         ([], "signing needs a certificate, a key and a name"),
         (["x.json", "--key", "k"], "signing needs a certificate, a key and a name"),
@@ -158,22 +158,22 @@ def test_openssl_agrees_on_fingerprint_and_signature(key, tmp_path):
         (["x.json", "--new-key", "k"], "signs nothing"),
     ],
 )
-def test_wrong_words_are_told(words, said, tmp_path, monkeypatch):
+def test_wrong_words_are_told(words, message, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     done = call("sign", *words)
     assert done.code == 2
-    assert said in done.err
+    assert message in done.err
 
 
 @pytest.mark.parametrize(
-    ("member", "value", "said"),
+    ("member", "value", "message"),
     [
         ("format", "signature/9", "C-1.sig.json is not of the format"),
         ("signer", 7, "C-1.sig.json is not of the format"),
         ("files", ["C-1.json"], "C-1.sig.json: 'files' must hold a digest by file name"),
     ],
 )
-def test_a_signature_of_another_form_is_refused(key, member, value, said):
+def test_a_signature_of_another_form_is_refused(key, member, value, message):
     document = json.loads(signature_json(signed(key))) | {member: value}
-    with pytest.raises(DataError, match=said):
+    with pytest.raises(DataError, match=message):
         parse_signature(json.dumps(document).encode(), "C-1.sig.json")

@@ -36,13 +36,13 @@ def draft(specimen, procedure="p.yaml", station=STATION):
 
 @pytest.fixture
 def queue(tmp_path):
-    found = Queue(tmp_path / "runs")
-    found.add([draft("SN-1"), draft("SN-2"), draft("SN-3")], "Ann", NOW)
-    return found
+    queue = Queue(tmp_path / "runs")
+    queue.add([draft("SN-1"), draft("SN-2"), draft("SN-3")], "Ann", NOW)
+    return queue
 
 
 def specimens(queue, *statuses):
-    return [each.entry.specimen for each in queue.shown() if each.status in statuses]
+    return [shown.entry.specimen for shown in queue.shown() if shown.status in statuses]
 
 
 def test_entries_are_run_in_the_order_that_a_person_gave_them(queue):
@@ -115,8 +115,8 @@ with Queue(Path({str(queue.path(STATION).parent)!r})).started(1, "Ann"):
     again = queue.repeat(1, "Ann", "the machine lost its power", NOW)
     assert queue.next() == again
     assert (again.specimen, again.repeats) == ("SN-1", 1)
-    (told,) = again.told()
-    assert (told.by, told.reason) == ("Ann", "the machine lost its power")
+    (remark,) = again.remarks()
+    assert (remark.by, remark.reason) == ("Ann", "the machine lost its power")
     assert specimens(queue, "closed") == ["SN-1"]
     with pytest.raises(UsageError, match="already repeated: entry 4"):
         queue.repeat(1, "Ann", "once more", NOW)
@@ -144,16 +144,16 @@ def test_an_interrupted_entry_is_none_that_runs_while_several_look_at_it(queue, 
     with ThreadPoolExecutor(4) as several:
         assert set(several.map(look, range(400))) == {"interrupted"}
     with queue.started(2, "Ann"), ThreadPoolExecutor(4) as several:
-        found = several.map(lambda _: Queue(runs).shown()[1].status, range(40))
-        assert set(found) == {"running"}
+        statuses = several.map(lambda _: Queue(runs).shown()[1].status, range(40))
+        assert set(statuses) == {"running"}
 
 
 def test_a_run_that_is_resumed_has_the_outcome_of_its_last_end(queue):
     """As after a lost device; the panel keeps one queue for as long as it runs."""
     folder = queue.path(STATION).parent / "20261123_X"
-    known = dict.fromkeys(("procedure_id", "procedure_revision", "procedure_title"), "p")
+    ids = dict.fromkeys(("procedure_id", "procedure_revision", "procedure_title"), "p")
     texts = dict.fromkeys(("station_id", "procedure_text", "station_text"), "s")
-    header = RunHeader(run_id=folder.name, started_utc="2026-11-23T12:00:00.000Z", **known, **texts)
+    header = RunHeader(run_id=folder.name, started_utc="2026-11-23T12:00:00.000Z", **ids, **texts)
     stamp = EventStamp(SimulatedClock(NOW))
     began = stamp(RunStarted, run_id=folder.name, steps=1, estimated_s=1.0)
     outcomes = []
@@ -204,23 +204,23 @@ def test_a_specimen_that_a_run_has_tested_needs_a_reason(queue, tmp_path):
     others = ["SN-8", "SN-9", "SN-7", "SN-11", ""]
     sentence = f"sn 7/É has already been tested: run {newest}"
     assert before(runs, "P", [*others, "sn 7/É"]) == {"sn 7/É": sentence}
-    asked = [draft("sn 7/É"), draft("SN-8")]
+    drafts = [draft("sn 7/É"), draft("SN-8")]
     with pytest.raises(InvalidFileError) as refused:
-        queue.add(asked, "Ann", NOW, procedure_id="P")
+        queue.add(drafts, "Ann", NOW, procedure_id="P")
     assert [(each.message, each.field) for each in refused.value.problems] == [(sentence, "again")]
-    again = [each.model_copy(update={"again": "customer asks"}) for each in asked]
+    again = [draft.model_copy(update={"again": "customer asks"}) for draft in drafts]
     first, second = queue.add(again, "Ann", NOW, procedure_id="P")
     queue.hold(first.id, "Bob", "dirty")
     queue.release(first.id, "Bob")
-    (told,) = queue.get(first.id).told()
-    assert (told.by, told.reason) == ("Ann", "customer asks")
-    assert second.told() == ()
+    (remark,) = queue.get(first.id).remarks()
+    assert (remark.by, remark.reason) == ("Ann", "customer asks")
+    assert second.remarks() == ()
 
 
 def test_every_problem_of_a_list_is_told_at_once(queue, tmp_path):
     run = leave_run(tmp_path / "runs", "SN-8")
     items, invalid = read_list("specimen,type\nSN-8,GE20\nSN-2,\nSN-9,GE99\nSN-10,\n", ASKED)
-    drafts = [draft(each.inputs["specimen"]) for each in items]
+    drafts = [draft(item.inputs["specimen"]) for item in items]
     with pytest.raises(InvalidFileError) as refused:
         queue.add(drafts, "Ann", NOW, procedure_id="P", invalid=invalid)
     assert [(each.message.partition(":")[0], each.field) for each in refused.value.problems] == [
@@ -239,16 +239,16 @@ def test_a_specimen_whose_run_was_aborted_is_added_again_with_a_reason(queue, tm
         queue._replace(1, run=leave_run(tmp_path / "runs", "SN-1", outcome=Outcome.ABORTED))
     with pytest.raises(InvalidFileError, match="entry 1, done") as refused:
         queue.add([draft("SN-1")], "Ann", NOW, procedure_id="P")
-    assert [each.field for each in refused.value.problems] == ["again"]
+    assert [problem.field for problem in refused.value.problems] == ["again"]
     again = draft("SN-1").model_copy(update={"again": "the fuse had blown"})
     (entry,) = queue.add([again], "Ann", NOW, procedure_id="P")
-    assert entry.told()[0].reason == "the fuse had blown"
+    assert entry.remarks()[0].reason == "the fuse had blown"
 
 
 def test_the_same_specimen_twice_is_refused_and_nothing_of_the_list_is_added(queue):
     with pytest.raises(InvalidFileError) as refused:
         queue.add([draft("SN-9"), draft(" sn-2".strip()), draft("SN-9")], "Ann", NOW)
-    assert [each.message for each in refused.value.problems] == [
+    assert [problem.message for problem in refused.value.problems] == [
         "SN-2 is already in the queue: entry 2, waiting",
         "SN-9 is in the list twice",
     ]
@@ -262,7 +262,7 @@ def test_numbers_are_given_once_and_what_is_over_can_be_cleared(queue):
     queue.skip(3, "Ann", "lost")
     assert queue.clear(station="other.yaml") == 0
     assert queue.clear() == 1
-    assert [each.id for each in queue.add([draft("SN-5")], "Ann", NOW)] == [4]
+    assert [entry.id for entry in queue.add([draft("SN-5")], "Ann", NOW)] == [4]
 
 
 def test_a_file_that_is_no_queue_is_left_alone(queue):
@@ -285,12 +285,12 @@ for i in range(10):
 """
     jobs = [subprocess.Popen([sys.executable, "-c", program, name]) for name in "AB"]
     assert [job.wait(120) for job in jobs] == [0, 0]
-    numbers = [each.id for each in queue.entries()]
+    numbers = [entry.id for entry in queue.entries()]
     assert len(numbers) == len(set(numbers)) == 23
 
 
 @pytest.mark.parametrize(
-    ("text", "found"),
+    ("text", "expected"),
     [
         ("SN-1\r\n\r\n  SN-2 \n", [(1, {"specimen": "SN-1"}), (3, {"specimen": "SN-2"})]),
         ("SN-1, left\n", [(1, {"specimen": "SN-1, left"})]),
@@ -305,9 +305,9 @@ for i in range(10):
         ("specimen\nA;1\nB;2\n", [(2, {"specimen": "A;1"}), (3, {"specimen": "B;2"})]),
     ],
 )
-def test_lists_are_read_as_people_write_them(text, found):
+def test_lists_are_read_as_people_write_them(text, expected):
     items, invalid = read_list(text, ASKED)
-    assert [(each.line, each.inputs) for each in items] == found
+    assert [(item.line, item.inputs) for item in items] == expected
     assert invalid == []
 
 
@@ -316,7 +316,7 @@ def test_every_line_that_is_not_accepted_is_named():
     items, invalid = read_list(text, ASKED, "list.csv")
     assert [str(each.location) for each in invalid] == ["list.csv:2", "list.csv:3", "list.csv:4"]
     assert "expected one of: GE20, GE30" in invalid[0].message
-    assert [each.line for each in items] == [5]
+    assert [item.line for item in items] == [5]
 
 
 @pytest.mark.parametrize(
@@ -353,17 +353,17 @@ OTHER = "benches/b 2.yaml"
 
 
 def files(runs):
-    return sorted(each.name for each in runs.glob("queue*.json"))
+    return sorted(path.name for path in runs.glob("queue*.json"))
 
 
 def test_each_station_has_a_file_and_a_number_belongs_to_one_entry(queue, tmp_path):
-    made = queue.add([draft("SN-8", station=OTHER), draft("SN-9", station=OTHER)], "Bob", NOW)
-    assert [each.id for each in made] == [4, 5]
+    entries = queue.add([draft("SN-8", station=OTHER), draft("SN-9", station=OTHER)], "Bob", NOW)
+    assert [entry.id for entry in entries] == [4, 5]
     assert queue.add([draft("SN-10")], "Ann", NOW)[0].id == 6
     assert files(tmp_path / "runs") == ["queue-benches%2Fb%202.yaml.json", "queue-s.yaml.json"]
     queue.hold(5, "Bob", "dirty")
-    assert [each.entry.id for each in queue.shown(OTHER)] == [4, 5]
-    assert [each.entry.id for each in queue.shown(STATION)] == [1, 2, 3, 6]
+    assert [shown.entry.id for shown in queue.shown(OTHER)] == [4, 5]
+    assert [shown.entry.id for shown in queue.shown(STATION)] == [1, 2, 3, 6]
     assert (queue.next(OTHER).specimen, queue.next(STATION).specimen) == ("SN-8", "SN-1")
     with pytest.raises(UsageError, match=r"2 stations wait: benches/b 2\.yaml, s\.yaml"):
         queue.next()
@@ -415,7 +415,7 @@ def test_a_file_that_cannot_be_read_stops_no_other_station(queue):
     queue.release(4, "Ann")
     assert queue.next(OTHER).id == 4
     with queue.started(4, "Ann"):
-        assert [each.status for each in queue.shown(OTHER)] == ["running"]
+        assert [shown.status for shown in queue.shown(OTHER)] == ["running"]
     with pytest.raises(DataError, match="queue-s"):
         queue.get(1)
 
@@ -424,27 +424,27 @@ def test_the_common_file_of_versions_before_is_parted_by_station(queue, tmp_path
     runs = tmp_path / "runs"
     queue.add([draft("SN-8", station=OTHER)], "Ann", NOW)
     queue.hold(2, "Ann", "dirty")
-    entries = [each.model_dump() for each in queue.entries()]
-    for each in files(runs):
-        (runs / each).unlink()
+    entries = [entry.model_dump() for entry in queue.entries()]
+    for file in files(runs):
+        (runs / file).unlink()
     common = {"rigrunner": "queue/1", "next": 12, "entries": entries}
     (runs / "queue.json").write_text(json.dumps(common), encoding="utf-8")
-    found = Queue(runs)
-    assert [(each.entry.id, each.status) for each in found.shown(STATION)] == [
+    reopened = Queue(runs)
+    assert [(shown.entry.id, shown.status) for shown in reopened.shown(STATION)] == [
         (1, "waiting"), (2, "held"), (3, "waiting"),
     ]  # fmt: skip
     assert files(runs) == ["queue-benches%2Fb%202.yaml.json", "queue-s.yaml.json"]
-    assert found.add([draft("SN-9")], "Ann", NOW)[0].id == 12
+    assert reopened.add([draft("SN-9")], "Ann", NOW)[0].id == 12
 
 
 def test_a_parting_that_was_interrupted_is_completed_and_undoes_nothing(queue, tmp_path):
     runs = tmp_path / "runs"
-    entries = [each.model_dump() for each in queue.entries()]
+    entries = [entry.model_dump() for entry in queue.entries()]
     other = {**entries[0], "id": 4, "station": OTHER}
     queue.hold(1, "Ann", "dirty")
     common = {"rigrunner": "queue/1", "next": 5, "entries": [*entries, other]}
     (runs / "queue.json").write_text(json.dumps(common), encoding="utf-8")
-    assert [each.status for each in Queue(runs).shown()] == [
+    assert [shown.status for shown in Queue(runs).shown()] == [
         "waiting",
         "held",
         "waiting",

@@ -7,7 +7,7 @@ from math import hypot, sqrt
 
 import pytest
 
-from rigrunner.analysis.verdict.chosen import mean_of
+from rigrunner.analysis.verdict.limited_values import mean_of
 from rigrunner.api.data import ZeroScatter
 from unit.rigrunner_plugins.equation import helpers_equation
 from unit.rigrunner_plugins.test_curve import EXACT, found, rows, run_of

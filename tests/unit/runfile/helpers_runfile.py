@@ -173,16 +173,16 @@ def write_run(
     return writer
 
 
-def assert_same_recording(found: Recording, wanted: Recording) -> None:
+def assert_same_recording(stored: Recording, original: Recording) -> None:
     """Compare all but the start time, which the step's event gives; samples bit by bit."""
-    assert (found.name, found.rate_hz) == (wanted.name, wanted.rate_hz)
-    assert found.setpoints == wanted.setpoints
-    assert found.conditions == wanted.conditions
-    assert found.units == wanted.units
-    assert list(found.channels) == list(wanted.channels)
-    for name, values in wanted.channels.items():
-        assert found.channels[name].dtype == "<f8"
-        assert found.channels[name].tobytes() == values.astype("<f8").tobytes(), name
+    assert (stored.name, stored.rate_hz) == (original.name, original.rate_hz)
+    assert stored.setpoints == original.setpoints
+    assert stored.conditions == original.conditions
+    assert stored.units == original.units
+    assert list(stored.channels) == list(original.channels)
+    for name, values in original.channels.items():
+        assert stored.channels[name].dtype == "<f8"
+        assert stored.channels[name].tobytes() == values.astype("<f8").tobytes(), name
 
 
 @contextmanager

@@ -28,10 +28,10 @@ def written(folder, attempts, measured=()):
         emit = emitter_of(writer)
         emit(RunStarted, run_id=folder.name, steps=2, estimated_s=1.0)
         for number, (name, ok) in enumerate(attempts):
-            one = recording(name, seed=number)
-            start_recording(emit, one, 7)
-            send_samples(emit, one, 1000)
-            end_recording(emit, one, 7, ok=ok)
+            original = recording(name, seed=number)
+            start_recording(emit, original, 7)
+            send_samples(emit, original, 1000)
+            end_recording(emit, original, 7, ok=ok)
         for value in measured:
             emit(
                 StepEnded, step="main[1]", index=8, action="measure", ok=True, measurement="table",
@@ -44,14 +44,14 @@ def written(folder, attempts, measured=()):
 def test_the_rows_of_a_sealed_run_can_be_checked_without_being_held(tmp_path):
     folder = written(tmp_path / "run", [("a", True), ("b", True)], measured=[1.0, 2.0, 3.0])
     seal(folder)
-    whole = read(folder)
+    stored = read(folder)
     checked, _ = read_with_truth(folder, rows=False)
     assert (checked.measurements, checked.superseded_measurements) == ((), ())
-    assert (checked.info, checked.outline) == (whole.info, whole.outline)
-    assert len(checked.events) == len(whole.outline) < len(whole.events)
+    assert (checked.info, checked.outline) == (stored.info, stored.outline)
+    assert len(checked.events) == len(stored.outline) < len(stored.events)
     # The digest of the file is over the rows: with one more it would be another.
     seal(written(tmp_path / "other", [("a", True), ("b", True)], measured=[1.0, 2.0, 3.5]))
-    assert read_with_truth(tmp_path / "other", rows=False)[0].digest != whole.digest
+    assert read_with_truth(tmp_path / "other", rows=False)[0].digest != stored.digest
 
 
 def test_a_file_with_other_rows_than_its_digest_says_is_refused_without_holding_them(
@@ -83,28 +83,28 @@ def test_the_last_good_one_counts_and_the_others_are_kept(  # noqa: PLR0917  (a 
         seal(folder)
     run = read(folder)
     assert list(run.info.recording_names) == counts
-    assert [one.name for one in run.recordings] == counts
-    assert [one.name for one in run.superseded] == former
-    assert [one.name for one in run.incomplete] == broken
+    assert [recording.name for recording in run.recordings] == counts
+    assert [recording.name for recording in run.superseded] == former
+    assert [recording.name for recording in run.incomplete] == broken
     assert run.digest == before.digest
     names = [name for name, _ in attempts]
-    for one in run.superseded:
-        assert_same_recording(one, recording(one.name, seed=names.index(one.name)))
+    for stored in run.superseded:
+        assert_same_recording(stored, recording(stored.name, seed=names.index(stored.name)))
 
 
 def test_a_measurement_that_was_repeated_is_one_row(tmp_path):
     run = read(written(tmp_path / "run", [("a", True)], [1.0, 2.0]))
-    assert [dict(one.values) for one in run.measurements] == [{"tester.load": 2.0}]
+    assert [dict(measurement.values) for measurement in run.measurements] == [{"tester.load": 2.0}]
 
 
 def test_other_steps_of_the_same_name_do_not_replace_each_other(tmp_path):
     with RunWriter(tmp_path / "run", header_of("run")) as writer:
         emit = emitter_of(writer)
         for index in range(2):
-            one = recording(f"{index}", seed=index)
-            start_recording(emit, one, index)
-            send_samples(emit, one, 1000)
-            end_recording(emit, one, index)
+            original = recording(f"{index}", seed=index)
+            start_recording(emit, original, index)
+            send_samples(emit, original, 1000)
+            end_recording(emit, original, index)
     assert list(read(tmp_path / "run").info.recording_names) == ["0", "1"]
 
 
@@ -139,7 +139,7 @@ def of_scans(folder, *attempts, over=True):
 
 
 def torques(run):
-    return [one.values["tester.torque"] for one in run.measurements]
+    return [measurement.values["tester.torque"] for measurement in run.measurements]
 
 
 @pytest.mark.parametrize(
@@ -174,8 +174,8 @@ def test_the_last_completed_attempt_of_a_scan_counts_the_same_sealed_or_not(
             assert values.attrs["units"] == "N·m"
             loads = tables["friction/setpoints/tester_load"][()]
             assert list(loads) == list(LOADS[: len(counts)])
-            times = [each.decode() for each in tables["friction/utc"][()]]
-            assert times == [one.utc for one in after.measurements]
+            times = [time.decode() for time in tables["friction/utc"][()]]
+            assert times == [measurement.utc for measurement in after.measurements]
 
 
 def test_a_scan_that_was_killed_keeps_the_points_that_were_told(tmp_path):
@@ -214,26 +214,26 @@ def test_a_scan_is_as_many_measurements_of_the_same_values(tmp_path):
 
 
 def test_a_step_without_a_recording_that_is_repeated_supersedes_nothing():
-    known = {"monotonic_s": 0.0, "utc": "", "step": "main[0]", "index": 0, "ok": True}
-    events = [StepEnded(seq=n, action="settle", **known) for n in range(2)]
+    fields = {"monotonic_s": 0.0, "utc": "", "step": "main[0]", "index": 0, "ok": True}
+    events = [StepEnded(seq=n, action="settle", **fields) for n in range(2)]
     assert superseded(events) == frozenset()
 
 
 def test_a_statistic_that_has_limits_is_in_the_unit_of_its_channel(tmp_path):
     limit = ValueLimit("tester.torque.maximum", None, 5.0, "N·m")
-    known = {"step": "main[0]", "index": 0, "action": "record", "recording": "a"}
+    fields = {"step": "main[0]", "index": 0, "action": "record", "recording": "a"}
     units = {"tester.torque": "N·m", "tester.load": "N"}
     with RunWriter(tmp_path / "run", header_of()) as writer:
         emit = emitter_of(writer)
         emit(RunStarted, run_id="run", steps=1, estimated_s=1.0)
         emit(
-            StepStarted, **known, text="record a", setpoints={"tester.load": 1000.0}, units=units,
+            StepStarted, **fields, text="record a", setpoints={"tester.load": 1000.0}, units=units,
             limits=(limit,),
         )  # fmt: skip
-        one = recording("a")
-        send_samples(emit, one, 1000)
+        original = recording("a")
+        send_samples(emit, original, 1000)
         emit(
-            StepEnded, **known, ok=True, values={}, units=units,
+            StepEnded, **fields, ok=True, values={}, units=units,
             statistics={"tester.torque.maximum": 4.5},
         )  # fmt: skip
         emit(RunEnded, outcome=Outcome.COMPLETED)
@@ -251,28 +251,28 @@ def test_a_step_that_was_repeated_counts_in_the_order_of_its_last_attempt():
         )
         for seq, index in enumerate([0, 1, 0])
     ]  # fmt: skip
-    found = StoredEvents(events).measured
-    assert [one.values["tester.load"] for one in found.rows] == [1.0, 2.0]
-    assert [one.values["tester.load"] for one in found.superseded] == [0.0]
+    measured = StoredEvents(events).measured
+    assert [row.values["tester.load"] for row in measured.rows] == [1.0, 2.0]
+    assert [row.values["tester.load"] for row in measured.superseded] == [0.0]
 
 
 def test_rows_hold_what_is_the_same_in_them_once_and_nothing_else():
     """A limit is judged by what it keeps; 1, 1.0 and true are other texts in the digest."""
     events = []
     for number, count in enumerate([1, 1, 1.0, True]):
-        known = {"monotonic_s": 0.0, "utc": "", "step": f"main[{number}]", "index": number}
-        known |= {"action": "measure", "units": {"tester.load": "N"}}
+        fields = {"monotonic_s": 0.0, "utc": "", "step": f"main[{number}]", "index": number}
+        fields |= {"action": "measure", "units": {"tester.load": "N"}}
         limits = (ValueLimit("tester.load", None, -0.0 if number else 0.0, "N"),)
         events += [
-            StepStarted(seq=0, text="", limits=limits, coordinates={"pass": count}, **known),
-            StepEnded(seq=1, ok=True, measurement="m", values={"tester.load": 1.0}, **known),
+            StepStarted(seq=0, text="", limits=limits, coordinates={"pass": count}, **fields),
+            StepEnded(seq=1, ok=True, measurement="m", values={"tester.load": 1.0}, **fields),
         ]
     first, second, third, last = StoredEvents(events).measured.rows
     assert first.units is second.units is third.units is last.units
     assert second.limits is third.limits is last.limits
-    assert [repr(each.limits[0].maximum) for each in (first, second)] == ["0.0", "-0.0"]
+    assert [repr(row.limits[0].maximum) for row in (first, second)] == ["0.0", "-0.0"]
     assert first.coordinates is second.coordinates
-    assert [repr(each.coordinates["pass"]) for each in (second, third, last)] == [
+    assert [repr(row.coordinates["pass"]) for row in (second, third, last)] == [
         "1",
         "1.0",
         "True",

@@ -45,7 +45,7 @@ def same(one, other) -> bool:
     return json.dumps(one, sort_keys=True) == json.dumps(other, sort_keys=True)
 
 
-def kept(event):
+def read_back(event):
     """Return an event as the journal gives it back."""
     kind, data = event_record(event)
     return event_unpacked(data) if kind is Kind.PACKED else event_from(data)
@@ -66,40 +66,40 @@ def plain(value):
 def test_journal_and_run_file_have_any_numbers_and_any_text(values, name):
     event = StepEnded(**STAMP, **STEP, values=values, measurement=name, truth={"secret": 1.0})
     assert same(json.loads(event_text(event)), written(event))
-    assert same(written(kept(event)), written(event))
+    assert same(written(read_back(event)), written(event))
 
 
 @given(st.floats(allow_nan=False))
 def test_a_number_comes_back_to_the_last_bit(value):
     event = RunEnded(**STAMP, outcome=Outcome.COMPLETED, read_back={"press.load": value})
-    for again in (kept(event), event_from(event_text(event))):
-        found = again.read_back["press.load"]
-        assert (found, math.copysign(1, found)) == (value, math.copysign(1, value))
+    for again in (read_back(event), event_from(event_text(event))):
+        number = again.read_back["press.load"]
+        assert (number, math.copysign(1, number)) == (value, math.copysign(1, value))
 
 
 def test_what_cannot_be_utf_8_is_kept():
     event = Answer(**STAMP, step="setup[0].ask", text="a\udc80b", by="Zoë")
-    assert kept(event) == event
+    assert read_back(event) == event
 
 
 def test_a_mapping_that_is_no_dict_and_a_member_are_kept():
     values = MappingProxyType({Member("press", "torque"): 0.5})
-    assert kept(StepEnded(**STAMP, **STEP, values=values)).values == {"press.torque": 0.5}
+    assert read_back(StepEnded(**STAMP, **STEP, values=values)).values == {"press.torque": 0.5}
 
 
 def test_text_for_the_run_file_is_ascii_alone():
     assert event_text(Answer(**STAMP, step="s", text="N·m", by="Zoë")).isascii()
 
 
-@pytest.mark.parametrize("kind", KINDS.values(), ids=lambda one: one.__name__)
+@pytest.mark.parametrize("kind", KINDS.values(), ids=lambda kind: kind.__name__)
 @settings(max_examples=examples(15), deadline=None)
 @given(data=st.data())
 def test_every_kind_of_event_is_kept_with_its_name_and_all_its_fields(kind, data):
-    types = {each.name: st.from_type(each.type) for each in msgspec.structs.fields(kind)}
+    types = {field.name: st.from_type(field.type) for field in msgspec.structs.fields(kind)}
     event = data.draw(st.builds(kind, **types))
     assert same(json.loads(event_text(event)), written(event))
-    assert type(kept(event)) is kind
-    assert same(written(kept(event)), written(event))
+    assert type(read_back(event)) is kind
+    assert same(written(read_back(event)), written(event))
 
 
 def test_what_a_newer_version_knows_besides_is_passed_over():
@@ -124,14 +124,14 @@ def test_the_truth_is_in_no_event():
 
 
 @pytest.mark.parametrize(
-    ("document", "told"),
+    ("document", "message"),
     [
         ({"run_id": "a"}, "the journal does not state its format"),
         ({"format": FORMAT + 1}, "the journal was written by a newer version of Rigrunner"),
     ],
 )
-def test_a_header_of_an_unknown_format_is_refused(document, told):
-    with pytest.raises(DataError, match=told):
+def test_a_header_of_an_unknown_format_is_refused(document, message):
+    with pytest.raises(DataError, match=message):
         header_from(json.dumps(document).encode(), "the journal")
 
 
@@ -140,20 +140,20 @@ def test_a_header_of_earlier_versions_has_the_text_of_the_plan(plan, text):
     header = header_of(plan_text=LongText.of(plan), inputs={text: text})
     before = json.dumps({"format": FORMAT, **asdict(header), "plan_text": plan}).encode()
     assert header_from(before, "the journal") == (header, FORMAT)
-    found, _ = header_from(header_bytes(header), "the journal")
-    assert replace(found, plan_text=header.plan_text) == header
+    read, _ = header_from(header_bytes(header), "the journal")
+    assert replace(read, plan_text=header.plan_text) == header
     with pytest.raises(DataError, match="a record of the run is invalid"):
         header_from(before.replace(b'"plan_text": "', b'"plan_text": "\\ud800'), "the journal")
 
 
 def test_a_block_that_was_cut_off_is_refused():
     block = Block(1000.0, 0, 0.5, {"tester.torque": np.arange(3.0)})
-    whole = b"".join(block_bytes("001", block))
-    name, found = block_from(whole)
-    assert (name, found.channels["tester.torque"].tolist()) == ("001", [0.0, 1.0, 2.0])
-    for length in (1, len(whole) - 1):
+    data = b"".join(block_bytes("001", block))
+    name, decoded = block_from(data)
+    assert (name, decoded.channels["tester.torque"].tolist()) == ("001", [0.0, 1.0, 2.0])
+    for length in (1, len(data) - 1):
         with pytest.raises(DataError, match="a block of samples is invalid"):
-            block_from(whole[:length])
+            block_from(data[:length])
 
 
 def test_what_is_no_message_pack_is_refused():

@@ -31,19 +31,19 @@ def write(folder, coordinates=COORDINATES):
     with RunWriter(folder, header_of(folder.name)) as writer:
         emit = Emitter(Bus([writer]), clock)
         emit(RunStarted, run_id=folder.name, steps=3, estimated_s=1.0)
-        known = {"step": "setup[0]", "index": 0, "action": "wait"}
-        emit(StepStarted, **known, text="wait")
+        fields = {"step": "setup[0]", "index": 0, "action": "wait"}
+        emit(StepStarted, **fields, text="wait")
         clock.sleep(5)
-        emit(StepEnded, **known, ok=True)
+        emit(StepEnded, **fields, ok=True)
         here = {"coordinates": coordinates, "units": {"t.x": "N", **UNITS}}
-        known = {"step": "main[0]", "index": 1, "action": "record", "recording": "001"}
-        emit(StepStarted, **known, text="record", **here)
+        fields = {"step": "main[0]", "index": 1, "action": "record", "recording": "001"}
+        emit(StepStarted, **fields, text="record", **here)
         emit(Samples, recording="001", block=Block(1.0, 0, 0.0, {"t.x": np.zeros(2)}))
         clock.sleep(2)
-        emit(StepEnded, **known, ok=True)
-        known = {"step": "main[1]", "index": 2, "action": "measure"}
-        emit(StepStarted, **known, text="measure", **here)
-        emit(StepEnded, **known, ok=True, measurement="m", values={"t.x": 1.0}, units={"t.x": "N"})
+        emit(StepEnded, **fields, ok=True)
+        fields = {"step": "main[1]", "index": 2, "action": "measure"}
+        emit(StepStarted, **fields, text="measure", **here)
+        emit(StepEnded, **fields, ok=True, measurement="m", values={"t.x": 1.0}, units={"t.x": "N"})
         emit(RunEnded, outcome=Outcome.COMPLETED)
 
 
@@ -56,12 +56,12 @@ def run(tmp_path, request):
 
 
 def test_they_come_back_as_they_were(run):
-    for each in (*run.recordings, *run.measurements):
-        assert each.coordinates == COORDINATES
-        assert {name: type(value) for name, value in each.coordinates.items()} == {
+    for item in (*run.recordings, *run.measurements):
+        assert item.coordinates == COORDINATES
+        assert {name: type(value) for name, value in item.coordinates.items()} == {
             "phase": str, "dwell": float, "aged": bool, "block": int,
         }  # fmt: skip
-        assert each.units["dwell"] == "s"
+        assert item.units["dwell"] == "s"
 
 
 def test_time_counts_from_the_beginning_of_main(run):
@@ -73,9 +73,9 @@ def test_before_main_no_time_has_elapsed(tmp_path):
     clock = SimulatedClock(START)
     with RunWriter(tmp_path / "run", header_of("run")) as writer:
         emit = Emitter(Bus([writer]), clock)
-        known = {"step": "setup[0]", "index": 0, "action": "measure"}
-        emit(StepStarted, **known, text="measure")
-        emit(StepEnded, **known, ok=True, measurement="m", values={"t.x": 1.0}, units={"t.x": "N"})
+        fields = {"step": "setup[0]", "index": 0, "action": "measure"}
+        emit(StepStarted, **fields, text="measure")
+        emit(StepEnded, **fields, ok=True, measurement="m", values={"t.x": 1.0}, units={"t.x": "N"})
         clock.sleep(5)
         emit(StepStarted, step="main[0]", index=1, action="wait", text="wait")
     (row,) = read(tmp_path / "run").measurements
@@ -86,9 +86,9 @@ def test_a_row_of_the_very_moment_at_which_main_began_has_a_time(tmp_path):
     """It is read before it is known when that was."""
     with RunWriter(tmp_path / "run", header_of("run")) as writer:
         emit = Emitter(Bus([writer]), SimulatedClock(START))
-        known = {"step": "setup[0]", "index": 0, "action": "measure"}
-        emit(StepStarted, **known, text="measure")
-        emit(StepEnded, **known, ok=True, measurement="m", values={"t.x": 1.0}, units={"t.x": "N"})
+        fields = {"step": "setup[0]", "index": 0, "action": "measure"}
+        emit(StepStarted, **fields, text="measure")
+        emit(StepEnded, **fields, ok=True, measurement="m", values={"t.x": 1.0}, units={"t.x": "N"})
         emit(StepStarted, step="main[0]", index=1, action="wait", text="wait")
     (row,) = read(tmp_path / "run").measurements
     assert row.elapsed_s == 0.0
@@ -99,15 +99,15 @@ def test_time_goes_on_while_a_run_is_interrupted(tmp_path):
     write(tmp_path / "run")
     with RunWriter(tmp_path / "run") as writer:
         emit = Emitter(Bus([writer]), SimulatedClock(START + timedelta(hours=1)), 20)
-        known = {"step": "main[2]", "index": 3, "action": "measure"}
-        emit(StepStarted, **known, text="measure")
-        emit(StepEnded, **known, ok=True, measurement="m", values={"t.x": 1.0}, units={"t.x": "N"})
+        fields = {"step": "main[2]", "index": 3, "action": "measure"}
+        emit(StepStarted, **fields, text="measure")
+        emit(StepEnded, **fields, ok=True, measurement="m", values={"t.x": 1.0}, units={"t.x": "N"})
     assert read(tmp_path / "run").measurements[-1].elapsed_s == 3595.0
 
 
 def test_the_digest_of_a_recording_covers_them():
-    found = RecordingDigest("001", 1.0, {}, {"t.x": "N"}, {"block": 3})
-    found.update({"t.x": np.zeros(2)})
+    digest = RecordingDigest("001", 1.0, {}, {"t.x": "N"}, {"block": 3})
+    digest.update({"t.x": np.zeros(2)})
     document = {
         "channels": {"t.x": hashlib.sha256(bytes(16)).hexdigest()},
         "coordinates": {"block": 3},
@@ -117,13 +117,13 @@ def test_the_digest_of_a_recording_covers_them():
         "units": {"t.x": "N"},
     }
     text = json.dumps(document, sort_keys=True, separators=(",", ":"))
-    assert found.hexdigest() == hashlib.sha256(text.encode()).hexdigest()
+    assert digest.hexdigest() == hashlib.sha256(text.encode()).hexdigest()
 
 
 def test_runs_with_other_coordinates_have_other_digests(tmp_path):
     digests = set()
-    for number, found in enumerate(({}, COORDINATES, {**COORDINATES, "block": 4})):
-        write(tmp_path / f"run{number}", found)
+    for number, coordinates in enumerate(({}, COORDINATES, {**COORDINATES, "block": 4})):
+        write(tmp_path / f"run{number}", coordinates)
         digests.add(read(tmp_path / f"run{number}").digest)
     assert len(digests) == 3
 
@@ -140,8 +140,8 @@ def test_a_row_of_before_has_the_digest_of_before():
 def test_an_old_file_has_none():
     run = read(OLD)
     assert run.measurements
-    assert all(not each.coordinates for each in (*run.recordings, *run.measurements))
-    assert all(each.elapsed_s is not None for each in run.measurements)
+    assert all(not item.coordinates for item in (*run.recordings, *run.measurements))
+    assert all(measurement.elapsed_s is not None for measurement in run.measurements)
 
 
 def test_viewers_find_attributes_and_columns(tmp_path):

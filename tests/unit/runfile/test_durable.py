@@ -15,26 +15,26 @@ HELD = PermissionError(13, "held by another program")
 
 
 @pytest.fixture
-def held(monkeypatch):
+def rename_errors(monkeypatch):
     """Return what is raised, one after the other, by attempts to rename a file."""
-    left = []
+    errors = []
     plain = Path.replace
 
     def replace(self, target):
-        if left:
-            raise left.pop()
+        if errors:
+            raise errors.pop()
         return plain(self, target)
 
     monkeypatch.setattr(Path, "replace", replace)
-    return left
+    return errors
 
 
 @pytest.fixture
 def waits_s(monkeypatch):
     """Return how long was waited each time, while no time passes."""
-    found = []
-    monkeypatch.setattr(durable, "time", SimpleNamespace(sleep=found.append))
-    return found
+    waits = []
+    monkeypatch.setattr(durable, "time", SimpleNamespace(sleep=waits.append))
+    return waits
 
 
 def publish(monkeypatch, path, system):
@@ -44,9 +44,9 @@ def publish(monkeypatch, path, system):
 
 
 def test_on_windows_a_file_that_is_held_for_a_moment_gets_its_name(
-    tmp_path, monkeypatch, held, waits_s
+    tmp_path, monkeypatch, rename_errors, waits_s
 ):
-    held.extend([HELD, HELD])
+    rename_errors.extend([HELD, HELD])
     publish(monkeypatch, tmp_path / "a", "nt")
     assert (tmp_path / "a").read_bytes() == b"whole"
     assert len(waits_s) == 2
@@ -54,9 +54,9 @@ def test_on_windows_a_file_that_is_held_for_a_moment_gets_its_name(
 
 @pytest.mark.parametrize(("system", "waits"), [("nt", 5), ("posix", 0)])
 def test_what_stays_held_is_an_error_before_long(  # noqa: PLR0917  (fixtures and a table)
-    tmp_path, monkeypatch, held, waits_s, system, waits
+    tmp_path, monkeypatch, rename_errors, waits_s, system, waits
 ):
-    held.extend([HELD] * 10)
+    rename_errors.extend([HELD] * 10)
     with pytest.raises(PermissionError):
         publish(monkeypatch, tmp_path / "a", system)
     assert not (tmp_path / "a").exists()
@@ -64,8 +64,8 @@ def test_what_stays_held_is_an_error_before_long(  # noqa: PLR0917  (fixtures an
     assert sum(waits_s) < 2.0
 
 
-def test_on_windows_ctrl_c_is_not_waited_out(tmp_path, monkeypatch, held, waits_s):
-    held.append(KeyboardInterrupt())
+def test_on_windows_ctrl_c_is_not_waited_out(tmp_path, monkeypatch, rename_errors, waits_s):
+    rename_errors.append(KeyboardInterrupt())
     with pytest.raises(KeyboardInterrupt):
         publish(monkeypatch, tmp_path / "a", "nt")
     assert waits_s == []

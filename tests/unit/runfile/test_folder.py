@@ -91,8 +91,8 @@ def test_ctrl_c_while_the_folder_of_a_run_is_made_is_not_taken_for_one_that_is_t
     presses = iter([KeyboardInterrupt])
 
     def press(_path):
-        for each in presses:
-            raise each
+        for press in presses:
+            raise press
 
     monkeypatch.setattr(Path, "mkdir", press)
     with pytest.raises(KeyboardInterrupt):

@@ -30,14 +30,14 @@ from unit.runfile.helpers_runfile import (
 FOLD = "rigrunner.runfile.writer.fold"
 
 
-def keep(emit, one, index=0):
-    start_recording(emit, one, index)
-    send_samples(emit, one, 1000)
-    end_recording(emit, one, index)
+def keep(emit, original, index=0):
+    start_recording(emit, original, index)
+    send_samples(emit, original, 1000)
+    end_recording(emit, original, index)
 
 
 @pytest.fixture
-def held(monkeypatch):
+def folding(monkeypatch):
     """Return the event that lets folds go on; until then each one waits."""
     go_on = threading.Event()
 
@@ -50,18 +50,18 @@ def held(monkeypatch):
     go_on.set()
 
 
-def test_no_step_waits_for_a_fold_and_what_is_finished_can_be_read(tmp_path, held):
+def test_no_step_waits_for_a_fold_and_what_is_finished_can_be_read(tmp_path, folding):
     with RunWriter(tmp_path / "run", header_of()) as writer:
         emit = emitter_of(writer)
-        for index, one in enumerate(TWO):
-            keep(emit, one, index)
+        for index, original in enumerate(TWO):
+            keep(emit, original, index)
         before = read(tmp_path / "run")
-        held.set()
+        folding.set()
     assert not before.incomplete
     after = read(tmp_path / "run")
     for run_of in (before, after):
-        for found, wanted in zip(run_of.recordings, TWO, strict=True):
-            assert_same_recording(found, wanted)
+        for stored, original in zip(run_of.recordings, TWO, strict=True):
+            assert_same_recording(stored, original)
     assert before.digest == after.digest
     assert [path.name for path in RunFolder(tmp_path / "run").finished_parts()] == [
         "000001.h5",
@@ -90,9 +90,9 @@ def test_a_recording_is_on_the_disk_before_its_step_counts_as_done(tmp_path, mon
     with RunWriter(tmp_path / "run", header_of()) as writer:
         keep(emitter_of(writer), TWO[1])
     samples = RunFolder(tmp_path / "run").samples(1)
-    (found,) = when_ended
-    assert found[-2] == (samples, samples.stat().st_size)
-    assert found[-1][0] == samples.parent  # only then does the new file have its name for good
+    (files,) = when_ended
+    assert files[-2] == (samples, samples.stat().st_size)
+    assert files[-1][0] == samples.parent  # only then does the new file have its name for good
     assert samples.stat().st_size > 16 * TWO[1].samples
 
 
@@ -115,9 +115,9 @@ def test_a_fold_that_fails_is_told_by_the_next_event_and_done_again_at_sealing(
         assert "No space left" in summary.reason
         writer.seal()
     stored = read(tmp_path / "run")
-    assert [one.name for one in stored.recordings] == ["001_10Hz"]
+    assert [recording.name for recording in stored.recordings] == ["001_10Hz"]
     assert (stored.info.outcome, stored.info.reason) == ("error", summary.reason)
-    assert any(isinstance(one, MadeSafe) for one in stored.events)
+    assert any(isinstance(event, MadeSafe) for event in stored.events)
 
 
 def test_an_interrupt_while_sealing_waits_for_a_fold_leaves_a_sealed_run(tmp_path, monkeypatch):
@@ -147,8 +147,8 @@ def test_a_recording_that_is_folded_while_it_is_read_is_read_all_the_same(tmp_pa
     folder = tmp_path / "run"
     with RunWriter(folder, header_of()) as writer, monkeypatch.context() as patched:
         patched.setattr(FOLD, lambda *_: None)
-        for index, one in enumerate(TWO):
-            keep(emitter_of(writer), one, index)
+        for index, original in enumerate(TWO):
+            keep(emitter_of(writer), original, index)
     plain, events = loose.open_samples, loose.read_journal(RunFolder(folder)).events
 
     def opened(path):
@@ -156,8 +156,8 @@ def test_a_recording_that_is_folded_while_it_is_read_is_read_all_the_same(tmp_pa
         return plain(path)
 
     monkeypatch.setattr(loose, "open_samples", opened)
-    for found, wanted in zip(read(folder).recordings, TWO, strict=True):
-        assert_same_recording(found, wanted)
+    for stored, original in zip(read(folder).recordings, TWO, strict=True):
+        assert_same_recording(stored, original)
 
 
 def test_a_finished_recording_whose_journal_was_damaged_is_not_taken_for_whole(
@@ -178,7 +178,7 @@ def test_a_finished_recording_whose_journal_was_damaged_is_not_taken_for_whole(
     assert 0 < part.samples < TWO[1].samples
 
 
-def test_a_journal_that_is_damaged_before_it_is_folded_is_told_and_kept(tmp_path, held):
+def test_a_journal_that_is_damaged_before_it_is_folded_is_told_and_kept(tmp_path, folding):
     folder = tmp_path / "run"
     with RunWriter(folder, header_of()) as writer:
         emit = emitter_of(writer)
@@ -187,8 +187,8 @@ def test_a_journal_that_is_damaged_before_it_is_folded_is_told_and_kept(tmp_path
         content = bytearray(samples.read_bytes())
         content[len(content) // 2] ^= 1
         samples.write_bytes(content)
-        held.set()
-        wait(writer._folding.going)
+        folding.set()
+        wait(writer._folding.pending)
         with pytest.raises(DataError, match=r"samples can be read back, not 40001"):
             start_recording(emit, TWO[0], 1)
     assert samples.exists()

@@ -102,6 +102,6 @@ def test_large_texts_are_packed_and_read_back(tmp_path):
         assert file["column"].shape == (100_000,)
         pieces = list(pieces_of(file["column"]))
         assert len(pieces) > 1
-        assert [text.decode("unicode_escape") for each in pieces for text in each] == column
+        assert [text.decode("unicode_escape") for piece in pieces for text in piece] == column
         assert file["column"].fletcher32, "damage is found"
         assert file["short"].chunks is None

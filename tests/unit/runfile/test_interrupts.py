@@ -54,19 +54,19 @@ def test_a_run_is_sealed_before_the_interrupt_is_taken(tmp_path, monkeypatch):
 
 
 def test_who_listened_before_is_told_of_each_and_listens_again():
-    told = []
-    former = signal.signal(signal.SIGINT, lambda number, _: told.append(number))
+    signals = []
+    previous = signal.signal(signal.SIGINT, lambda number, _: signals.append(number))
     try:
         with uninterrupted():
             with uninterrupted():
                 ctrl_c()
                 ctrl_c()
-            assert not told
-        assert told == [signal.SIGINT] * 2
+            assert not signals
+        assert signals == [signal.SIGINT] * 2
         ctrl_c()
-        assert told == [signal.SIGINT] * 3
+        assert signals == [signal.SIGINT] * 3
     finally:
-        signal.signal(signal.SIGINT, former)
+        signal.signal(signal.SIGINT, previous)
 
 
 def test_another_thread_takes_no_signals_and_needs_none_kept_away():

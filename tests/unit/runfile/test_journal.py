@@ -59,13 +59,13 @@ def journal(tmp_path):
     return path
 
 
-def found_in(path):
+def records_in(path):
     return tuple((record.kind, record.payload) for record in read_records(path))
 
 
 def test_records_come_back(journal):
-    assert found_in(journal) == RECORDS
-    assert unread_bytes(journal, [one.end for one in read_records(journal)][-1]) == 0
+    assert records_in(journal) == RECORDS
+    assert unread_bytes(journal, [record.end for record in read_records(journal)][-1]) == 0
 
 
 def test_what_comes_is_synced_at_least_once_a_second(tmp_path, monkeypatch):
@@ -87,39 +87,39 @@ def test_what_comes_is_synced_at_least_once_a_second(tmp_path, monkeypatch):
 def test_a_journal_of_an_earlier_version_is_read(tmp_path):
     """Its bytes: length, kind 1 to 4, CRC-32 over both and the payload, payload."""
     old = tmp_path / "old.journal"
-    whole = b"RIGJ\x01\r\n\x00"
+    content = b"RIGJ\x01\r\n\x00"
     for number, (_, payload) in enumerate(RECORDS, 1):
         crc = zlib.crc32(payload, zlib.crc32(struct.pack("<IBI", len(payload), number, 0)))
-        whole += struct.pack("<IBI", len(payload), number, crc) + payload
-    old.write_bytes(whole)
+        content += struct.pack("<IBI", len(payload), number, crc) + payload
+    old.write_bytes(content)
     kinds = (Kind.HEADER, Kind.EVENT, Kind.TRUTH, Kind.BLOCK)
-    assert found_in(old) == tuple(zip(kinds, [each[1] for each in RECORDS], strict=True))
+    assert records_in(old) == tuple(zip(kinds, [record[1] for record in RECORDS], strict=True))
 
 
 def test_every_prefix_gives_all_records_that_are_whole(journal):
     content = journal.read_bytes()
-    ends = [one.end for one in read_records(journal)]
+    ends = [record.end for record in read_records(journal)]
     for length in range(len(content)):
         journal.write_bytes(content[:length])
-        assert found_in(journal) == RECORDS[: sum(end <= length for end in ends)]
+        assert records_in(journal) == RECORDS[: sum(end <= length for end in ends)]
 
 
 def test_every_flipped_bit_ends_the_reading_where_it_is(journal):
     content = journal.read_bytes()
-    ends = [len(MAGIC), *(one.end for one in read_records(journal))]
+    ends = [len(MAGIC), *(record.end for record in read_records(journal))]
     for place in range(len(MAGIC), len(content)):
         damaged = bytearray(content)
         damaged[place] ^= 1 << (place % 8)
         journal.write_bytes(damaged)
         intact = sum(end <= place for end in ends) - 1
-        assert found_in(journal) == RECORDS[:intact]
+        assert records_in(journal) == RECORDS[:intact]
 
 
 def test_lost_page_in_the_middle_hides_nothing_before_it(journal):
     content = journal.read_bytes()
-    ends = [one.end for one in read_records(journal)]
+    ends = [record.end for record in read_records(journal)]
     journal.write_bytes(content[: ends[1]] + bytes(len(content) - ends[1]))
-    assert found_in(journal) == RECORDS[:2]
+    assert records_in(journal) == RECORDS[:2]
 
 
 def test_damaged_length_does_not_ask_for_memory(journal):
@@ -127,7 +127,7 @@ def test_damaged_length_does_not_ask_for_memory(journal):
     content[len(MAGIC) : len(MAGIC) + 4] = b"\xff\xff\xff\xff"
     journal.write_bytes(content)
     tracemalloc.start()
-    assert found_in(journal) == ()
+    assert records_in(journal) == ()
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert peak < 1_000_000
@@ -140,7 +140,7 @@ def test_record_that_did_not_fit_is_taken_back(tmp_path):
         writer.append(Kind.BLOCK, b"x" * 600, b"y" * 600)
     writer.append(Kind.EVENT, b"last")
     writer.close()
-    assert [payload for _, payload in found_in(tmp_path / "a.journal")] == [b"first", b"last"]
+    assert [payload for _, payload in records_in(tmp_path / "a.journal")] == [b"first", b"last"]
 
 
 def test_record_that_an_interrupt_cut_is_taken_back(tmp_path, monkeypatch):
@@ -152,7 +152,7 @@ def test_record_that_an_interrupt_cut_is_taken_back(tmp_path, monkeypatch):
         writer.append(Kind.BLOCK, bytes(100_000))  # too long to be copied to its head
     writer.append(Kind.EVENT, b"last")
     writer.close()
-    assert [payload for _, payload in found_in(tmp_path / "a.journal")] == [b"first", b"last"]
+    assert [payload for _, payload in records_in(tmp_path / "a.journal")] == [b"first", b"last"]
 
 
 def test_what_the_system_takes_in_pieces_is_written_whole(tmp_path):
@@ -162,7 +162,7 @@ def test_what_the_system_takes_in_pieces_is_written_whole(tmp_path):
     writer.append(Kind.EVENT, b"an event of many bytes")
     writer.append(Kind.BLOCK, b"a head", bytes(5000))
     file.close()
-    payloads = [payload for _, payload in found_in(tmp_path / "a.journal")]
+    payloads = [payload for _, payload in records_in(tmp_path / "a.journal")]
     assert payloads == [b"an event of many bytes", b"a head" + bytes(5000)]
 
 
@@ -182,7 +182,7 @@ def test_other_files_are_no_journal(tmp_path):
     path = tmp_path / "a.journal"
     path.write_bytes(b"\x89HDF\r\n\x1a\n and more")
     with pytest.raises(DataError, match="is not a journal"):
-        found_in(path)
+        records_in(path)
 
 
 def test_journal_is_never_written_over(journal):
@@ -198,7 +198,7 @@ def test_any_payload_comes_back(tmp_path_factory, payloads):
     for payload in payloads:
         writer.append(Kind.BLOCK, payload)
     writer.close()
-    assert [payload for _, payload in found_in(path)] == payloads
+    assert [payload for _, payload in records_in(path)] == payloads
 
 
 def cut(path, length):
@@ -206,11 +206,11 @@ def cut(path, length):
 
 
 def test_run_with_a_torn_journal_of_events_is_read_as_far_as_it_got(tmp_path):
-    wanted = recording(samples=300)
-    write_run(tmp_path / "run", [wanted])
+    original = recording(samples=300)
+    write_run(tmp_path / "run", [original])
     events = tmp_path / "run" / "journal" / "events.journal"
     content, seen = events.read_bytes(), set()
-    ends = [one.end for one in read_records(events)]
+    ends = [record.end for record in read_records(events)]
     header_end = ends[1]  # after the plan
     lengths = {*range(0, len(content), 11), *ends, *(end - 1 for end in ends)} - {len(content)}
     for length in sorted(lengths):
@@ -220,7 +220,7 @@ def test_run_with_a_torn_journal_of_events_is_read_as_far_as_it_got(tmp_path):
                 read(tmp_path / "run")
         else:
             run = read(tmp_path / "run")
-            assert_same_recording(run.recordings[0], wanted)
+            assert_same_recording(run.recordings[0], original)
             seen.add(len(run.events))
             assert bool(run.notes) == (length not in ends)
         events.write_bytes(content)
@@ -228,22 +228,22 @@ def test_run_with_a_torn_journal_of_events_is_read_as_far_as_it_got(tmp_path):
 
 
 def test_samples_up_to_the_last_whole_block_are_saved(tmp_path):
-    wanted = recording(samples=1000)
+    original = recording(samples=1000)
     with RunWriter(tmp_path / "run", header_of()) as writer:
         emit = emitter_of(writer)
-        start_recording(emit, wanted)
-        send_samples(emit, wanted, 100)
+        start_recording(emit, original)
+        send_samples(emit, original, 100)
     (path,) = (tmp_path / "run" / "journal").glob("*.samples")
     content = path.read_bytes()
-    ends = [one.end for one in read_records(path)]
+    ends = [record.end for record in read_records(path)]
     for length in range(0, len(content), 97):
         cut(path, length)
-        whole = 100 * sum(end <= length for end in ends)
-        found = read(tmp_path / "run").incomplete
-        assert [one.samples for one in found] == ([whole] if whole else [])
-        for one in found:
-            torque = one.channels["tester.torque"]
-            assert (torque == wanted.channels["tester.torque"][:whole]).all()
+        intact = 100 * sum(end <= length for end in ends)
+        incomplete = read(tmp_path / "run").incomplete
+        assert [stored.samples for stored in incomplete] == ([intact] if intact else [])
+        for stored in incomplete:
+            torque = stored.channels["tester.torque"]
+            assert (torque == original.channels["tester.torque"][:intact]).all()
         path.write_bytes(content)
 
 
@@ -252,40 +252,40 @@ def test_a_recording_interrupted_after_an_empty_block_is_read_once_it_is_sealed(
     tmp_path, monkeypatch, in_memory
 ):
     """A device that is polled may have nothing yet when the run is stopped."""
-    wanted = recording(samples=1000)
+    original = recording(samples=1000)
     with RunWriter(tmp_path / "run", header_of()) as writer:
         emit = emitter_of(writer)
-        start_recording(emit, wanted)
-        nothing = {name: values[:0] for name, values in wanted.channels.items()}
-        emit(Samples, recording=wanted.name, block=Block(wanted.rate_hz, 0, 0.0, nothing))
-        end_recording(emit, wanted, ok=False)
+        start_recording(emit, original)
+        nothing = {name: values[:0] for name, values in original.channels.items()}
+        emit(Samples, recording=original.name, block=Block(original.rate_hz, 0, 0.0, nothing))
+        end_recording(emit, original, ok=False)
     (loose,) = read(tmp_path / "run").incomplete
     seal(tmp_path / "run")
     monkeypatch.setattr("rigrunner.runfile.entry.IN_MEMORY", in_memory)
     (sealed,) = read(tmp_path / "run").incomplete
-    assert list(sealed.channels) == list(loose.channels) == list(wanted.channels)
+    assert list(sealed.channels) == list(loose.channels) == list(original.channels)
     assert sealed.samples == loose.samples == 0
 
 
 def test_recording_that_ended_but_was_not_folded_is_finished(tmp_path, monkeypatch):
-    wanted = recording(samples=1000)
+    original = recording(samples=1000)
     with RunWriter(tmp_path / "run", header_of()) as writer:
         emit = emitter_of(writer)
-        start_recording(emit, wanted)
-        send_samples(emit, wanted, 100)
+        start_recording(emit, original)
+        send_samples(emit, original, 100)
         monkeypatch.setattr("rigrunner.runfile.writer.fold", lambda *_: None)  # the kill
-        end_recording(emit, wanted)
+        end_recording(emit, original)
     assert not (tmp_path / "run" / "recordings").exists()
     before = read(tmp_path / "run")
     seal(tmp_path / "run")
     for run in (before, read(tmp_path / "run")):
-        assert_same_recording(run.recordings[0], wanted)
+        assert_same_recording(run.recordings[0], original)
         assert run.incomplete == ()
     assert read(tmp_path / "run").digest == before.digest
 
 
 def test_a_journal_that_is_gone_on_with_ends_with_its_last_record(journal):
-    end = max(one.end for one in read_records(journal))
+    end = max(record.end for record in read_records(journal))
     with journal.open("ab") as file:
         file.write(b"torn" * 1000)
     writer = JournalWriter(journal, end)
@@ -297,6 +297,6 @@ def test_a_journal_that_is_gone_on_with_ends_with_its_last_record(journal):
 
 
 def test_the_numbers_of_the_kinds_of_records_stay_those_of_the_journals_that_are_there():
-    assert {each.name: int(each) for each in Kind} == {
+    assert {kind.name: int(kind) for kind in Kind} == {
         "HEADER": 1, "EVENT": 2, "TRUTH": 3, "BLOCK": 4, "ROW": 5, "PACKED": 6, "PLAN": 7,
     }  # fmt: skip

@@ -39,11 +39,11 @@ def sha256(document):
 
 
 def step(emit, value, limits=(LIMIT,), index=0):
-    known = {"step": f"main[{index}]", "index": index, "action": "measure"}
+    fields = {"step": f"main[{index}]", "index": index, "action": "measure"}
     units = dict(ROW.units)
-    emit(StepStarted, **known, text="measure", setpoints=ROW.setpoints, units=units, limits=limits)
+    emit(StepStarted, **fields, text="measure", setpoints=ROW.setpoints, units=units, limits=limits)
     ended = {"measurement": "cell", "setpoints": ROW.setpoints, "units": units}
-    emit(StepEnded, **known, ok=True, values={"press.torque": value}, **ended)
+    emit(StepEnded, **fields, ok=True, values={"press.torque": value}, **ended)
 
 
 def write(folder, *steps):
@@ -100,7 +100,7 @@ def test_a_row_out_of_limits_comes_back_sealed_and_not(tmp_path):
     for run in (loose, sealed):
         (row,) = run.measurements
         assert (row.values, row.limits) == (ROW.values, ROW.limits)
-        assert [each.passes for each in row.decisions] == [False]
+        assert [decision.passes for decision in row.decisions] == [False]
         assert (run.info.outcome, run.info.format) == ("stopped at a limit", 4)
     assert loose.digest == sealed.digest
     assert sealed.digest == hashlib.sha256(f"{sha256(OF_VERSION_3)}\n".encode()).hexdigest()

@@ -32,21 +32,21 @@ def row(seq, monotonic_s, point, milliseconds, *numbers):
 
 
 @given(st.lists(st.floats(allow_nan=False), min_size=5, max_size=5))
-def test_a_point_comes_back_to_the_last_bit(found):
-    event = Rows(FIRST).event_from(row(8, found[0], 1, NOON_MS + 250, *found[1:]))
+def test_a_point_comes_back_to_the_last_bit(point):
+    event = Rows(FIRST).event_from(row(8, point[0], 1, NOON_MS + 250, *point[1:]))
     assert (event.seq, event.point, event.utc) == (8, 1, "2026-03-01T12:00:00.250Z")
     assert (event.step, event.measurement) == (FIRST.step, FIRST.measurement)
     assert (list(event.setpoints), list(event.values)) == (
         ["a.speed", "a.load"], ["a.load", "a.torque"],
     )  # fmt: skip
     numbers = (event.monotonic_s, *event.setpoints.values(), *event.values.values())
-    assert numbers == tuple(found)
-    assert [math.copysign(1, one) for one in numbers] == [math.copysign(1, one) for one in found]
+    assert numbers == tuple(point)
+    assert [math.copysign(1, x) for x in numbers] == [math.copysign(1, x) for x in point]
 
 
 def test_what_is_no_point_of_this_scan_is_refused():
-    whole, rows = row(8, 1.5, 1, NOON_MS, 1.0, 10.0, 9.9, 0.1), Rows(FIRST)
-    for data in (whole + b"1", whole[:16] + b"\x7f" * 8 + bytes(32)):
+    data_of_point, rows = row(8, 1.5, 1, NOON_MS, 1.0, 10.0, 9.9, 0.1), Rows(FIRST)
+    for data in (data_of_point + b"1", data_of_point[:16] + b"\x7f" * 8 + bytes(32)):
         with pytest.raises(DataError, match="not a point of its scan"):
             rows.event_from(data)
 
@@ -68,7 +68,7 @@ def test_the_journal_of_a_run_that_was_killed_before_this_version_is_read(tmp_pa
     writer.append(Kind.ROW, row(8, 1.75, 1, NOON_MS + 250, 1.0, 20.0, 19.8, 0.2))
     writer.close()
     rows = read(tmp_path / "run").measurements
-    assert [dict(one.setpoints) for one in rows] == [
+    assert [dict(row.setpoints) for row in rows] == [
         {"a.speed": 1.0, "a.load": 10.0}, {"a.speed": 1.0, "a.load": 20.0},
     ]  # fmt: skip
-    assert [one.values["a.torque"] for one in rows] == [0.1, 0.2]
+    assert [row.values["a.torque"] for row in rows] == [0.1, 0.2]

@@ -77,14 +77,14 @@ def test_digest_of_an_object_is_what_its_description_says(tmp_path):
 def test_manifest_digest_is_that_of_its_text(sealed):
     with h5py.File(sealed) as file:
         text = bytes(file["entry/manifest"][()])
-    wanted = hashlib.sha256(text).hexdigest()
-    assert read(sealed).manifest_sha256 == read_info(sealed).manifest_sha256 == wanted
+    expected = hashlib.sha256(text).hexdigest()
+    assert read(sealed).manifest_sha256 == read_info(sealed).manifest_sha256 == expected
     assert text.startswith(b'{"format":"rigrunner: manifest/1","items":{".":{"kind":"run","sha256"')
 
 
 def test_embedded_no_load_run_keeps_the_manifest_of_its_own_file(sealed):
-    own = sealed.parent.parent / "no_load"
-    assert read(sealed).partners["no_load"].manifest_sha256 == read(own).manifest_sha256 != ""
+    partner = sealed.parent.parent / "no_load"
+    assert read(sealed).partners["no_load"].manifest_sha256 == read(partner).manifest_sha256 != ""
 
 
 def test_run_that_is_not_sealed_has_none(tmp_path):
@@ -128,8 +128,8 @@ def add(file, path):
 
 @pytest.mark.parametrize("where", EDITS)
 def test_every_change_of_content_is_found_where_it_is(copy, where):
-    found = [str(each) for each in file_differences(edited(copy, EDITS[where]))]
-    assert any(each.startswith(where) for each in found), found
+    texts = [str(difference) for difference in file_differences(edited(copy, EDITS[where]))]
+    assert any(text.startswith(where) for text in texts), texts
 
 
 @pytest.mark.parametrize("where", [path for path in EDITS if "time" not in path])
@@ -144,17 +144,17 @@ def test_what_was_removed_and_renamed_is_named(copy):
         group.move("_001_10Hz", "_001_11Hz")
         del file["entry/zeros/tester_torque"]
 
-    found = {each.path: each.what for each in file_differences(edited(copy, edit))}
-    assert found["recordings/_001_10Hz"].startswith("missing")
-    assert found["recordings/_001_11Hz"].startswith("added")
-    assert found["zeros/tester_torque"].startswith("missing")
-    assert set(found) >= {"recordings", "zeros"}
+    problems = {each.path: each.what for each in file_differences(edited(copy, edit))}
+    assert problems["recordings/_001_10Hz"].startswith("missing")
+    assert problems["recordings/_001_11Hz"].startswith("added")
+    assert problems["zeros/tester_torque"].startswith("missing")
+    assert set(problems) >= {"recordings", "zeros"}
 
 
 def test_file_whose_manifest_was_taken_away_is_told(copy):
     path = edited(copy, lambda file: file["entry"].__delitem__("manifest"))
-    (found,) = file_differences(path)
-    assert str(found).startswith("/entry/manifest (manifest): cannot be read: there is none")
+    (difference,) = file_differences(path)
+    assert str(difference).startswith("/entry/manifest (manifest): cannot be read: there is none")
     with pytest.raises(DataError, match="there is none"):
         read(path)
 
@@ -165,8 +165,8 @@ def test_manifest_of_another_form_is_told(copy):
         del file["entry/manifest"]
         file["entry"].create_dataset("manifest", data=np.frombuffer(text.encode(), np.uint8))
 
-    (found,) = file_differences(edited(copy, edit))
-    assert "not in its canonical form" in str(found)
+    (difference,) = file_differences(edited(copy, edit))
+    assert "not in its canonical form" in str(difference)
 
 
 def test_a_file_of_the_first_format_stays_readable(copy):
@@ -255,12 +255,12 @@ def test_a_flipped_bit_anywhere_gives_an_answer_or_a_data_error(copy):
 
 def test_what_is_known_of_an_unsealed_run_is_read_without_its_samples(tmp_path, monkeypatch):
     write_run(tmp_path / "run", [*TWO, recording("003_30Hz", seed=3)])
-    wanted = read(tmp_path / "run").info
+    expected = read(tmp_path / "run").info
     monkeypatch.setattr("rigrunner.runfile.loose.read_recording", None)
-    assert read_info(tmp_path / "run") == wanted
+    assert read_info(tmp_path / "run") == expected
     monkeypatch.undo()
     seal(tmp_path / "run")
-    assert read_info(tmp_path / "run").digest == wanted.digest
+    assert read_info(tmp_path / "run").digest == expected.digest
 
 
 def rewritten(change):
@@ -278,9 +278,9 @@ def rewritten(change):
 @pytest.mark.parametrize(
     ("edit", "message"),
     [
-        (rewritten(lambda known: known | {"format": "manifest/0"}), "it is not of the format"),
-        (rewritten(lambda known: [known]), "it is not of the format"),
-        (rewritten(lambda known: known | {"remark": "fine"}), "it holds more than its items"),
+        (rewritten(lambda items: items | {"format": "manifest/0"}), "it is not of the format"),
+        (rewritten(lambda items: [items]), "it is not of the format"),
+        (rewritten(lambda items: items | {"remark": "fine"}), "it holds more than its items"),
         (
             lambda file: file["entry/manifest"].attrs.update(remark="fine"),
             "it holds more than its items",
@@ -301,10 +301,10 @@ def test_without_samples_columns_are_passed_over_and_all_else_is_not(copy):
         add(file, "recordings/_001_10Hz/conditions/tester_temperature")
 
     with h5py.File(edited(copy, edit)) as file:
-        found = {each.path for each in differences(file["entry"], samples=False)}
-        all_found = {each.path for each in differences(file["entry"])}
-    assert found == {"recordings/_001_10Hz/conditions/tester_temperature"}
-    assert all_found == found | {"recordings/_001_10Hz/tester_torque"}
+        paths = {difference.path for difference in differences(file["entry"], samples=False)}
+        all_paths = {difference.path for difference in differences(file["entry"])}
+    assert paths == {"recordings/_001_10Hz/conditions/tester_temperature"}
+    assert all_paths == paths | {"recordings/_001_10Hz/tester_torque"}
 
 
 def test_ctrl_c_while_a_file_is_compared_is_not_taken_for_damage(sealed, monkeypatch):

@@ -52,8 +52,8 @@ def test_all_that_was_recorded_is_there(run):
     assert stored.header.procedure_id == "SSPB-STT-1000"
     assert stored.header.inputs == {"specimen": "DEMO-0001", "operator": "Demo operator"}
     assert stored.info.outcome == "completed"
-    found = {each.name: each.arrays()["tester.torque"] for each in stored.recordings}
-    digests = {name: hashlib.sha256(each.tobytes()).hexdigest() for name, each in found.items()}
+    torques = {each.name: each.arrays()["tester.torque"] for each in stored.recordings}
+    digests = {name: hashlib.sha256(x.tobytes()).hexdigest() for name, x in torques.items()}
     assert digests == TORQUE_SHA256
     assert stored.partners["no_load"].header.procedure_id == "SSPB-NLI"
     assert len(stored.partners["no_load"].recordings) == 2
@@ -70,9 +70,9 @@ def test_damage_to_its_samples_is_still_seen(run):
     (run / "run.h5").chmod(0o644)
     with h5py.File(run / "run.h5", "r+") as file:
         file["entry/recordings/001_15Hz/tester_torque"][7] += 1e-9
-    found = call("analyse", run)
-    assert found.code == 5
-    assert "digest" in found.err or "samples" in found.err
+    result = call("analyse", run)
+    assert result.code == 5
+    assert "digest" in result.err or "samples" in result.err
 
 
 def test_it_is_shown_and_opened(run):
@@ -102,6 +102,6 @@ def test_a_newer_file_is_refused_with_both_versions(run):
     (run / "run.h5").chmod(0o644)
     with h5py.File(run / "run.h5", "r+") as file:
         file.attrs.modify("rigrunner_format", 5)
-    found = call("analyse", run)
-    assert found.code == 5
-    assert "format 5, this one reads up to 4" in found.err
+    result = call("analyse", run)
+    assert result.code == 5
+    assert "format 5, this one reads up to 4" in result.err

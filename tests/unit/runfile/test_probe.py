@@ -25,7 +25,7 @@ def test_a_run_and_what_is_none_are_left_to_the_reader(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("child", "said"),
+    ("child", "message"),
     [
         (
             "import os, signal; os.kill(os.getpid(), signal.SIGSEGV)",
@@ -34,11 +34,11 @@ def test_a_run_and_what_is_none_are_left_to_the_reader(tmp_path):
         ("while True: pass", "does not end"),
     ],
 )
-def test_what_would_take_this_process_along_is_told(tmp_path, monkeypatch, child, said):
+def test_what_would_take_this_process_along_is_told(tmp_path, monkeypatch, child, message):
     (tmp_path / "x.h5").write_bytes(b"")
     monkeypatch.setattr(probe, "_CHILD", child)
     monkeypatch.setattr(probe, "_LEAST_S", 1.0)
-    with pytest.raises(DataError, match=said):
+    with pytest.raises(DataError, match=message):
         refuse_crashing(tmp_path / "x.h5")
 
 
@@ -104,17 +104,17 @@ def test_a_module_beside_a_strangers_file_is_not_imported(tmp_path, monkeypatch)
 def test_the_child_reads_the_data_of_every_dataset(tmp_path, monkeypatch):
     sealed = write_run(tmp_path / "run", TWO).seal()
     with h5py.File(sealed) as file:
-        wanted = set()
+        expected = set()
         file.visititems(
-            lambda name, item: wanted.add(f"/{name}") if isinstance(item, h5py.Dataset) else None
+            lambda name, item: expected.add(f"/{name}") if isinstance(item, h5py.Dataset) else None
         )
-    found, read_part = set(), h5py.Dataset.__getitem__
+    names, read_part = set(), h5py.Dataset.__getitem__
 
     def noted(dataset, *arguments, **more):
-        found.add(dataset.name)
+        names.add(dataset.name)
         return read_part(dataset, *arguments, **more)
 
     monkeypatch.setattr(h5py.Dataset, "__getitem__", noted)
     walk(sealed)
-    assert found == wanted
-    assert f"/entry/recordings/_{TWO[1].name}/tester_torque" in found
+    assert names == expected
+    assert f"/entry/recordings/_{TWO[1].name}/tester_torque" in names

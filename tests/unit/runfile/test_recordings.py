@@ -28,5 +28,5 @@ def test_a_channel_without_a_unit_is_stored_as_one_with():
     samples = {TORQUE: np.array([1.0, 2.0]), COUNTS: np.array([3.0, 4.0])}
     with h5py.File("none.h5", "w", driver="core", backing_store=False) as file:
         write_recording(file, facts, [Block(1000.0, 0, 0.0, samples)])
-        named = {str(file[each].attrs.get("long_name", "")) for each in file}
-    assert named >= {"tester.torque / N·m", "tester.counts"}
+        names = {str(file[name].attrs.get("long_name", "")) for name in file}
+    assert names >= {"tester.torque / N·m", "tester.counts"}

@@ -58,7 +58,7 @@ if TYPE_CHECKING:
 
 @pytest.mark.parametrize("sealed", [False, True])
 def test_all_that_is_known_of_a_run_before_it_begins_comes_back(tmp_path, sealed):
-    texts = {each.name: {each.name: f"N·m {each.name}"} for each in fields(RunHeader)}
+    texts = {field.name: {field.name: f"N·m {field.name}"} for field in fields(RunHeader)}
     names = ("called_texts", "people", "approval", "imported", "salvaged")
     header = header_of(mapping_text="m: [1]\r\n", **{name: texts[name] for name in names})
     writer = RunWriter(tmp_path / "run", header)
@@ -75,7 +75,7 @@ def test_other_programs_find_what_happened_when_and_where(tmp_path):
     writer.seal(DOCUMENT, PLOT)
     run = read(tmp_path / "run")
     with h5py.File(tmp_path / "run" / "run.h5") as file:
-        (entry,) = (each for each in file.values() if isinstance(each, h5py.Group))
+        (entry,) = (item for item in file.values() if isinstance(item, h5py.Group))
         events = entry["events"]
         assert events["monotonic_s"].attrs["units"] == "s"
         columns = {name: list(events[name].asstr()[()]) for name in ("kind", "step", "text", "utc")}
@@ -84,17 +84,17 @@ def test_other_programs_find_what_happened_when_and_where(tmp_path):
         file.visititems(
             lambda _, item: groups.append(item) if isinstance(item, h5py.Group) else None
         )
-        assert {str(each.attrs["NX_class"])[:2] for each in groups} == {"NX"}
+        assert {str(group.attrs["NX_class"])[:2] for group in groups} == {"NX"}
         stored = entry["recordings"]["_001_10Hz"]
         marked = dict(stored.attrs)
         drawn = stored[marked["signal"]].attrs["name"]
-        columns_of = [each.attrs for each in stored.values() if "column" in each.attrs]
-        labels = {each["name"]: each["long_name"] for each in columns_of}
+        columns_of = [column.attrs for column in stored.values() if "column" in column.attrs]
+        labels = {attrs["name"]: attrs["long_name"] for attrs in columns_of}
     assert columns == {
-        "kind": [type(one).__name__ for one in run.events],
-        "step": [getattr(one, "step", "") for one in run.events],
-        "text": [getattr(one, "text", "") for one in run.events],
-        "utc": [one.utc for one in run.events],
+        "kind": [type(event).__name__ for event in run.events],
+        "step": [getattr(event, "step", "") for event in run.events],
+        "text": [getattr(event, "text", "") for event in run.events],
+        "utc": [event.utc for event in run.events],
     }
     assert "main[0]" in columns["step"]
     assert (drawn, list(marked["axes"])) == ("tester.torque", ["time"])
@@ -107,8 +107,8 @@ def test_the_text_of_a_long_plan_comes_back_and_is_stored_as_any_other(tmp_path)
     writer = write_run(tmp_path / "run", [], header=header)
     assert str(read(tmp_path / "run").header.plan_text) == text
     writer.seal()
-    found = read(tmp_path / "run").header
-    assert (found, str(found.plan_text)) == (header, text)
+    stored = read(tmp_path / "run").header
+    assert (stored, str(stored.plan_text)) == (header, text)
     with h5py.File(tmp_path / "run" / "run.h5") as file:
         column = file["entry/texts/plan_text"]
         assert (column.dtype, bytes(column[()]).decode()) == (np.uint8, text)
@@ -121,9 +121,9 @@ def test_run_comes_back_as_it_was(tmp_path, sealed):
     if sealed:
         writer.seal(DOCUMENT, PLOT)
     run = read(folder)
-    for found, wanted in zip(run.recordings, TWO, strict=True):
-        assert_same_recording(found, wanted)
-        assert found.started_utc == "2026-03-01T12:00:00.000Z"
+    for stored, original in zip(run.recordings, TWO, strict=True):
+        assert_same_recording(stored, original)
+        assert stored.started_utc == "2026-03-01T12:00:00.000Z"
     assert run.header == header_of()
     assert run.zeros == {"tester.torque": 0.0123}
     assert (run.info.outcome, run.info.reason, run.info.sealed) == ("completed", "", sealed)
@@ -169,31 +169,31 @@ def test_a_zero_that_failed_is_no_zero_and_a_measurement_that_failed_is_none(tmp
     writer = RunWriter(tmp_path / "run", header_of())
     emit = emitter_of(writer)
     emit_zero(emit)
-    known = {"index": 0, "values": {"tester.torque": 9.0}, "units": {"tester.torque": "N·m"}}
-    emit(StepEnded, step="main[0]", action="zero", ok=False, **known)
+    fields = {"index": 0, "values": {"tester.torque": 9.0}, "units": {"tester.torque": "N·m"}}
+    emit(StepEnded, step="main[0]", action="zero", ok=False, **fields)
     for ok in (True, False):
-        emit(StepEnded, step="main[1]", action="measure", measurement="table", ok=ok, **known)
+        emit(StepEnded, step="main[1]", action="measure", measurement="table", ok=ok, **fields)
     emit(RunEnded, outcome=Outcome.COMPLETED)
     writer.close()
     if sealed:
         writer.seal()
-    found = read(tmp_path / "run")
-    assert found.zeros == {"tester.torque": 0.0123}
-    assert [one.name for one in found.measurements] == ["table"]
+    run = read(tmp_path / "run")
+    assert run.zeros == {"tester.torque": 0.0123}
+    assert [measurement.name for measurement in run.measurements] == ["table"]
 
 
 def test_digest_is_what_its_description_says(tmp_path):
     write_run(tmp_path / "run", TWO)
     lines = ""
-    for one in TWO:
+    for original in TWO:
         description = {
-            "name": one.name,
-            "rate_hz": one.rate_hz,
-            "setpoints": one.setpoints,
-            "units": {name: one.units[name] for name in one.channels},
+            "name": original.name,
+            "rate_hz": original.rate_hz,
+            "setpoints": original.setpoints,
+            "units": {name: original.units[name] for name in original.channels},
             "channels": {
                 name: hashlib.sha256(values.tobytes()).hexdigest()
-                for name, values in one.channels.items()
+                for name, values in original.channels.items()
             },
         }
         text = json.dumps(description, sort_keys=True, separators=(",", ":"))
@@ -207,8 +207,8 @@ def test_digest_does_not_depend_on_the_size_of_blocks_but_on_every_sample(tmp_pa
     changed = recording()
     changed.channels["tester.torque"][7] = np.nextafter(changed.channels["tester.torque"][7], 9)
     write_run(tmp_path / "c", (changed, TWO[1]))
-    one, two, three = (read(tmp_path / name).digest for name in "abc")
-    assert one == two != three
+    first, second, third = (read(tmp_path / name).digest for name in "abc")
+    assert first == second != third
 
 
 def test_no_load_run_is_embedded_with_its_texts_but_without_its_truth(tmp_path):
@@ -222,8 +222,8 @@ def test_no_load_run_is_embedded_with_its_texts_but_without_its_truth(tmp_path):
     assert embedded.header == original.header
     assert [*embedded.events] == [*original.events]
     assert embedded.zeros == original.zeros
-    for found, wanted in zip(embedded.recordings, TWO, strict=True):
-        assert_same_recording(found, wanted)
+    for stored, original in zip(embedded.recordings, TWO, strict=True):
+        assert_same_recording(stored, original)
     assert read_truth(path) == {"001_10Hz": TRUTH}
     with h5py.File(path, "r") as file:
         assert "verification" not in file["entry/no_load"]
@@ -331,8 +331,8 @@ def recordings(draw):
 
 
 @settings(deadline=None, max_examples=examples(60))
-@given(found=st.lists(recordings(), max_size=3, unique_by=lambda one: one.name), data=st.data())
-def test_whatever_was_recorded_comes_back(tmp_path_factory, found, data):
+@given(originals=st.lists(recordings(), max_size=3, unique_by=lambda x: x.name), data=st.data())
+def test_whatever_was_recorded_comes_back(tmp_path_factory, originals, data):
     folder: Path = tmp_path_factory.mktemp("runs") / "run"
     texts = st.text(st.characters(codec="utf-8"), max_size=20)
     header = RunHeader(
@@ -347,30 +347,30 @@ def test_whatever_was_recorded_comes_back(tmp_path_factory, found, data):
         inputs=data.draw(st.dictionaries(texts, texts, max_size=3)),
         provenance=data.draw(st.dictionaries(texts, texts, max_size=3)),
     )
-    writer = write_run(folder, found, header=header, block=data.draw(st.integers(1, 50)))
+    writer = write_run(folder, originals, header=header, block=data.draw(st.integers(1, 50)))
     loose = read(folder)
     writer.seal()
     sealed = read(folder)
     for run in (loose, sealed):
         assert run.header == header
-        for got, wanted in zip(run.recordings, found, strict=True):
-            assert_same_recording(got, wanted)
+        for stored, original in zip(run.recordings, originals, strict=True):
+            assert_same_recording(stored, original)
     assert loose.digest == sealed.digest
 
 
 def test_each_recording_keeps_the_zero_that_was_in_force(tmp_path):
     with RunWriter(tmp_path / "run", header_of()) as writer:
         emit = emitter_of(writer)
-        for index, (zero, one) in enumerate(zip((0.01, 0.05), TWO, strict=True)):
+        for index, (zero, original) in enumerate(zip((0.01, 0.05), TWO, strict=True)):
             emit_zero(emit, zero)
-            start_recording(emit, one, index)
-            send_samples(emit, one, 1000)
-            end_recording(emit, one, index)
+            start_recording(emit, original, index)
+            send_samples(emit, original, 1000)
+            end_recording(emit, original, index)
         loose = read(tmp_path / "run")
         writer.seal()
-    wanted = {TWO[0].name: {"tester.torque": 0.01}, TWO[1].name: {"tester.torque": 0.05}}
-    assert loose.recording_zeros == wanted
-    assert read(tmp_path / "run").recording_zeros == wanted
+    expected = {TWO[0].name: {"tester.torque": 0.01}, TWO[1].name: {"tester.torque": 0.05}}
+    assert loose.recording_zeros == expected
+    assert read(tmp_path / "run").recording_zeros == expected
     assert loose.zeros == {"tester.torque": 0.05}
 
 
@@ -382,9 +382,9 @@ def test_how_each_zero_scatters_is_read_back(tmp_path):
             emit_zero(emit, value, scatter={"tester.torque": scatter})
         loose = read(tmp_path / "run")
         writer.seal()
-    wanted = {0.02: ZeroScatter(1e-3, 9.0, 1), 0.03: ZeroScatter(2e-3, 99.0, 2)}
+    expected = {0.02: ZeroScatter(1e-3, 9.0, 1), 0.03: ZeroScatter(2e-3, 99.0, 2)}
     for run in (loose, read(tmp_path / "run")):
-        assert zero_scatter(run.outline) == {"tester.torque": wanted}
+        assert zero_scatter(run.outline) == {"tester.torque": expected}
 
 
 def test_a_torn_journal_is_gone_on_with_behind_its_last_whole_record(tmp_path):
@@ -399,7 +399,7 @@ def test_a_torn_journal_is_gone_on_with_behind_its_last_whole_record(tmp_path):
         send_samples(emit, TWO[1], 1000)
         end_recording(emit, TWO[1], 1)
     after = read(tmp_path / "run")
-    assert [one.name for one in after.recordings] == [one.name for one in TWO]
+    assert [each.name for each in after.recordings] == [each.name for each in TWO]
     assert [*after.events][: len(before.events)] == [*before.events]
     assert after.notes == ()
     assert (tmp_path / "run" / "recordings" / "000002.h5").exists()

@@ -10,7 +10,7 @@ import pytest
 from rigrunner.runfile.salvage import read_damaged, write_salvaged
 from unit.runfile.helpers_runfile import TWO, header_of, write_run
 
-PLACES = tuple(f"recordings/_{each.name}" for each in TWO)
+PLACES = tuple(f"recordings/_{original.name}" for original in TWO)
 
 
 @pytest.fixture
@@ -38,14 +38,14 @@ def test_without_its_manifest_recordings_are_found_by_their_own_digests(path):
         second[5] = second[5] + 1.0
     damaged = read_damaged(path)
     assert tuple(damaged.sound) == PLACES[:1]
-    assert [each.path for each in damaged.lost] == ["manifest", PLACES[1]]
+    assert [difference.path for difference in damaged.lost] == ["manifest", PLACES[1]]
 
 
 def test_ctrl_c_while_a_damaged_file_is_read_is_not_taken_for_damage(path, monkeypatch):
     def interrupted(*_arguments):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("rigrunner.runfile.salvage.compared", interrupted)
+    monkeypatch.setattr("rigrunner.runfile.salvage.mismatch", interrupted)
     with pytest.raises(KeyboardInterrupt):
         read_damaged(path)
 
@@ -67,7 +67,7 @@ def test_an_embedded_run_that_is_damaged_is_not_taken_for_sound(tmp_path, has_ma
     damaged = read_damaged(sealed)
     assert damaged.partners == ("no_load_after",)
     assert tuple(damaged.sound) == PLACES
-    assert any(each.path.partition("/")[0] == "no_load" for each in damaged.lost)
+    assert any(difference.path.partition("/")[0] == "no_load" for difference in damaged.lost)
     target = tmp_path / "saved.h5"
     write_salvaged(damaged, damaged.header, damaged.events, target)
     with h5py.File(target) as file:
@@ -81,7 +81,7 @@ def test_of_a_file_from_before_there_was_a_manifest_recordings_are_found_by_thei
         recorded = set(file["entry/recordings"])
     damaged = read_damaged(path)
     assert set(damaged.recordings) == recorded != set()
-    assert "manifest" not in {each.path for each in damaged.lost}
+    assert "manifest" not in {difference.path for difference in damaged.lost}
 
 
 def test_who_approved_the_procedure_is_kept(tmp_path):

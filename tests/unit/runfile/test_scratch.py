@@ -41,14 +41,14 @@ def folder(tmp_path, monkeypatch):
 @pytest.fixture
 def unpacked(monkeypatch):
     """Return which slices were unpacked."""
-    found, unpack = [], StoredSamples._unpacked
+    slices, unpack = [], StoredSamples._unpack
 
     def noted(self, which):
-        found.append((which.start, which.stop))
+        slices.append((which.start, which.stop))
         return unpack(self, which)
 
-    monkeypatch.setattr(StoredSamples, "_unpacked", noted)
-    return found
+    monkeypatch.setattr(StoredSamples, "_unpack", noted)
+    return slices
 
 
 def torque(folder):
@@ -77,8 +77,8 @@ def test_any_slices_are_those_of_the_recording(folder, slices):
     channels = read(folder).recordings[0].channels
     for begin, count in slices:
         for name, values in channels.items():
-            some = slice(begin, begin + count)
-            assert values[some].tolist() == RECORDED.channels[name][some].tolist()
+            part = slice(begin, begin + count)
+            assert values[part].tolist() == RECORDED.channels[name][part].tolist()
     assert values[-7:].tolist() == RECORDED.channels[name][-7:].tolist()
     assert values[100:900:7].tolist() == RECORDED.channels[name][100:900:7].tolist()
     assert values[5000:1000].tolist() == []
@@ -165,12 +165,12 @@ def test_a_file_that_changed_or_went_is_told_of_what_is_kept_too(folder):
 def test_another_process_begins_with_its_own(folder):
     values = torque(folder)
     values[:3000]
-    there = pickle.loads(pickle.dumps(values))  # noqa: S301  (our own)
-    assert there[:5000].tolist() == WANTED[:5000].tolist()
-    assert there.scratch is not values.scratch
+    copied = pickle.loads(pickle.dumps(values))  # noqa: S301  (our own)
+    assert copied[:5000].tolist() == WANTED[:5000].tolist()
+    assert copied.scratch is not values.scratch
 
 
 def test_each_channel_has_as_many_pieces_as_it_needs():
-    kept = scratch.Scratch()
+    cache = scratch.Scratch()
     sizes = [scratch.PIECE + 1, 1, scratch.PIECE, 2 * scratch.PIECE, 1]
-    assert [kept.room(samples) for samples in sizes] == [0, 2, 3, 4, 6]
+    assert [cache.room(samples) for samples in sizes] == [0, 2, 3, 4, 6]

@@ -106,8 +106,8 @@ def test_events_are_parallel_columns(file):
 
 
 def test_texts_are_there_byte_by_byte(file):
-    wanted = header_of().procedure_text.encode()
-    assert bytes(file["entry/texts/procedure_text"][()]) == wanted
+    expected = header_of().procedure_text.encode()
+    assert bytes(file["entry/texts/procedure_text"][()]) == expected
     assert json.loads(bytes(file["entry/analysis/result"][()])) == DOCUMENT
 
 
@@ -136,15 +136,15 @@ def test_long_and_odd_texts_survive(tmp_path):
 
 
 def test_channel_names_that_collide_in_hdf5_stay_apart(tmp_path):
-    one = recording(samples=10)
+    original = recording(samples=10)
     channels = {
         name: np.full(10, float(number))
         for number, name in enumerate(["time", "a.b", "a_b", "a/b", "setpoints", ".", "µ"])
     }
-    odd = type(one)("a/b", 10.0, "", {}, channels, {})
+    odd = type(original)("a/b", 10.0, "", {}, channels, {})
     write_run(tmp_path / "run", [odd]).seal()
-    (found,) = read(tmp_path / "run").recordings
-    assert {name: values[0] for name, values in found.channels.items()} == {
+    (stored,) = read(tmp_path / "run").recordings
+    assert {name: values[0] for name, values in stored.channels.items()} == {
         name: values[0] for name, values in channels.items()
     }
 
@@ -292,17 +292,17 @@ def test_a_run_that_must_not_be_read_is_told_as_such(folder, monkeypatch):
 
 def test_arrays_of_one_length_are_a_table_and_others_are_texts(tmp_path):
     def row(spectrum, wave):
-        given = {"box.spectrum": spectrum, "box.wave": wave}
-        readings = {name: value for name, value in given.items() if value is not None}
+        all_readings = {"box.spectrum": spectrum, "box.wave": wave}
+        readings = {name: value for name, value in all_readings.items() if value is not None}
         units = {"box.spectrum": "V", "box.wave": "V"}
         return Measurement("cell", "2026-03-01T12:00:00.000Z", {}, {}, units, readings=readings)
 
     with h5py.File(tmp_path / "x.h5", "w") as file:
         rows = [row((1.0, 2.0), (1.0,)), row(None, (1.0, 2.5)), row((3.0, 4.0), None)]
         write_measurements(file, rows)
-        tables = [each for each in file["measurements"].values() if "readings" in each]
-        found = {each.attrs["name"]: each for each in tables[0]["readings"].values()}
-        spectrum, wave = found["box.spectrum"], found["box.wave"]
+        tables = [value for value in file["measurements"].values() if "readings" in value]
+        columns = {value.attrs["name"]: value for value in tables[0]["readings"].values()}
+        spectrum, wave = columns["box.spectrum"], columns["box.wave"]
         np.testing.assert_array_equal(spectrum[()], [[1, 2], [np.nan, np.nan], [3, 4]])
         assert spectrum.dtype == np.float64
         assert list(wave.asstr()[()]) == ["1.0", "1.0 2.5", ""]

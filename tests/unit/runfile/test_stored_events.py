@@ -22,14 +22,14 @@ def stamped(seq):
     return {"seq": seq, "monotonic_s": 0.1 * seq, "utc": "2026-03-01T12:00:00.000Z"}
 
 
-def started(seq, **known):
-    known = {"action": "measure", "text": "Measure", **known}
-    return StepStarted(**stamped(seq), step=f"main[{seq}]", index=seq, **known)
+def started(seq, **fields):
+    fields = {"action": "measure", "text": "Measure", **fields}
+    return StepStarted(**stamped(seq), step=f"main[{seq}]", index=seq, **fields)
 
 
-def ended(seq, **known):
-    known = {"action": "measure", "ok": True, **known}
-    return StepEnded(**stamped(seq), step=f"main[{seq}]", index=seq, **known)
+def ended(seq, **fields):
+    fields = {"action": "measure", "ok": True, **fields}
+    return StepEnded(**stamped(seq), step=f"main[{seq}]", index=seq, **fields)
 
 
 EVERY_KIND = [
@@ -75,50 +75,51 @@ def test_an_event_of_a_kind_that_is_not_known_is_left_out():
 
 def test_the_outline_has_all_but_steps_that_only_set_or_read():
     outline = StoredEvents(EVERY_KIND).outline
-    assert [each.seq for each in outline] == [0, 3, 4, 7, 8, 9]
+    assert [event.seq for event in outline] == [0, 3, 4, 7, 8, 9]
 
 
 def test_a_step_takes_a_fraction_of_what_its_events_take():
-    def held():
-        kept.append(
+    def store():
+        stored.append(
             StoredEvents(ended(seq, values={"press.torque": seq / 7}) for seq in range(9000))
         )
 
-    kept = []
-    assert allocated_peak(held) / 9000 < 250
+    stored = []
+    assert allocated_peak(store) / 9000 < 250
 
 
 def test_strings_of_any_length_come_back_in_their_order():
-    found = Compressed()
-    assert [*found] == []
-    for some in ([b"", b"a", b"b" * 100], [], [b"\x00\n"], [b""]):
-        found.add(some)
-    assert [*found] == [*found] == [b"", b"a", b"b" * 100, b"\x00\n", b""]
-    assert len(found) == 5
+    strings = Compressed()
+    assert [*strings] == []
+    for part in ([b"", b"a", b"b" * 100], [], [b"\x00\n"], [b""]):
+        strings.add(part)
+    assert [*strings] == [*strings] == [b"", b"a", b"b" * 100, b"\x00\n", b""]
+    assert len(strings) == 5
 
 
 @pytest.mark.parametrize("size", [0, 1, PART - 1, PART, PART + 1, 3 * PART])
 def test_a_long_text_is_the_same_in_whatever_parts_it_came(size):
     data = (b"0123456789\n" * (size // 11 + 1))[:size]
-    whole, in_parts = LongText([data]), LongText(data[at : at + 999] for at in range(0, size, 999))
-    assert whole == in_parts
-    assert b"".join(whole) == str(whole).encode() == data
-    assert max(map(len, whole), default=0) <= PART
-    assert whole != LongText([data, b"x"])
-    whole.packed = [zlib.compress(part, 9) for part in whole]
-    assert whole == in_parts
+    at_once = LongText([data])
+    in_parts = LongText(data[at : at + 999] for at in range(0, size, 999))
+    assert at_once == in_parts
+    assert b"".join(at_once) == str(at_once).encode() == data
+    assert max(map(len, at_once), default=0) <= PART
+    assert at_once != LongText([data, b"x"])
+    at_once.packed = [zlib.compress(part, 9) for part in at_once]
+    assert at_once == in_parts
 
 
 @pytest.mark.parametrize(
-    ("packed", "told"),
+    ("packed", "message"),
     [
         (b"no zlib", "damaged"),
         (zlib.compress(b"text")[:-1], "damaged, or longer than 262,144 bytes"),
         (zlib.compress(bytes(PART + 1)), "damaged, or longer than 262,144 bytes"),
     ],
 )
-def test_a_part_of_a_long_text_that_is_none_is_refused(packed, told):
+def test_a_part_of_a_long_text_that_is_none_is_refused(packed, message):
     text = LongText()
     text.packed.append(packed)
-    with pytest.raises(DataError, match=told):
+    with pytest.raises(DataError, match=message):
         str(text)

@@ -26,12 +26,12 @@ def long_run(request, tmp_path, monkeypatch):
 
 
 def test_its_samples_stay_in_the_file_until_they_are_asked_for(long_run):
-    for found, wanted in zip(read(long_run).recordings, TWO, strict=True):
-        assert found.samples == wanted.samples
-        for name, values in found.channels.items():
+    for stored, original in zip(read(long_run).recordings, TWO, strict=True):
+        assert stored.samples == original.samples
+        for name, values in stored.channels.items():
             assert isinstance(values, StoredSamples)
-            assert values[7:2000].tolist() == wanted.channels[name][7:2000].tolist()
-            np.testing.assert_array_equal(values, wanted.channels[name])
+            assert values[7:2000].tolist() == original.channels[name][7:2000].tolist()
+            np.testing.assert_array_equal(values, original.channels[name])
 
 
 def test_a_file_that_changes_meanwhile_is_refused(long_run):

@@ -39,7 +39,7 @@ def test_what_the_engine_records_is_stored_whole(tmp_path):
     assert stored.info.outcome == "completed"
     assert stored.info.recording_names == ("001_10Hz", "002_20Hz")
     assert stored.header.inputs["specimen"] == "DEMO-0001"
-    (zero,) = (one for one in listener.of(StepEnded) if one.action == "zero")
+    (zero,) = (event for event in listener.of(StepEnded) if event.action == "zero")
     assert stored.zeros == zero.values
     assert stored.recordings[1].conditions == {"tester.load": 1000.0}
     assert stored.recordings[1].setpoints == {"tester.load": 1000.0, "tester.frequency": 20.0}
@@ -50,11 +50,11 @@ def test_what_was_read_for_the_analysis_is_sealed_without_reading_it_again(tmp_p
     with RunWriter(tmp_path / "run", header_of()) as writer:
         run(FakeTester(), critical=[writer])
         writer.close()
-        found = writer.read()
+        stored_before = writer.read()
         monkeypatch.setattr("rigrunner.runfile.sealing.read_journal", None)
         writer.seal()
     stored = read(tmp_path / "run")
-    assert (stored.digest, [*stored.events]) == (found.digest, [*found.events])
+    assert (stored.digest, [*stored.events]) == (stored_before.digest, [*stored_before.events])
     assert read_truth(tmp_path / "run")["002_20Hz"] == {"starting_torque_nm": 0.7262}
 
 
@@ -80,22 +80,22 @@ def test_run_in_progress_can_be_read(tmp_path):
 @pytest.mark.parametrize("size", [100, 2_000, 20_000, 40_000])
 def test_full_disk_stops_the_run_safely_and_keeps_what_was_finished(tmp_path, size):
     big = [recording(f"{number:03d}", samples=size // 16, seed=number) for number in range(3)]
-    kept = 0
+    finished = 0
     with RunWriter(tmp_path / "run", header_of()) as writer:
         emit = emitter_of(writer)
-        for index, one in enumerate(big[:2]):
-            start_recording(emit, one, index)
-            send_samples(emit, one, 10)
-            end_recording(emit, one, index)
-            kept += 1
+        for index, original in enumerate(big[:2]):
+            start_recording(emit, original, index)
+            send_samples(emit, original, 10)
+            end_recording(emit, original, index)
+            finished += 1
         full = pytest.raises(DataError, match=r"cannot write .*free some space")
         with disk_full_beyond(size), full:
             start_recording(emit, big[2], 2)
             send_samples(emit, big[2], 10)
             end_recording(emit, big[2], 2)
-    found = read(tmp_path / "run")
-    assert len(found.recordings) >= kept
-    assert [one.name for one in found.recordings[:2]] == ["000", "001"]
+    stored = read(tmp_path / "run")
+    assert len(stored.recordings) >= finished
+    assert [recording.name for recording in stored.recordings[:2]] == ["000", "001"]
 
 
 def test_full_disk_ends_an_engine_run_in_order(tmp_path):
@@ -128,7 +128,7 @@ def test_a_run_whose_samples_cannot_be_kept_has_its_end_on_record(tmp_path, monk
     stored = read(tmp_path / "run")
     assert (stored.info.outcome, stored.info.reason) == ("error", summary.reason)
     assert "No space left on device" in summary.reason
-    assert {one.what for one in stored.events if isinstance(one, MadeSafe)} == {"tester"}
+    assert {event.what for event in stored.events if isinstance(event, MadeSafe)} == {"tester"}
     assert isinstance(stored.events[-1], RunEnded)
     assert stored.events[-1].resumable
     assert not stored.recordings
@@ -149,8 +149,8 @@ def test_nothing_is_kept_behind_a_block_that_could_not_be(tmp_path, monkeypatch)
         send_samples(emit, TWO[0], 1000)
         end_recording(emit, TWO[0], 1)
     stored = read(tmp_path / "run")
-    assert [(one.name, one.samples) for one in stored.incomplete] == [(TWO[1].name, 3000)]
-    assert [one.name for one in stored.recordings] == [TWO[0].name]
+    assert [(each.name, each.samples) for each in stored.incomplete] == [(TWO[1].name, 3000)]
+    assert [recording.name for recording in stored.recordings] == [TWO[0].name]
 
 
 def test_sealing_on_a_full_disk_is_told_and_can_be_done_again(tmp_path):
@@ -196,18 +196,18 @@ def test_folder_that_is_gone_is_told(tmp_path):
 
 
 @pytest.mark.parametrize("measured", [True, False], ids=["measurement", "other step"])
-@pytest.mark.parametrize("each", [True, False], ids=["each_measurement", "each_second"])
+@pytest.mark.parametrize("at_once", [True, False], ids=["each_measurement", "each_second"])
 def test_a_measurement_is_on_the_disk_at_once_if_the_station_says_so(
-    tmp_path, monkeypatch, measured, each
+    tmp_path, monkeypatch, measured, at_once
 ):
     synced = []
-    with RunWriter(tmp_path / "run", header_of(), sync_measurements=each) as writer:
+    with RunWriter(tmp_path / "run", header_of(), sync_measurements=at_once) as writer:
         monkeypatch.setattr("os.fsync", synced.append)
         step = {"step": "main[0].measure", "index": 0, "action": "measure"}
         for _ in range(3):
             emitter_of(writer)(StepEnded, **step, ok=True, measurement="table" if measured else "")
         monkeypatch.undo()
-    assert len(synced) == (3 if measured and each else 0)
+    assert len(synced) == (3 if measured and at_once else 0)
 
 
 def test_samples_outside_of_their_step_are_refused(tmp_path):
@@ -290,8 +290,9 @@ def test_a_recording_that_begins_before_the_last_one_ended_has_samples_of_its_ow
         send_samples(emit, TWO[1], 1000)
         end_recording(emit, TWO[1], 1)
     stored = read(tmp_path / "run")
-    assert [(one.name, one.samples) for one in stored.incomplete] == [(TWO[0].name, 2000)]
-    assert [(one.name, one.samples) for one in stored.recordings] == [(TWO[1].name, TWO[1].samples)]
+    (incomplete,), (complete,) = stored.incomplete, stored.recordings
+    assert (incomplete.name, incomplete.samples) == (TWO[0].name, 2000)
+    assert (complete.name, complete.samples) == (TWO[1].name, TWO[1].samples)
 
 
 def test_samples_that_come_after_the_end_of_their_step_are_refused(tmp_path):

@@ -34,8 +34,8 @@ def test_equals_mean_and_standard_error_of_good_cycles():
     )
 )
 def test_the_median_has_the_bits_of_numpys(cycles):
-    found, plain = median_over_cycles(cycles), np.median(cycles, axis=0)
-    np.testing.assert_array_equal(found, plain)
+    median, plain = median_over_cycles(cycles), np.median(cycles, axis=0)
+    np.testing.assert_array_equal(median, plain)
 
 
 def test_a_bad_sample_does_not_move_the_mean():
@@ -115,21 +115,21 @@ def plain_mean_turn(values, starts, parts):
 def test_a_mean_turn_is_that_of_its_parts_one_by_one(first, periods, parts):
     starts = first + np.concatenate([[0.0], np.cumsum(periods)])
     values = np.random.default_rng(3).standard_normal(int(starts[-1]) + 2)
-    found = mean_turn(values, starts, parts)
-    assert found == pytest.approx(plain_mean_turn(values, starts, parts), abs=1e-12)
+    mean = mean_turn(values, starts, parts)
+    assert mean == pytest.approx(plain_mean_turn(values, starts, parts), abs=1e-12)
 
 
 def test_a_mean_turn_of_very_many_cycles_is_the_same(monkeypatch):
     values, starts = np.random.default_rng(3).standard_normal(9000), np.arange(0, 9000, 100.5)
-    whole = mean_turn(values, starts, 16)
+    mean = mean_turn(values, starts, 16)
     monkeypatch.setattr(averaging, "AT_ONCE", 64)
-    assert mean_turn(values, starts, 16) == pytest.approx(whole, rel=1e-12)
+    assert mean_turn(values, starts, 16) == pytest.approx(mean, rel=1e-12)
 
 
 def test_a_mean_turn_of_a_harmonic_is_smaller_by_what_is_said():
     phase = 2 * np.pi * np.arange(64_000) / 6400
-    found = mean_turn(np.sin(5 * phase), np.arange(0, 64_001, 6400.0), 64)
-    amplitude = np.abs(np.fft.rfft(found)[5]) / 32
+    mean = mean_turn(np.sin(5 * phase), np.arange(0, 64_001, 6400.0), 64)
+    amplitude = np.abs(np.fft.rfft(mean)[5]) / 32
     assert amplitude == pytest.approx(np.sinc(5 / 64), rel=1e-4)
 
 

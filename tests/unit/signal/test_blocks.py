@@ -26,7 +26,7 @@ class Stored:
 
     def __init__(self, values):
         self._values = values
-        self.given = 0
+        self.samples_read = 0
         """Samples in all slices so far."""
 
     def __len__(self):
@@ -35,7 +35,7 @@ class Stored:
     def __getitem__(self, which):
         part = self._values[which].copy()
         assert len(part) <= 2 * BLOCK, "that much is too long for memory"
-        self.given += len(part)
+        self.samples_read += len(part)
         return part
 
 
@@ -50,9 +50,9 @@ def swing(samples=40_000, frequency_hz=10.3, noise=0.01):
 @settings(max_examples=examples(30), suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_rises_go_on_over_the_ends_of_blocks(monkeypatch, period, noise, block):
     values = swing(20_000, RATE_HZ / period, noise)
-    wanted = rises(values, -0.01, 0.01)
+    expected = rises(values, -0.01, 0.01)
     short_blocks(monkeypatch, block)
-    assert [list(each) for each in rises(values, -0.01, 0.01)] == [list(each) for each in wanted]
+    assert [list(rise) for rise in rises(values, -0.01, 0.01)] == [list(pair) for pair in expected]
 
 
 @given(block=st.integers(1, 60), edges=st.sets(st.integers(0, 200), min_size=2))
@@ -61,8 +61,8 @@ def test_extremes_are_those_of_parts_over_several_blocks(monkeypatch, block, edg
     values, places = np.random.default_rng(1).standard_normal(200), np.array(sorted(edges))
     short_blocks(monkeypatch, block)
     parts = [values[a:b] for a, b in itertools.pairwise(places)]
-    wanted = [[part.min() for part in parts], [part.max() for part in parts]]
-    assert [each.tolist() for each in extremes(values, places)] == wanted
+    expected = [[part.min() for part in parts], [part.max() for part in parts]]
+    assert [extreme.tolist() for extreme in extremes(values, places)] == expected
 
 
 @given(seed=st.integers(0, 99), block=st.integers(20, 400))
@@ -75,12 +75,12 @@ def test_spikes_are_those_of_the_whole_recording(monkeypatch, seed, block):
     rng = np.random.default_rng(seed)
     values = np.sin(np.arange(1000) / 50) + 0.01 * rng.standard_normal(1000)
     values[rng.integers(0, 1000, 12)] += rng.choice([-1, 1], 12)
-    whole, count = hampel(values, 11)
+    cleaned, count = hampel(values, 11)
     short_blocks(monkeypatch, block)
-    found, again = despiked(values, 11)
+    in_blocks, again = despiked(values, 11)
     assert again == count > 0
-    assert np.asarray(found).tolist() == whole.tolist()
-    assert found[block - 5 : block + 9].tolist() == whole[block - 5 : block + 9].tolist()
+    assert np.asarray(in_blocks).tolist() == cleaned.tolist()
+    assert in_blocks[block - 5 : block + 9].tolist() == cleaned[block - 5 : block + 9].tolist()
 
 
 LOUD, QUIET = np.repeat([1.0, 0.01], 5 * BLOCK), np.repeat([0.01, 1.0], 5 * BLOCK)
@@ -95,22 +95,22 @@ def test_spikes_of_a_steady_recording_are_found_in_one_walk(monkeypatch, loudnes
     rng = np.random.default_rng(1)
     values = loudness * rng.standard_normal(10 * BLOCK)
     values[rng.integers(0, len(values), 30)] += 20
-    whole, count = hampel(values, 11)
+    cleaned, count = hampel(values, 11)
     short_blocks(monkeypatch)
     stored = Stored(values)
-    found, again = despiked(stored, 11)
-    assert stored.given < (walks + 0.1) * len(values)
+    in_blocks, again = despiked(stored, 11)
+    assert stored.samples_read < (walks + 0.1) * len(values)
     assert again == count >= 30
-    assert np.concatenate([part for _, part in blocks(found)]).tolist() == whole.tolist()
+    assert np.concatenate([part for _, part in blocks(in_blocks)]).tolist() == cleaned.tolist()
 
 
 def test_percentiles_are_found_in_one_walk_and_a_block(monkeypatch):
     angle = swing(10 * BLOCK)
-    wanted = np.percentile(angle, [2, 98]).tolist()
+    expected = np.percentile(angle, [2, 98]).tolist()
     short_blocks(monkeypatch)
     stored = Stored(angle)
-    assert percentiles(stored, [2, 98]) == wanted
-    assert stored.given < 12 * BLOCK
+    assert percentiles(stored, [2, 98]) == expected
+    assert stored.samples_read < 12 * BLOCK
 
 
 def test_what_is_taken_off_is_taken_off_each_slice(monkeypatch):
@@ -126,10 +126,10 @@ def test_what_is_taken_off_is_taken_off_each_slice(monkeypatch):
 def test_groups_hold_each_cycle_once_and_no_more_than_a_block(monkeypatch, periods):
     short_blocks(monkeypatch, 20)
     starts = np.cumsum([0.0, *periods])
-    found = cycle_groups(starts)
-    assert [k for some in found for k in range(some.start, some.stop)] == [*range(len(periods))]
-    alone = [some for some in found if some.stop - some.start == 1]
-    assert all(starts[some.stop] - starts[some.start] <= 20 for some in found if some not in alone)
-    assert [k for some in groups(starts) for k in range(some.start, some.stop)] == [
+    slices = cycle_groups(starts)
+    assert [k for part in slices for k in range(part.start, part.stop)] == [*range(len(periods))]
+    lone = [part for part in slices if part.stop - part.start == 1]
+    assert all(starts[part.stop] - starts[part.start] <= 20 for part in slices if part not in lone)
+    assert [k for part in groups(starts) for k in range(part.start, part.stop)] == [
         *range(len(starts))
     ]

@@ -54,10 +54,10 @@ def test_a_single_arcsine_is_covered_by_its_own_quantile():
 def test_equal_half_widths_are_within_what_the_documents_say(names, exact):
     """Exact k from the characteristic functions J0(w) and sin(w)/w, and by 8 million trials."""
     parts = [(1 / sqrt(2 if name == "arcsine" else 3), name) for name in names]
-    u = sqrt(sum(each**2 for each, _ in parts))
-    found = factor(estimate(excess_kurtosis(parts, u))) / exact - 1
-    assert -0.0255 <= found <= 0.028
-    assert found >= -0.0095 or "arcsine" in names
+    u = sqrt(sum(contribution**2 for contribution, _ in parts))
+    error = factor(estimate(excess_kurtosis(parts, u))) / exact - 1
+    assert -0.0255 <= error <= 0.028
+    assert error >= -0.0095 or "arcsine" in names
 
 
 @pytest.mark.parametrize("other", ["normal", "rectangular", "arcsine"])
@@ -72,8 +72,8 @@ def test_an_arcsine_with_a_little_of_something_else_is_covered(share, other):
     errors = sqrt(2) * np.sin(rng.uniform(-np.pi, np.pi, TRIALS)) + share * shapes[other]
     u = sqrt(1 + share**2)
     kurtosis = excess_kurtosis([(1.0, "arcsine"), (share, other)], u)
-    held = np.mean(np.abs(errors) <= expanded(Estimate(0.0, u, inf, kurtosis=kurtosis)))
-    assert 0.935 <= held <= 0.99
+    covered = np.mean(np.abs(errors) <= expanded(Estimate(0.0, u, inf, kurtosis=kurtosis)))
+    assert 0.935 <= covered <= 0.99
 
 
 def test_the_factor_is_the_same_on_both_sides_of_a_rectangle():
@@ -86,18 +86,18 @@ def test_the_interval_of_a_random_budget_holds_95_per_cent(seed):
     rng = np.random.default_rng(seed)
     widths = rng.exponential(1.0, rng.integers(1, 6))
     scatter, dof = rng.exponential(0.5), float(rng.choice([9, 29, 100]))
-    known = float(np.sum(widths**2))
+    variance = float(np.sum(widths**2))
     error = sum(w * sqrt(3) * rng.uniform(-1, 1, TRIALS) for w in widths)
     error = error + rng.normal(0, scatter, TRIALS)
     s = scatter * np.sqrt(rng.chisquare(dof, 200) / dof)
 
-    held = [np.mean(np.abs(error) <= expanded(_budget(widths, known, one, dof))) for one in s]
+    covered = [np.mean(np.abs(error) <= expanded(_budget(widths, variance, u, dof))) for u in s]
 
-    assert np.mean(held) == pytest.approx(0.95, abs=0.008)
+    assert np.mean(covered) == pytest.approx(0.95, abs=0.008)
 
 
-def _budget(widths, known, s, dof):
-    u = sqrt(known + s**2)
+def _budget(widths, variance, s, dof):
+    u = sqrt(variance + s**2)
     kurtosis = excess_kurtosis([*((w, "rectangular") for w in widths), (s, "t")], u)
     return Estimate(0.0, u, u**4 / (s**4 / dof), kurtosis=kurtosis)
 
@@ -139,9 +139,9 @@ def test_a_model_tells_the_shape_of_its_measurand():
         Input("scatter", 0.0, 4.0, 9.0, Distribution.T),
     )
     model = MeasurementModel(inputs, Corrected(1.0, tuple(Effect(each, 1.0) for each in inputs)))
-    found = propagate(model).estimate
-    assert found.u == pytest.approx(5.0)
-    assert found.kurtosis == pytest.approx(-1.2 * 3**4 / 5**4)
+    combined = propagate(model).estimate
+    assert combined.u == pytest.approx(5.0)
+    assert combined.kurtosis == pytest.approx(-1.2 * 3**4 / 5**4)
 
 
 def test_correlated_inputs_pass_for_normal_ones():

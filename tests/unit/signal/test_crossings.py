@@ -27,8 +27,8 @@ def plain(values, low, high):
 
 
 def equal(values, low, high):
-    found = rises(values, low, high)
-    return [list(each) for each in found] == [*plain(values, low, high)]
+    pairs = rises(values, low, high)
+    return [list(pair) for pair in pairs] == [*plain(values, low, high)]
 
 
 def swing(samples, period, noise=0.0, phase=0.0, seed=1):
@@ -55,11 +55,11 @@ def test_a_noisy_swing_is_told_as_one_by_one(period, noise, phase, seed):
 @given(
     period=st.floats(1500, 40_000),
     spikes=st.lists(st.tuples(st.integers(0, 59_999), st.sampled_from([-1.0, 0.0, 1.0]))),
-    rest=st.integers(0, 20_000),
+    quiet=st.integers(0, 20_000),
 )
-def test_spikes_and_rest_are_told_as_one_by_one(period, spikes, rest):
+def test_spikes_and_rest_are_told_as_one_by_one(period, spikes, quiet):
     values = swing(60_000, period, 0.01)
-    values[:rest] = 0.0
+    values[:quiet] = 0.0
     for index, value in spikes:
         values[index] = value
     assert equal(values, -LIMIT, LIMIT)

@@ -30,4 +30,4 @@ def test_what_lies_before_the_first_edge_and_behind_the_last_does_not_count():
 
 
 def test_no_part_has_no_extremes():
-    assert [len(each) for each in extremes(np.ones(4), np.array([2]))] == [0, 0]
+    assert [len(extreme) for extreme in extremes(np.ones(4), np.array([2]))] == [0, 0]

@@ -13,8 +13,8 @@ PLACES = np.linspace(BEFORE, 90.0, 500)
 def test_polynomials_of_degree_five_are_exact():
     x = np.arange(100.0) / 50
     coefficients = [1.0, -2.0, 0.5, 3.0, -1.0, 0.25]
-    wanted = np.polyval(coefficients, PLACES / 50)
-    assert between(np.polyval(coefficients, x), PLACES) == pytest.approx(wanted, abs=1e-9)
+    expected = np.polyval(coefficients, PLACES / 50)
+    assert between(np.polyval(coefficients, x), PLACES) == pytest.approx(expected, abs=1e-9)
 
 
 def test_at_the_samples_it_gives_the_samples():
@@ -26,8 +26,8 @@ def test_at_the_samples_it_gives_the_samples():
 def test_up_to_a_tenth_of_the_rate_it_errs_by_less_than_a_thousandth():
     for cycles_per_sample in (0.01, 0.05, 0.1):
         sine = np.sin(2 * np.pi * cycles_per_sample * np.arange(100))
-        wanted = np.sin(2 * np.pi * cycles_per_sample * PLACES)
-        assert np.abs(between(sine, PLACES) - wanted).max() < 1e-3
+        expected = np.sin(2 * np.pi * cycles_per_sample * PLACES)
+        assert np.abs(between(sine, PLACES) - expected).max() < 1e-3
 
 
 @pytest.mark.parametrize("place", [BEFORE - 0.1, 50.0 - BEHIND])

@@ -26,11 +26,11 @@ VALUES = st.one_of(
 )
 def test_order_statistics_in_parts_are_those_of_the_whole(monkeypatch, kept, values, percent):
     array = np.array(values)
-    wanted = np.percentile(array, percent).tolist(), float(np.median(array))
+    expected = np.percentile(array, percent).tolist(), float(np.median(array))
     short_blocks(monkeypatch, 10)
     monkeypatch.setattr(order, "KEPT", kept)
-    found = (
+    computed = (
         percentiles(array, percent),
         median(lambda: (part for _, part in blocks(array)), len(array)),
     )
-    assert found == wanted
+    assert computed == expected

@@ -22,10 +22,10 @@ def by_name(components):
 
 
 def test_independent_inputs_add_in_squares():
-    found = propagate(linear((2.0, Input("a", 1.0, 0.3, 9)), (-1.0, Input("b", 5.0, 0.8, 4))))
-    assert found.estimate.value == pytest.approx(-3.0)
-    assert found.estimate.u == pytest.approx(1.0)
-    assert found.estimate.dof == pytest.approx(1 / (0.6**4 / 9 + 0.8**4 / 4))
+    propagated = propagate(linear((2.0, Input("a", 1.0, 0.3, 9)), (-1.0, Input("b", 5.0, 0.8, 4))))
+    assert propagated.estimate.value == pytest.approx(-3.0)
+    assert propagated.estimate.u == pytest.approx(1.0)
+    assert propagated.estimate.dof == pytest.approx(1 / (0.6**4 / 9 + 0.8**4 / 4))
 
 
 def test_a_model_is_propagated_once():
@@ -53,12 +53,12 @@ def test_gum_h2_resistance():
     )
     r = np.array([[1, -0.36, 0.86], [-0.36, 1, -0.65], [0.86, -0.65, 1]])
 
-    def found(equation):
+    def estimate_of(equation):
         return propagate(MeasurementModel(inputs, equation, r)).estimate
 
-    resistance = found(lambda x: x["V"] / x["I"] * np.cos(x["phi"]))
-    reactance = found(lambda x: x["V"] / x["I"] * np.sin(x["phi"]))
-    impedance = found(lambda x: x["V"] / x["I"])
+    resistance = estimate_of(lambda x: x["V"] / x["I"] * np.cos(x["phi"]))
+    reactance = estimate_of(lambda x: x["V"] / x["I"] * np.sin(x["phi"]))
+    impedance = estimate_of(lambda x: x["V"] / x["I"])
     assert (resistance.value, resistance.u) == pytest.approx((127.732, 0.071), abs=1.2e-3)
     assert (reactance.value, reactance.u) == pytest.approx((219.847, 0.295), abs=1.2e-3)
     assert (impedance.value, impedance.u) == pytest.approx((254.260, 0.236), abs=1.2e-3)
@@ -99,8 +99,8 @@ def test_known_limits_may_be_correlated():
 
 
 def test_of_what_is_certain_nothing_is_uncertain():
-    found = propagate(linear((2.0, Input("a", 1.0, 0.0, 3))))
-    assert (found.estimate.value, found.estimate.u, found.estimate.dof) == (2.0, 0.0, inf)
+    estimate = propagate(linear((2.0, Input("a", 1.0, 0.0, 3)))).estimate
+    assert (estimate.value, estimate.u, estimate.dof) == (2.0, 0.0, inf)
     assert propagate(MeasurementModel((), Corrected(0.7, ()))).estimate.value == 0.7
 
 
@@ -108,10 +108,10 @@ def test_corrected_value_with_scales():
     fn = Input("fn", 400.0, 5.0, 20, unit="Hz")
     gain = Input("gain", 0.0, 0.002, unit="1")
     model = MeasurementModel((fn, gain), Corrected(0.7, (Effect(fn, 0.001),), scales=("gain",)))
-    found = propagate(model)
-    assert found.estimate.value == 0.7
+    propagated = propagate(model)
+    assert propagated.estimate.value == 0.7
     assert sensitivities(model) == pytest.approx([0.001, -0.7], rel=1e-5)
-    assert found.estimate.u == pytest.approx(hypot(0.005, 0.0014), rel=1e-5)
+    assert propagated.estimate.u == pytest.approx(hypot(0.005, 0.0014), rel=1e-5)
 
 
 @given(
@@ -122,13 +122,13 @@ def test_corrected_value_with_scales():
 def test_welch_satterthwaite(parts):
     """GUM G.4.1 written out."""
     inputs = [(c, Input(str(i), 0.0, u, dof)) for i, (c, u, dof) in enumerate(parts)]
-    found = propagate(linear(*inputs)).estimate
+    estimate = propagate(linear(*inputs)).estimate
     u = [abs(c) * x.u for c, x in inputs]
-    total = sqrt(sum(each**2 for each in u))
-    assert found.u == pytest.approx(total, abs=1e-12)
+    total = sqrt(sum(part**2 for part in u))
+    assert estimate.u == pytest.approx(total, abs=1e-12)
     if total > 1e-6:
-        spread = sum((each / total) ** 4 / x.dof for each, (_, x) in zip(u, inputs, strict=True))
-        assert found.dof == pytest.approx(1 / spread, rel=1e-6)
+        spread = sum((part / total) ** 4 / x.dof for part, (_, x) in zip(u, inputs, strict=True))
+        assert estimate.dof == pytest.approx(1 / spread, rel=1e-6)
 
 
 def test_an_input_that_comes_twice_is_refused():

@@ -28,7 +28,7 @@ def test_of_many_samples_no_peak_is_lost():
 def test_each_channel_has_its_panel_and_the_caption_counts_the_others():
     channels = {f"a.c{n}": np.arange(3.0) for n in range(MOST_CHANNELS + 2)}
     shown = of_recording(recording(channels, setpoints={"load.f": 2.0}))
-    assert [each.y.name for each in shown.panels] == [f"a.c{n}" for n in range(MOST_CHANNELS)]
+    assert [panel.y.name for panel in shown.panels] == [f"a.c{n}" for n in range(MOST_CHANNELS)]
     assert shown.caption == "Recording r at load.f 2. 2 more channels are not drawn."
 
 

@@ -25,12 +25,12 @@ def series(phi, n, seed):
 
 def coverage(error, phi, n=30, repeats=600):
     """Return how often mean +/- k u holds 0, the mean of the process."""
-    held = 0
+    covered = 0
     for seed in range(repeats):
         values = series(phi, n, seed)
         u, dof = error(values)
-        held += abs(values.mean()) <= coverage_factor(dof) * u
-    return held / repeats
+        covered += abs(values.mean()) <= coverage_factor(dof) * u
+    return covered / repeats
 
 
 def naive(values):

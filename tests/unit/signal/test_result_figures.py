@@ -52,8 +52,8 @@ def test_the_same_limits_everywhere_need_no_second_figure():
 
 def test_limits_around_one_middle_need_no_second_figure():
     """Such as a tolerance that grows with the temperature: the values show it."""
-    found = [(at(t, 0.1), Limits(-w, w, "Ω"), False) for t, w in ((0.0, 0.3), (100.0, 0.8))]
-    assert len(over_coordinate(found)) == 1
+    limited = [(at(t, 0.1), Limits(-w, w, "Ω"), False) for t, w in ((0.0, 0.3), (100.0, 0.8))]
+    assert len(over_coordinate(limited)) == 1
 
 
 def test_labels_tell_series_apart_and_alone_make_no_figure():

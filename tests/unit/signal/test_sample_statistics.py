@@ -15,7 +15,7 @@ from rigrunner.signal.sample_statistics import SampleStatistics
 samples = st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=200)
 
 
-def found(values, cuts):
+def statistics_of(values, cuts):
     statistics = SampleStatistics()
     for part in np.split(np.array(values), sorted(cuts)):
         statistics.take(part)
@@ -24,14 +24,15 @@ def found(values, cuts):
 
 @given(samples, st.lists(st.integers(0, 200), max_size=5))
 def test_they_are_those_of_all_samples_however_they_are_cut(values, cuts):
-    one = found(values, [each for each in cuts if each <= len(values)])
-    assert tuple(one) == STATISTICS
-    assert (one["minimum"], one["maximum"]) == (min(values), max(values))
-    assert one["peak_to_peak"] == max(values) - min(values)
+    statistics = statistics_of(values, [cut for cut in cuts if cut <= len(values)])
+    assert tuple(statistics) == STATISTICS
+    assert (statistics["minimum"], statistics["maximum"]) == (min(values), max(values))
+    assert statistics["peak_to_peak"] == max(values) - min(values)
     scale = max(map(abs, values))
-    assert one["mean"] == pytest.approx(fsum(values) / len(values), rel=1e-12, abs=1e-12 * scale)
-    squares = sqrt(fsum(each * each for each in values) / len(values))
-    assert one["rms"] == pytest.approx(squares, rel=1e-12, abs=1e-150)
+    mean = fsum(values) / len(values)
+    assert statistics["mean"] == pytest.approx(mean, rel=1e-12, abs=1e-12 * scale)
+    squares = sqrt(fsum(value * value for value in values) / len(values))
+    assert statistics["rms"] == pytest.approx(squares, rel=1e-12, abs=1e-150)
 
 
 def test_a_small_part_of_a_large_mean_is_not_lost_over_many_blocks():

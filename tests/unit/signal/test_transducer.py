@@ -29,12 +29,12 @@ def instrument(**errors):
 def contributions(result, readings, slow, **errors):
     """Return what each line contributes to the standard uncertainty, by its name."""
     effects = transducer_effects(instrument(**errors), result, readings, slow=slow)
-    return {each.name: each.u for each in propagate(model_of(result, effects)).components}
+    return {line.name: line.u for line in propagate(model_of(result, effects)).components}
 
 
 def test_what_does_not_grow_with_the_reading_is_in_the_unit_of_the_instrument():
-    given = {"overall": "0.1 % FS", "hysteresis": {"limit": "3 N", "source": SOURCE}}
-    force = TORQUE | {"measures": "force", "full_scale": "10 kN", "accuracy": given}
+    accuracy = {"overall": "0.1 % FS", "hysteresis": {"limit": "3 N", "source": SOURCE}}
+    force = TORQUE | {"measures": "force", "full_scale": "10 kN", "accuracy": accuracy}
     (effect,) = transducer_effects(Instrument.model_validate(force), 1.0, (1.0,), slow=1.0)
 
     assert (effect.input.unit, effect.input.u) == ("N", pytest.approx(3 / sqrt(3)))
@@ -72,8 +72,8 @@ def test_nothing_is_added_where_nothing_is_stated():
     ],
 )
 def test_each_error_is_a_line_with_its_source(name, errors, expected):
-    found = contributions(1.0, (4.0, 3.0), 0.1, **errors)
-    assert found == {f"transducer {name} ({SOURCE})": pytest.approx(expected, rel=1e-12)}
+    lines = contributions(1.0, (4.0, 3.0), 0.1, **errors)
+    assert lines == {f"transducer {name} ({SOURCE})": pytest.approx(expected, rel=1e-12)}
 
 
 @pytest.mark.parametrize(

@@ -50,7 +50,7 @@ def steps_done(refused=None, stop_at=None):
             stop.set()
 
     summary = run(FakeTester(before=before), PLAN, critical=[listener], stop=stop)
-    return summary, [int(one.step) for one in listener.of(StepEnded)]
+    return summary, [int(event.step) for event in listener.of(StepEnded)]
 
 
 def test_without_a_failure_every_step_is_done_once_in_order():
@@ -142,4 +142,4 @@ def test_a_failure_while_a_run_is_taken_up_inside_a_call_is_followed_by_its_tear
 
     run(FakeTester(before=refuse), plan, critical=[second], resume_at=resume_at)
 
-    assert [one.step for one in second.of(StepEnded)] == ["in", "out", "last"]
+    assert [event.step for event in second.of(StepEnded)] == ["in", "out", "last"]

@@ -59,12 +59,12 @@ instruments:
 def planned(step, devices=DEVICES):
     text = edited(PROCEDURE, (MARK, step), ROLES)
     plan = make_plan(parse_procedure(text, "p.yaml"), parse_station(BENCH, "s.yaml"), devices)
-    return [each for each in plan.steps if each.path.startswith("main[1].sweep[0].steps[0]")]
+    return [step for step in plan.steps if step.path.startswith("main[1].sweep[0].steps[0]")]
 
 
 def only(step, devices=DEVICES):
-    (found,) = planned(step, devices)
-    return found
+    (planned_step,) = planned(step, devices)
+    return planned_step
 
 
 def test_a_ramp_at_a_rate_takes_the_time_of_its_way():
@@ -183,7 +183,7 @@ def test_a_scan_over_a_frequency_is_a_motion_that_zero_and_cycles_know():
     text = edited(PROCEDURE, (MARK, scan), ROLES)
     plan = make_plan(parse_procedure(text, "p.yaml"), parse_station(BENCH, "s.yaml"), DEVICES)
     records = [s.action for s in plan.steps if isinstance(s.action, Record)]
-    assert [one.cycle_frequency_hz for one in records] == [4.0, 4.0]
+    assert [record.cycle_frequency_hz for record in records] == [4.0, 4.0]
     turning = edited(
         PROCEDURE, (MARK, scan), ROLES,
         ("record: {channels: [tester.angle, tester.torque], cycles: 30}",
@@ -317,8 +317,8 @@ def test_what_cannot_be_done(case):
 
 def test_all_that_is_wrong_with_a_scan_is_told_at_once():
     scan = scan_with("limits: {room.room: {max: 5 N}}").replace("50 N, 300 N", "5 kN, 2 K, 3 Hz")
-    found = problems_of(planned, scan)
-    assert [each.field for each in found] == [
+    problems = problems_of(planned, scan)
+    assert [problem.field for problem in problems] == [
         f"{AT}.scan.{field}" for field in ("over[1]", "over[2]", "over[3]", "limits.room.room.max")
     ]
 
@@ -337,11 +337,11 @@ devices:
     at_rest = ("main:\n  - set: {tester.load: $load}", "main:\n  - set: {tester.load: 0 N}")
     procedure = parse_procedure(edited(PROCEDURE, (MARK, scan), ROLES, at_rest), "p.yaml")
     station = parse_station(edited(BENCH, ("devices:\n", rule)), "s.yaml")
-    found = problems_of(make_plan, procedure, station, DEVICES)
-    assert [each.message for each in found] == [
+    problems = problems_of(make_plan, procedure, station, DEVICES)
+    assert [problem.message for problem in problems] == [
         f"got '300 N', not allowed with tester.frequency at {hz} Hz" for hz in (2, 10)
     ]
-    assert {each.field for each in found} == {f"{AT}.scan.over[1]"}
+    assert {problem.field for problem in problems} == {f"{AT}.scan.over[1]"}
 
 
 def test_endless_scans_are_refused_before_they_are_written_out():
@@ -418,10 +418,10 @@ def test_a_called_procedure_is_done_where_it_stands(tmp_path):
 
 def test_what_follows_a_call_knows_what_it_set(tmp_path):
     steps = called(tmp_path, [(MARK, "call: {procedure: inner.yaml}")])
-    (own, _) = [s.action for s in steps if isinstance(s.action, Record) and not s.calls]
+    (recorded, _) = [s.action for s in steps if isinstance(s.action, Record) and not s.calls]
 
-    assert own.name == "002_2Hz"
-    assert own.setpoints["tester.load"] == 1.0
+    assert recorded.name == "002_2Hz"
+    assert recorded.setpoints["tester.load"] == 1.0
 
 
 def test_a_call_in_a_teardown_is_teardown_all_through(tmp_path):

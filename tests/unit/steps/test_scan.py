@@ -59,7 +59,7 @@ class Press(FakeTester):
 
 
 def plan_of(*actions, interlocks=()):
-    pairs = [each if isinstance(each, tuple) else (each, Terms()) for each in actions]
+    pairs = [action if isinstance(action, tuple) else (action, Terms()) for action in actions]
     steps = tuple(
         PlannedStep(f"main[{n}]", Phase.MAIN, action, "", 1.0, terms)
         for n, (action, terms) in enumerate(pairs)
@@ -80,7 +80,7 @@ def limited(high, marginal=0.0):
 
 
 def rows(events):
-    return [(one.point, dict(one.setpoints), dict(one.values)) for one in events]
+    return [(event.point, dict(event.setpoints), dict(event.values)) for event in events]
 
 
 def row(point, load):
@@ -95,26 +95,24 @@ def test_each_point_is_set_read_back_read_and_on_record():
     summary, listener = done(device, SCAN)
     assert summary.outcome is Outcome.COMPLETED
     assert rows(listener.of(Scanned)) == ALL
-    assert {one.measurement for one in listener.of(Scanned)} == {"friction"}
+    assert {event.measurement for event in listener.of(Scanned)} == {"friction"}
     at = device.calls.index("set load 10")
     calls = [c for load in LOADS for c in (f"set load {load:g}", "read_back load", "read torque")]
     assert device.calls[at : at + 9] == calls
     (started,), (ended,) = listener.of(StepStarted), listener.of(StepEnded)
     assert (started.action, ended.action, ended.ok) == ("scan", "scan", True)
-    order = [
-        type(one) for one in listener.events if isinstance(one, (StepStarted, Scanned, StepEnded))
-    ]
+    order = [type(e) for e in listener.events if isinstance(e, (StepStarted, Scanned, StepEnded))]
     assert order == [StepStarted, Scanned, Scanned, Scanned, StepEnded]
 
 
 def test_what_was_measured_has_units_and_the_time_of_its_point():
     _, listener = done(Press(), SCAN)
-    found = measured(listener.events).rows
-    assert [(one.name, dict(one.setpoints), dict(one.values)) for one in found] == [
+    table = measured(listener.events).rows
+    assert [(row.name, dict(row.setpoints), dict(row.values)) for row in table] == [
         ("friction", setpoints, values) for _, setpoints, values in ALL
     ]
-    assert found[0].units == {"tester.frequency": "Hz", "tester.load": "N", "tester.torque": "N·m"}
-    assert [one.utc for one in found] == [one.utc for one in listener.of(Scanned)]
+    assert table[0].units == {"tester.frequency": "Hz", "tester.load": "N", "tester.torque": "N·m"}
+    assert [row.utc for row in table] == [event.utc for event in listener.of(Scanned)]
 
 
 def test_it_waits_at_each_point():
@@ -141,8 +139,8 @@ def test_a_value_out_of_limits_ends_it_and_is_its_last_row():
     assert summary.reason == f"{where}: tester.torque is 0.02 N·m {limit}"
     assert "set load 30" not in device.calls
     assert rows(listener.of(Scanned)) == ALL[:2]
-    found = measured(listener.events).rows
-    assert [[one.passes for one in row.decisions] for row in found] == [[True], [False]]
+    table = measured(listener.events).rows
+    assert [[decision.passes for decision in row.decisions] for row in table] == [[True], [False]]
     (missed,) = listener.of(LimitMissed)
     assert missed.text == summary.reason
 
@@ -152,17 +150,17 @@ def test_a_scan_that_goes_on_after_its_limits_keeps_every_point():
     summary, listener = done(device, replace(limited("0.015 N·m"), stops_at_limit=False))
     assert (summary.outcome, summary.reason) == (Outcome.COMPLETED, "")
     assert rows(listener.of(Scanned)) == ALL
-    found = measured(listener.events).rows
-    assert [one.passes for row in found for one in row.decisions] == [True, False, False]
+    table = measured(listener.events).rows
+    assert [decision.passes for row in table for decision in row.decisions] == [True, False, False]
     assert len(listener.of(LimitMissed)) == 2
 
 
 def test_rows_of_a_scan_that_is_begun_anew_are_kept_beside():
     fault = NthCall(4, DeviceLostError("cable"), never=("connect", "make_safe"))
     _, listener = done(Press(before=fault), (SCAN, Terms(attempts=2)))
-    found = measured(listener.events)
-    assert (len(found.rows), len(found.superseded)) == (3, 1)
-    assert found.superseded[0].utc == listener.of(Scanned)[0].utc
+    attempts = measured(listener.events)
+    assert (len(attempts.rows), len(attempts.superseded)) == (3, 1)
+    assert attempts.superseded[0].utc == listener.of(Scanned)[0].utc
 
 
 def test_a_marginal_value_is_noted_with_its_set_point():
@@ -185,17 +183,17 @@ def test_a_scan_that_is_tried_again_begins_anew_and_its_last_try_counts():
     summary, listener = done(Press(before=fault), (SCAN, Terms(attempts=2)))
     assert summary.outcome is Outcome.COMPLETED
     assert rows(listener.of(Scanned)) == ALL[:1] + ALL
-    assert [one.utc for one in measured(listener.events).rows] == [
-        one.utc for one in listener.of(Scanned)[1:]
+    assert [row.utc for row in measured(listener.events).rows] == [
+        event.utc for event in listener.of(Scanned)[1:]
     ]
-    assert [one.text for one in listener.of(Alarm)] == [
+    assert [event.text for event in listener.of(Alarm)] == [
         "at tester.load 20 N (point 2 of 3): tester: cable; try 1 of 2"
     ]
 
 
 def test_the_completed_attempt_counts_when_the_next_one_is_interrupted():
     _, listener = done(Press(), SCAN)
-    again = [one for one in listener.events if isinstance(one, (StepStarted, Scanned))][:2]
+    again = [event for event in listener.events if isinstance(event, (StepStarted, Scanned))][:2]
     assert len(measured([*listener.events, *again]).rows) == len(LOADS)
     assert len(measured(again).rows) == 1
 
@@ -260,7 +258,7 @@ def test_interlocks_are_read_before_each_point():
 def test_channels_are_in_the_order_that_was_asked_for():
     scan = replace(SCAN, channels=(Member("tester", "torque"), Member("tester", "angle")))
     _, listener = done(Press(), scan)
-    assert {tuple(one.values) for one in listener.of(Scanned)} == {scan.channels}
+    assert {tuple(event.values) for event in listener.of(Scanned)} == {scan.channels}
 
 
 def test_a_run_that_goes_on_after_it_brings_the_drive_back_without_measuring_again():
@@ -299,8 +297,8 @@ def test_in_a_setup_it_is_done_once_more_as_setup_is(repeatable, loads):
     assert [c for c in device.calls if c.startswith("set load")] == [
         f"set load {load:g}" for load in loads
     ]
-    found = measured([*listener.events[: at + 1], *more.events]).rows
-    assert [one.setpoints["tester.load"] for one in found] == list(LOADS)
+    table = measured([*listener.events[: at + 1], *more.events]).rows
+    assert [row.setpoints["tester.load"] for row in table] == list(LOADS)
 
 
 def test_one_that_must_not_be_done_twice_leaves_the_drive_where_it_was_and_is_not_begun_anew():
@@ -328,8 +326,8 @@ def test_a_run_that_was_interrupted_within_it_begins_it_anew():
     assert (resume_at.start, resume_at.before) == (1, (0,))
     more = Listener()
     run(Press(), plan, critical=[more], resume_at=resume_at)
-    found = measured([*listener.events[: at + 1], *more.events]).rows
-    assert [one.setpoints["tester.load"] for one in found] == list(LOADS)
+    table = measured([*listener.events[: at + 1], *more.events]).rows
+    assert [row.setpoints["tester.load"] for row in table] == list(LOADS)
 
 
 def test_through_a_thread_it_is_the_same():
@@ -354,20 +352,20 @@ def test_in_a_teardown_it_is_done_though_the_run_was_stopped():
 
 
 def test_a_sink_that_cannot_keep_a_point_ends_the_run_and_no_further_point_is_begun():
-    device, kept = Press(), []
+    device, events = Press(), []
 
     def keep(event):
         if isinstance(event, Scanned):
             if event.point == 1:
                 raise DataError("the disk is full")
-            kept.append(event)
+            events.append(event)
 
     summary = run(device, plan_of((SCAN, Terms(attempts=3))), critical=[keep])
     assert summary.outcome is Outcome.ERROR
     assert "the disk is full" in summary.reason
     assert "set load 30" not in device.calls
     assert device.calls.count("set load 10") == 1  # it is no failure of the step, to be tried again
-    assert len(kept) == 1
+    assert len(events) == 1
 
 
 def test_channels_of_two_devices_are_a_row():
@@ -399,7 +397,7 @@ def test_channels_of_two_devices_are_a_row():
     rig.connect()
     bus, never = Bus([listener]), threading.Event()
     run_plan(plan_of(scan), rig, bus, clock, UnattendedAnswers(), never, "two")
-    assert [dict(one.values) for one in listener.of(Scanned)] == [
+    assert [dict(event.values) for event in listener.of(Scanned)] == [
         {"room.room": 296.0, "tester.torque": 1e-3 * load, "tester.load": 1e-3 * load}
         for load in LOADS
     ]

@@ -19,18 +19,18 @@ def budget(components: Sequence[Component], unit: str) -> list[Json]:
     shares = share_percent(components)
     return [
         {
-            "name": each.name,
-            "estimate": quantity(each.value, each.unit),
-            "distribution": each.distribution,
-            "standard_uncertainty": quantity(each.input_u, each.unit),
-            "degrees_of_freedom": degrees_of_freedom(each.dof),
-            "sensitivity": quantity(each.sensitivity, _per(each.unit, unit)),
-            "contribution": quantity(each.u, unit),
+            "name": component.name,
+            "estimate": quantity(component.value, component.unit),
+            "distribution": component.distribution,
+            "standard_uncertainty": quantity(component.input_u, component.unit),
+            "degrees_of_freedom": degrees_of_freedom(component.dof),
+            "sensitivity": quantity(component.sensitivity, _per(component.unit, unit)),
+            "contribution": quantity(component.u, unit),
             "share": quantity(share, "%"),
-            "known": number(each.u) is not None,
-            "common_to_all_points": bool(each.common),
+            "known": number(component.u) is not None,
+            "common_to_all_points": bool(component.common),
         }
-        for each, share in zip(components, shares, strict=True)
+        for component, share in zip(components, shares, strict=True)
     ]
 
 

@@ -18,13 +18,13 @@ def checks_of(checks: Iterable[Check]) -> list[Json]:
     """Return checks, each with its effect on the result in words."""
     return [
         {
-            "name": each.name,
-            "ok": each.ok,
-            "text": each.text,
-            "advice": each.advice,
-            "value": None if each.value is None else number(each.value),
-            "threshold": None if each.threshold is None else number(each.threshold),
-            "unit": each.unit or None,
+            "name": check.name,
+            "ok": check.ok,
+            "text": check.text,
+            "advice": check.advice,
+            "value": None if check.value is None else number(check.value),
+            "threshold": None if check.threshold is None else number(check.threshold),
+            "unit": check.unit or None,
             "biases": [
                 {
                     "of": bias.of,
@@ -32,10 +32,10 @@ def checks_of(checks: Iterable[Check]) -> list[Json]:
                     "standard_uncertainty": number(bias.u),
                     "unit": bias.unit,
                 }
-                for bias in each.biases
+                for bias in check.biases
             ],
-            "consequence": each.consequence or None,
-            "effect": effect_words(each),
+            "consequence": check.consequence or None,
+            "effect": effect_words(check),
         }
-        for each in checks
+        for check in checks
     ]

@@ -22,14 +22,14 @@ def curve_of(curve: Curve) -> Json:
             "criterion": curve.criterion,
             "candidates": [
                 {
-                    "formula": each.formula,
-                    "parameters": each.parameters,
-                    "score": number(each.score),
-                    "residual_standard_deviation": number(each.residual_s),
-                    "chosen": each.chosen,
-                    "problem": each.problem or None,
+                    "formula": candidate.formula,
+                    "parameters": candidate.parameters,
+                    "score": number(candidate.score),
+                    "residual_standard_deviation": number(candidate.residual_s),
+                    "chosen": candidate.chosen,
+                    "problem": candidate.problem or None,
                 }
-                for each in curve.candidates
+                for candidate in curve.candidates
             ],
         }
     standard = np.sqrt(np.diag(curve.covariance))

@@ -26,8 +26,8 @@ def evaluated(
     of calculus. What is not defined, such as log(-1), is nan or inf, without a warning.
     """
     with np.errstate(all="ignore"):
-        found = _Evaluation(values, frozenset(by)).of(expression.root)
-    return found.value, found.slopes
+        result = _Evaluation(values, frozenset(by)).of(expression.root)
+    return result.value, result.slopes
 
 
 @dataclass(frozen=True)
@@ -39,13 +39,13 @@ class _Dual:
 
     def chained(self, value: Any, slope: Any) -> _Dual:
         """Return a function of this value, with its derivative by it."""
-        return _Dual(value, {name: slope * each for name, each in self.slopes.items()})
+        return _Dual(value, {name: slope * inner for name, inner in self.slopes.items()})
 
     def plus(self, other: _Dual, value: Any) -> _Dual:
         """Return the value with the derivatives of both added."""
         slopes = dict(self.slopes)
-        for name, each in other.slopes.items():
-            slopes[name] = slopes[name] + each if name in slopes else each
+        for name, slope in other.slopes.items():
+            slopes[name] = slopes[name] + slope if name in slopes else slope
         return _Dual(value, slopes)
 
 
@@ -96,12 +96,12 @@ def _quotient(a: _Dual, b: _Dual) -> _Dual:
 
 def _power(a: _Dual, b: _Dual) -> _Dual:
     value = np.power(a.value, b.value)
-    found = a.chained(value, b.value * np.power(a.value, b.value - 1.0)) if a.slopes else a
+    result = a.chained(value, b.value * np.power(a.value, b.value - 1.0)) if a.slopes else a
     if b.slopes:
         # Of 0**b it is 0; the formula would give 0 * log(0), which is nan.
         slope = np.where(np.equal(value, 0), 0, value * np.log(a.value))
-        found = found.plus(b.chained(value, slope), value)
-    return _Dual(value, found.slopes)
+        result = result.plus(b.chained(value, slope), value)
+    return _Dual(value, result.slopes)
 
 
 def _angle(operands: Sequence[_Dual]) -> _Dual:

@@ -131,7 +131,7 @@ def parse(text: str, names: Collection[str]) -> Expression:
 
 def parse_any(text: str) -> Expression:
     """Return the formula of a text with any names of quantities; raise ExpressionError."""
-    words = {each["name"] for each in _WORD.finditer(text) if each["name"]}
+    words = {match["name"] for match in _WORD.finditer(text) if match["name"]}
     return parse(text, words - set(_KNOWN_FUNCTIONS) - set(CONSTANTS))
 
 
@@ -144,8 +144,8 @@ def _nodes(node: Node) -> Iterator[Node]:
 
 def _refuse(text: str, column: int, what: str, hint: str = "") -> NoReturn:
     """Raise the error for what stands at a column, counted from 1."""
-    found = re.match(r"\w+|.|$", text[column - 1 :], re.DOTALL)
-    shown = f"'{found[0][:20]}'" if found and found[0] else "the end"
+    match = re.match(r"\w+|.|$", text[column - 1 :], re.DOTALL)
+    shown = f"'{match[0][:20]}'" if match and match[0] else "the end"
     raise ExpressionError(f"column {column}: {shown} {what}", column=column, hint=hint)
 
 
@@ -226,8 +226,8 @@ class _Reading:
             return Number(CONSTANTS[name], column)
         if name in _KNOWN_FUNCTIONS:
             _refuse(self.text, column, "is a function", f"write {name}(...)")
-        known = sorted(self.names | set(CONSTANTS))
-        hint = did_you_mean(name, known, f"known are {', '.join(known)}", cutoff=0.5)
+        names = sorted(self.names | set(CONSTANTS))
+        hint = did_you_mean(name, names, f"known are {', '.join(names)}", cutoff=0.5)
         _refuse(self.text, column, "is not known", hint)
 
     def _binary(self, node: ast.BinOp, depth: int) -> Node:
@@ -254,13 +254,13 @@ class _Reading:
     def _call(self, name: str, node: ast.Call, column: int, depth: int) -> Node:
         if name not in _KNOWN_FUNCTIONS:
             what = "is a quantity, not a function" if name in self.names else "is not a function"
-            known = ", ".join(_KNOWN_FUNCTIONS)
-            hint = did_you_mean(name, _KNOWN_FUNCTIONS, f"functions are {known}")
+            functions = ", ".join(_KNOWN_FUNCTIONS)
+            hint = did_you_mean(name, _KNOWN_FUNCTIONS, f"functions are {functions}")
             _refuse(self.text, column, what, hint)
         name = ALIASES.get(name, name)
-        count, allowed = len(node.args), OF_SEVERAL.get(name, 1)
-        if count < 1 or (allowed and count != allowed):
-            needed = ("at least one number", "one number", "two numbers")[allowed]
-            _refuse(self.text, column, f"takes {needed}, not {count}")
-        operands = tuple(self.node(each, depth + 1) for each in node.args)
+        count, arity = len(node.args), OF_SEVERAL.get(name, 1)
+        if count < 1 or (arity and count != arity):
+            expected = ("at least one number", "one number", "two numbers")[arity]
+            _refuse(self.text, column, f"takes {expected}, not {count}")
+        operands = tuple(self.node(arg, depth + 1) for arg in node.args)
         return Operation(name, operands, column)

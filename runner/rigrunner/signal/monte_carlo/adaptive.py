@@ -70,30 +70,30 @@ def propagate(output: Callable[[Generator, int], Array], how: Adaptive) -> Propa
     Raises DataError for values that are not finite.
     """
     blocks: list[Array] = []
-    found: list[tuple[float, ...]] = []
+    statistics: list[tuple[float, ...]] = []
     for block in _blocks(output, how.seed):
         blocks.append(ranked(block, how.p))
-        found.append(_statistics(block, symmetric(blocks[-1], how.p)))
+        statistics.append(_statistics(block, symmetric(blocks[-1], how.p)))
         trials = len(blocks) * BLOCK
         if trials < how.least_trials or len(blocks) == 1:  # a single block has no scatter
             continue
-        tolerance = how.tolerance_share * numerical_tolerance(_pooled_u(found), how.digits)
+        tolerance = how.tolerance_share * numerical_tolerance(_pooled_u(statistics), how.digits)
         # Stable: twice the deviation of each mean over the blocks is within the tolerance.
-        of_mean = np.std(found, axis=0, ddof=1) / sqrt(len(found))
-        stable = bool(np.all(2 * of_mean <= tolerance))
+        u_of_means = np.std(statistics, axis=0, ddof=1) / sqrt(len(statistics))
+        stable = bool(np.all(2 * u_of_means <= tolerance))
         if stable or trials >= how.most_trials:
             break
-    means, deviations = np.array(found)[:, :2].T
+    means, deviations = np.array(statistics)[:, :2].T
     mean = float(means.mean())
     squares = (BLOCK - 1) * (deviations**2).sum() + BLOCK * ((means - mean) ** 2).sum()
     u = sqrt(squares / (trials - 1))
-    both = intervals(blocks, how.p)
+    coverage = intervals(blocks, how.p)
     return Propagated(
         trials=trials,
         mean=mean,
         u=u,
-        symmetric=both.symmetric,
-        shortest=both.shortest,
+        symmetric=coverage.symmetric,
+        shortest=coverage.shortest,
         tolerance=numerical_tolerance(u, how.digits),
         stable=stable,
     )
@@ -123,7 +123,7 @@ def _statistics(values: Array, interval: Interval) -> tuple[float, ...]:
     return mean, u, interval.low, interval.high
 
 
-def _pooled_u(found: list[tuple[float, ...]]) -> float:
+def _pooled_u(statistics: list[tuple[float, ...]]) -> float:
     """Return the standard deviation of all values, from those of equal blocks (7.9.4 i)."""
-    means, deviations = np.array(found)[:, :2].T
+    means, deviations = np.array(statistics)[:, :2].T
     return float(np.sqrt(np.mean(deviations**2) + means.var()))

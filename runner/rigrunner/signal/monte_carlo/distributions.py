@@ -91,8 +91,8 @@ class Triangular:
     def draw(self, rng: Generator, n: int) -> Array:
         """Return values of shape (n,)."""
         # Two equal rectangles add to a triangle.
-        both = rng.uniform(-1, 1, (2, n)).mean(axis=0)
-        return np.asarray(self.centre + self.half_width * both)
+        mean_of_two = rng.uniform(-1, 1, (2, n)).mean(axis=0)
+        return np.asarray(self.centre + self.half_width * mean_of_two)
 
 
 @dataclass(frozen=True)
@@ -130,7 +130,7 @@ class MultivariateNormal:
 
     def draw(self, rng: Generator, n: int) -> Array:
         """Return rows of shape (n, k)."""
-        rows = _correlated(rng, n, self._factor)
+        rows = _draw_correlated(rng, n, self._factor)
         rows += self.mean
         return rows
 
@@ -153,14 +153,14 @@ class MultivariateT:
     def draw(self, rng: Generator, n: int) -> Array:
         """Return rows of shape (n, k): all parameters share the unknown residual deviation."""
         wider = np.sqrt(self.dof / rng.chisquare(self.dof, n))
-        return np.asarray(self.mean + wider[:, None] * _correlated(rng, n, self._factor))
+        return np.asarray(self.mean + wider[:, None] * _draw_correlated(rng, n, self._factor))
 
     @cached_property
     def _factor(self) -> Array:
         return _factor_of(self.scale)
 
 
-def _correlated(rng: Generator, n: int, factor: Array) -> Array:
+def _draw_correlated(rng: Generator, n: int, factor: Array) -> Array:
     """Return rows of shape (n, k), of mean 0; each column in one piece, for what comes after."""
     return np.asarray((factor @ rng.standard_normal((n, len(factor))).T).T)
 

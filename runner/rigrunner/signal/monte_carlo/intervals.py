@@ -32,12 +32,12 @@ def ranked(values: Array, p: float) -> Array:
     between = len(values) - 2 * least
     if between <= 0:
         return np.sort(values)
-    found = np.partition(values, least)
-    found[:least].sort()
-    rest = found[least:]
-    rest.partition(between)
-    rest[between:].sort()
-    return found
+    partitioned = np.partition(values, least)
+    partitioned[:least].sort()
+    upper = partitioned[least:]
+    upper.partition(between)
+    upper[between:].sort()
+    return partitioned
 
 
 def symmetric(ordered: Array, p: float) -> Interval:
@@ -63,9 +63,9 @@ def intervals(blocks: Sequence[Array], p: float) -> Intervals:
     total, tail = sum(map(len, blocks)), _tail(len(blocks[0]), p)
     count = total - _count(total, p)
     # Each block has `tail` values up to `most`, so together there are at least `count`.
-    most, least = max(each[tail - 1] for each in blocks), min(each[-tail] for each in blocks)
-    low = np.sort(np.concatenate([each[each <= most] for each in blocks]))[:count]
-    high = np.sort(np.concatenate([each[each >= least] for each in blocks]))[-count:]
+    most, least = max(block[tail - 1] for block in blocks), min(block[-tail] for block in blocks)
+    low = np.sort(np.concatenate([block[block <= most] for block in blocks]))[:count]
+    high = np.sort(np.concatenate([block[block >= least] for block in blocks]))[-count:]
     middle, narrowest = count // 2, int(np.argmin(high - low))
     return Intervals(*(Interval(float(low[k]), float(high[k])) for k in (middle, narrowest)))
 

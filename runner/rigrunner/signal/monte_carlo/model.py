@@ -32,23 +32,23 @@ def output_of(model: MeasurementModel) -> Callable[[Generator, int], Array]:
     degrees of freedom that they share, or a multivariate normal if these are infinite; bounded ones
     with r = 1 or -1 as one error. Raises DataError for correlations that contradict each other.
     """
-    alone, together = _grouped(model)
+    alone, together = _grouped_inputs(model)
 
     def output(rng: Generator, n: int) -> Array:
         drawn: dict[str, Array] = {
-            each.name: named(each.distribution, each.value, each.u, each.dof).draw(rng, n)
-            for each in alone
+            input_.name: named(input_.distribution, input_.value, input_.u, input_.dof).draw(rng, n)
+            for input_ in alone
         }
         for group, distribution in together:
             rows = distribution.draw(rng, n)
-            drawn |= {each.name: rows[:, i] for i, each in enumerate(group)}
+            drawn |= {input_.name: rows[:, i] for i, input_ in enumerate(group)}
         # An equation without inputs gives a single value.
         return np.asarray(np.broadcast_to(model.equation(drawn), n))
 
     return output
 
 
-def _grouped(
+def _grouped_inputs(
     model: MeasurementModel,
 ) -> tuple[tuple[Input, ...], tuple[tuple[tuple[Input, ...], Distribution], ...]]:
     """Return the inputs that are drawn alone, and those that are drawn together."""
@@ -64,13 +64,13 @@ def _grouped(
 
 def _joint(model: MeasurementModel, rows: Sequence[int]) -> Distribution:
     inputs = [model.inputs[row] for row in rows]
-    mean = np.array([each.value for each in inputs])
-    if (whole := one_error(model, rows)) is not None:
-        return OneError(mean, whole, named(inputs[0].distribution, 0.0, 1.0, inputs[0].dof))
-    u = np.array([each.u for each in inputs])
-    own = np.eye(len(rows))
-    r = own if model.correlation is None else model.correlation[np.ix_(rows, rows)]
+    mean = np.array([input_.value for input_ in inputs])
+    if (error_u := one_error(model, rows)) is not None:
+        return OneError(mean, error_u, named(inputs[0].distribution, 0.0, 1.0, inputs[0].dof))
+    u = np.array([input_.u for input_ in inputs])
+    identity = np.eye(len(rows))
+    r = identity if model.correlation is None else model.correlation[np.ix_(rows, rows)]
     # They share it: correlated inputs of different degrees of freedom cannot be propagated.
-    dof = min(each.dof for each in inputs)
+    dof = min(input_.dof for input_ in inputs)
     scale = r * np.outer(u, u)
     return MultivariateNormal(mean, scale) if dof == inf else MultivariateT(mean, scale, dof)

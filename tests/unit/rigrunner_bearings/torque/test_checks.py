@@ -35,8 +35,8 @@ def entered(rec, frequency_hz):
 
 
 def test_a_good_recording_passes_them_all():
-    found = checks(recording(PEAKS, 7.0))
-    assert list(found) == [
+    by_name = checks(recording(PEAKS, 7.0))
+    assert list(by_name) == [
         "angle channel",
         "entered frequency",
         "stroke",
@@ -49,7 +49,7 @@ def test_a_good_recording_passes_them_all():
         "samples per cycle",
         "zero",
     ]
-    assert all(check.ok and check.text and not check.advice for check in found.values())
+    assert all(check.ok and check.text and not check.advice for check in by_name.values())
 
 
 def test_names_carry_the_prefix():
@@ -74,8 +74,8 @@ def test_stroke_within_two_percent(scale, ok):
     rec = recording(PEAKS)
     turns = np.arange(-0.4, 12.4, 10 / 2000)
     swing = swing_angle(2 * np.pi * turns, RATIO * scale)
-    other = replace(rec, channels=dict(rec.channels) | {"tester.angle": swing})
-    assert checks(other)["stroke"].ok is ok
+    other_stroke = replace(rec, channels=dict(rec.channels) | {"tester.angle": swing})
+    assert checks(other_stroke)["stroke"].ok is ok
 
 
 def test_equal_samples_at_the_extreme_are_clipping():
@@ -152,9 +152,9 @@ def test_speed_that_scatters_from_turn_to_turn(jitter, ok):
     point = swing_point(PEAKS, 10.0)
     scatter = jitter * 10.0 * np.sqrt(12 / 11)
     point = replace(point, frequency_hz=Estimate(10.0, scatter / np.sqrt(12), 11.0, "Hz"))
-    found = {check.name: check for check in run_checks(run_of(recording(PEAKS)), (point,))}
-    assert found["steady speed"].ok is ok
-    assert found["steady speed"].value == pytest.approx(100 * jitter * np.sqrt(12 / 11))
+    by_name = {check.name: check for check in run_checks(run_of(recording(PEAKS)), (point,))}
+    assert by_name["steady speed"].ok is ok
+    assert by_name["steady speed"].value == pytest.approx(100 * jitter * np.sqrt(12 / 11))
 
 
 @pytest.mark.parametrize(("frequency_hz", "ok"), [(7.0, True), (7.2, False)])
@@ -174,8 +174,8 @@ def test_a_run_without_load_has_no_friction_coefficient():
 @pytest.mark.parametrize(("spikes", "ok"), [(12, True), (13, False)])
 def test_more_than_one_spike_per_cycle(spikes, ok):
     point = replace(swing_point(PEAKS, 10.0), spikes=spikes)
-    found = {check.name: check for check in run_checks(run_of(recording(PEAKS)), (point,))}
-    assert found["spikes"].ok is ok
+    by_name = {check.name: check for check in run_checks(run_of(recording(PEAKS)), (point,))}
+    assert by_name["spikes"].ok is ok
 
 
 @pytest.mark.parametrize(("cycles", "ok"), [(9, False), (10, True)])

@@ -11,7 +11,7 @@ import pytest
 
 from rigrunner.analysis.named import findings_of
 from rigrunner.analysis.scrutiny import Scrutiny
-from rigrunner.analysis.verdict.chosen import mean_of
+from rigrunner.analysis.verdict.limited_values import mean_of
 from rigrunner.api.errors import DataError
 from rigrunner.procedure import AnalysisRef
 from rigrunner.registry import load_registry

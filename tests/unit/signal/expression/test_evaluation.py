@@ -35,11 +35,11 @@ FORMULAS = {
 
 @pytest.mark.parametrize("text", FORMULAS)
 def test_formulas_and_their_derivatives(text):
-    given, truth, h = {"x": X, "a": 1.3, "b": 0.7}, FORMULAS[text], 1e-30j
-    value, slopes = evaluated(parse(text, given), given, {"a", "b"})
-    assert value == pytest.approx(truth(**given), rel=1e-14)
+    values, truth, h = {"x": X, "a": 1.3, "b": 0.7}, FORMULAS[text], 1e-30j
+    value, slopes = evaluated(parse(text, values), values, {"a", "b"})
+    assert value == pytest.approx(truth(**values), rel=1e-14)
     for name in ("a", "b"):
-        stepped = truth(**(given | {name: given[name] + h}))
+        stepped = truth(**(values | {name: values[name] + h}))
         expected = stepped.imag / h.imag if np.iscomplexobj(stepped) else np.zeros(3)
         assert np.broadcast_to(slopes.get(name, 0.0), 3) == pytest.approx(expected, rel=1e-13)
 
@@ -58,9 +58,9 @@ def test_formulas_and_their_derivatives(text):
 )  # fmt: skip
 def test_functions_of_several_numbers_and_those_with_a_corner(text, value, slopes):
     """Closed forms at a = -2, b = 3."""
-    given = {"a": -2.0, "b": 3.0}
-    found, by = evaluated(parse(text, given), given, given)
-    assert found == pytest.approx(value, rel=1e-14)
+    values = {"a": -2.0, "b": 3.0}
+    result, by = evaluated(parse(text, values), values, values)
+    assert result == pytest.approx(value, rel=1e-14)
     assert {name: float(by.get(name, 0.0)) for name in slopes} == pytest.approx(slopes, rel=1e-14)
 
 
@@ -71,15 +71,15 @@ def test_only_what_is_asked_for_is_differentiated():
 
 def test_a_power_of_zero_has_a_slope():
     """x^b at x = 0 is 0 for every b > 0: its slope by b is 0, and by x it is b x^(b - 1) = 0."""
-    given = {"x": np.array([0.0]), "b": 2.0}
-    _, slopes = evaluated(parse("x**b", given), given, given)
+    values = {"x": np.array([0.0]), "b": 2.0}
+    _, slopes = evaluated(parse("x**b", values), values, values)
     assert slopes["b"] == slopes["x"] == 0
 
 
 def test_what_is_not_defined_is_no_number_and_no_warning():
-    given = {"x": np.array([-1.0, 0.0])}
+    values = {"x": np.array([-1.0, 0.0])}
     for text in ("log(x)", "sqrt(x) - 1/x", "x**0.5/x"):
-        assert not np.isfinite(evaluated(parse(text, given), given, given)[0]).all()
+        assert not np.isfinite(evaluated(parse(text, values), values, values)[0]).all()
     assert np.isinf(evaluated(parse("exp(1e9) + 1/0", ()), {})[0])
     assert np.isinf(evaluated(parse("9**99*9**99*9**99*9**99*9**99", ()), {})[0])
 

@@ -43,10 +43,10 @@ def test_never_below_the_least_nor_beyond_the_most():
 
 
 def test_a_seed_names_the_values_and_further_blocks_only_add():
-    def keeping(kept):
+    def keeping(drawn):
         def output(rng, n):
-            kept.append(rng.normal(size=n))
-            return kept[-1]
+            drawn.append(rng.normal(size=n))
+            return drawn[-1]
 
         return output
 
@@ -62,13 +62,13 @@ def test_a_seed_names_the_values_and_further_blocks_only_add():
 def test_the_deviation_of_all_values_is_that_of_their_blocks_together():
     """The law of total variance."""
     values = np.array([[3.0, 7.0, 3.0, 7.0], [8.0, 16.0, 8.0, 16.0]])
-    found = [(float(each.mean()), float(each.std())) for each in values]
-    assert adaptive._pooled_u(found) == pytest.approx(values.std())
+    statistics = [(float(value.mean()), float(value.std())) for value in values]
+    assert adaptive._pooled_u(statistics) == pytest.approx(values.std())
 
 
 def test_a_constant_has_no_uncertainty():
-    found = propagate(lambda _, n: np.full(n, 2.0), Adaptive(least_trials=BLOCK))
-    assert (found.mean, found.u, found.stable, found.trials) == (2.0, 0.0, True, 2 * BLOCK)
+    result = propagate(lambda _, n: np.full(n, 2.0), Adaptive(least_trials=BLOCK))
+    assert (result.mean, result.u, result.stable, result.trials) == (2.0, 0.0, True, 2 * BLOCK)
 
 
 def test_values_that_are_not_finite():
@@ -97,7 +97,7 @@ def test_intervals_of_blocks_are_those_of_all_their_values(p, n, digits):
     values[3] += 4.0  # the blocks need not be alike
     ordered, q = np.sort(values, axis=None), min(round(p * values.size), values.size - 1)
     r = (values.size - q) // 2
-    even, short = intervals([ranked(each, p) for each in values], p)
+    even, short = intervals([ranked(value, p) for value in values], p)
     alone = ranked(values.ravel(), p)
     assert symmetric(alone, p) == intervals([alone], p).symmetric == even
     assert (even.low, even.high) == (ordered[r], ordered[r + q])
@@ -113,9 +113,9 @@ def test_mean_and_deviation_of_blocks_are_those_of_all_their_values():
         drawn.append(rng.gamma(2.0, size=n) + 1e6)
         return drawn[-1]
 
-    found = propagate(output, Adaptive(least_trials=3 * BLOCK, most_trials=3 * BLOCK))
-    assert found.mean == pytest.approx(np.mean(drawn), rel=1e-15)
-    assert found.u == pytest.approx(np.std(drawn, ddof=1), rel=1e-9)
+    propagated = propagate(output, Adaptive(least_trials=3 * BLOCK, most_trials=3 * BLOCK))
+    assert propagated.mean == pytest.approx(np.mean(drawn), rel=1e-15)
+    assert propagated.u == pytest.approx(np.std(drawn, ddof=1), rel=1e-9)
 
 
 def test_tolerance_of_no_uncertainty():
