@@ -135,5 +135,5 @@ def _seconds(option: str, text: str | None) -> float | None:
     except QuantityError as error:
         raise UsageError(f"{option}: {error.message}", hint=error.hint) from error
     if seconds <= 0:
-        raise UsageError(f"{option}: '{text}' is not in the future")
+        raise UsageError(f"{option}: '{text}' is not longer than 0")
     return seconds

@@ -206,3 +206,11 @@ def test_the_command(runs):
     for wrong in (["--rate", "fast"], ["--rate", "0 MB/s"], ["--for", "6"], ["--older", "3 N"]):
         result = call(*command, *wrong)
         assert (result.code, wrong[0] in result.err, "Traceback" in result.err) == (2, True, False)
+
+
+@pytest.mark.parametrize("option", ["--for", "--older"])
+def test_a_time_of_zero_or_less_is_refused_in_words_that_fit_both_options(runs, option):
+    for time in ("0 s", "-3 d"):
+        result = call("archive", "check", "--runs", runs, f"{option}={time}")
+        assert result.code == 2
+        assert f"{option}: '{time}' is not longer than 0" in result.err
