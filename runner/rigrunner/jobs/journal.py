@@ -91,11 +91,13 @@ def _read(path: Path, file: BinaryIO, task: dict[str, str]) -> dict[str, Any]:
     if complete or not (_START.startswith(text) or text.startswith(_START)):
         try:
             header, *lines = map(json.loads, (complete or text).splitlines())
+            if header["format"] != FORMAT:
+                raise ValueError(header["format"])
             _refuse_other_task(path, header["of"], task)
             values = dict(lines)
         except (AttributeError, ValueError, TypeError, KeyError) as error:
             raise DataError(
-                f"{path} is damaged, or is not a list of jobs",
+                f"{path} is damaged, or is not a list of jobs in this format",
                 hint="remove it to start again",
             ) from error
     with _writing(path):
