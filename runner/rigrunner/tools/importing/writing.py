@@ -53,6 +53,8 @@ _DAY = timedelta(days=1)
 _SECOND = timedelta(seconds=1)
 _LENGTH_TOLERANCE = 1e-3
 """Relative: a recording that is shorter than planned by less is complete."""
+_RATE_TOLERANCE = 0.01
+"""Relative: sampling rates that differ by less are one nominal rate, of two clocks."""
 
 
 def write_run(
@@ -193,6 +195,14 @@ class _Import:
                 f"the recording is only {length_s:.6g} s long; asked for is: {step.text}",
                 location=Location(str(self._checked.mapping.file(entry.file))),
                 hint="use a procedure that matches the recording" + beginning,
+            )
+        planned_hz = action.sample_rate_hz
+        if planned_hz and abs(data.rate_hz - planned_hz) > _RATE_TOLERANCE * planned_hz:
+            raise DataError(
+                f"the recording has {data.rate_hz:.6g} samples per second, the station states"
+                f" {planned_hz:.6g} for '{action.role}'",
+                location=Location(str(self._checked.mapping.file(entry.file))),
+                hint="correct the rate in the station: the procedure is checked with it",
             )
         values, units = _conditions(conditions, data)
         available = {*values, *action.statistics}
