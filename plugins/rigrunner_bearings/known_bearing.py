@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from rigrunner.registry import Registry
 
 KNOWN_FRICTION, KNOWN_LIMIT = "known_friction", "known_limit"
-"""The inputs of the procedure that say what the bearing's friction is, and how well."""
+"""The inputs of the procedure with the bearing's friction and its limit of error."""
 MOST = 0.25
 """Of the support's friction. No rolling bearing adds as much: another bearing is mounted."""
 RUNNING = "energy"
@@ -100,8 +100,8 @@ def support_friction(path: Path, registry: Registry) -> SupportFriction:
     procedure = parse_procedure(
         stored.header.procedure_text, stored.header.procedure_id, stored=True
     ).model
-    # What the station says of the support under load would be taken out of what is to be measured.
-    stated = {key: each for key, each in run.rig_keys.items() if key not in _STATED}
+    # The station's entries on the support under load would be subtracted from what is measured.
+    stated = {key: value for key, value in run.rig_keys.items() if key not in _STATED}
     result = analyse(
         replace(run, rig_keys={**stated, "support_drift": "0 %"}),
         procedure.analysis,
@@ -109,15 +109,15 @@ def support_friction(path: Path, registry: Registry) -> SupportFriction:
         measurand=procedure.measurand,
         lookup=registry,
     )
-    if problem := forbidden(each for each in _checks(result) if each.decisive):
+    if problem := forbidden(check for check in _checks(result) if check.decisive):
         raise DataError(f"{run.run_id}: {problem}", hint="correct it and make the run again")
-    analysed = TorqueDetails.of(result)
-    start, support_line = _found(result)
-    running = analysed.compensations.get(RUNNING)
+    details = TorqueDetails.of(result)
+    start, support_line = _torque_and_support_line(result)
+    running = details.compensations.get(RUNNING)
     under_way = compensated_mean(running.points).value if running and running.points else None
     total, slip = between(start, under_way)
     parts = (
-        *(part for part in analysed.headline_components if part is not support_line),
+        *(part for part in details.headline_components if part is not support_line),
         *_biases(result),
         *slip,
         Component(
@@ -135,24 +135,24 @@ def support_friction(path: Path, registry: Registry) -> SupportFriction:
             hint="was the bearing of known friction mounted, and is its friction entered right?",
         )
     words = [run.run_id, run.inputs.get("specimen", ""), run.inputs.get("certificate", "")]
-    source = ", ".join(each.replace('"', "'") for each in words if each)
+    source = ", ".join(word.replace('"', "'") for word in words if word)
     return SupportFriction(
         run_id=run.run_id,
         torque=torque,
         growth=growth,
-        load_n=max(point.load_n for point in analysed.loaded),
+        load_n=max(point.load_n for point in details.loaded),
         source=source[:80].rstrip(", "),
         budget=parts,
     )
 
 
-def _found(result: Result) -> tuple[float, Component]:
+def _torque_and_support_line(result: Result) -> tuple[float, Component]:
     """Return the mean torque of a run, and the line of its budget that is for the support."""
     torque = TorqueDetails.of(result)
-    for each in torque.headline_components:
-        if each.name.startswith(SUPPORT_LINE) and each.sensitivity and torque.headline is not None:
-            return torque.headline.value, each
-    why = next((each.not_applicable for each in torque.compensations.values()), "")
+    for part in torque.headline_components:
+        if part.name.startswith(SUPPORT_LINE) and part.sensitivity and torque.headline is not None:
+            return torque.headline.value, part
+    why = next((method.not_applicable for method in torque.compensations.values()), "")
     raise DataError(
         f"{result.run.run_id} has no starting torque with a line '{SUPPORT_LINE}' in its budget"
         + (f": {why}" if why else ""),
@@ -187,8 +187,8 @@ def _biases(result: Result) -> Iterator[Component]:
 
 def _checks(result: Result) -> tuple[Check, ...]:
     methods = TorqueDetails.of(result).compensations
-    found = (each for name, each in methods.items() if name != RUNNING)
-    return (*result.checks, *(check for each in found for check in each.checks))
+    judged = (method for name, method in methods.items() if name != RUNNING)
+    return (*result.checks, *(check for method in judged for check in method.checks))
 
 
 def _torque_nm(run: RunData, name: str) -> float:

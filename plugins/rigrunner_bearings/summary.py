@@ -1,4 +1,4 @@
-"""What the core says of torque in a terminal, and compares: its keys of a result document."""
+"""The torque in a terminal and in comparisons: its keys of a result document."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ if TYPE_CHECKING:
 def _facts(document: Document) -> Iterator[tuple[str, str]]:
     headline = document["headline"]
     if headline["compensated"]:
-        raw, found = headline["raw_peak"], headline["compensated"]
+        raw, compensated = headline["raw_peak"], headline["compensated"]
         yield "raw peak", f"{estimate_text(raw)} {raw['unit']}"
         yield (
             document["measurand"]["name"],
-            f"{estimate_text(found)} {found['unit']} (95 %, {headline['method']})",
+            f"{estimate_text(compensated)} {compensated['unit']} (95 %, {headline['method']})",
         )
 
 
@@ -29,22 +29,24 @@ def _blocks(document: Document) -> Iterator[str]:
     yield _points(document)
     yield "\n".join(_fits(document))
     validation = document.get("validation") or {"statements": ()}
-    yield "\n".join(f"validation: {each}" for each in validation["statements"])
+    yield "\n".join(f"validation: {statement}" for statement in validation["statements"])
 
 
 def _checks(document: Document) -> Iterator[Document]:
-    for found in document["compensations"].values():
-        yield from found["checks"]
+    for compensation in document["compensations"].values():
+        yield from compensation["checks"]
 
 
 def _points(document: Document) -> str:
     """Return raw peak and every method that could be used, per set-point."""
     if not document["points"]:
         return ""
-    methods = {name: found for name, found in document["compensations"].items() if found["points"]}
+    compensations = document["compensations"].items()
+    methods = {name: method for name, method in compensations if method["points"]}
     header = ["set-point", "raw peak", *methods]
     columns = [
-        [estimate_text(point["torque"]) for point in found["points"]] for found in methods.values()
+        [estimate_text(point["torque"]) for point in method["points"]]
+        for method in methods.values()
     ]
     rows = []
     for point, *compensated in zip(document["points"], *columns, strict=True):
@@ -57,16 +59,16 @@ def _points(document: Document) -> str:
             ]
         )
     missing = [
-        f"{name}: not applicable: {found['not_applicable']}"
-        for name, found in document["compensations"].items()
-        if found["not_applicable"]
+        f"{name}: not applicable: {method['not_applicable']}"
+        for name, method in compensations
+        if method["not_applicable"]
     ]
     caption = "Torque in N·m, with its expanded uncertainty (95 %)" if methods else "Torque in N·m"
     return "\n".join([caption, table(header, rows, "r" * len(header)), *missing])
 
 
 def _fits(document: Document) -> Iterator[str]:
-    """Say what was fitted to a run that is not compensated: there it is what was found."""
+    """Yield the fits of a run that is not compensated: there they are the result."""
     if document["compensations"] or not document["fits"]:
         return
     yield "Fits of the raw peak over frequency, with standard uncertainties"
@@ -76,21 +78,21 @@ def _fits(document: Document) -> Iterator[str]:
             yield f"{fit['name']}: no fit: {fit['problem']}"
             continue
         yield f"{fit['name']}: {curve['formula']}"
-        for name, found in curve["coefficients"].items():
-            value = with_uncertainty(found["value"], found["standard_uncertainty"])
-            yield f"  {name} = {value} {found['unit']}"
+        for name, coefficient in curve["coefficients"].items():
+            value = with_uncertainty(coefficient["value"], coefficient["standard_uncertainty"])
+            yield f"  {name} = {value} {coefficient['unit']}"
 
 
 def _results(document: Document) -> Iterator[Document]:
     """Yield the torque at each set-point: by the primary method, or else the mean raw peak."""
     headline, methods = document.get("headline") or {}, document.get("compensations") or {}
     primary = methods.get(headline.get("method")) or {}
-    found = [(each, each["torque"]) for each in primary.get("points") or ()]
-    found = found or [(each, _raw_peak(each)) for each in document.get("points") or ()]
-    for point, torque in found:
+    torques = [(point, point["torque"]) for point in primary.get("points") or ()]
+    torques = torques or [(point, _raw_peak(point)) for point in document.get("points") or ()]
+    for point, torque in torques:
         hz = point["set_frequency"]["value"]
-        at = {} if hz is None else {"frequency": {"value": hz, "unit": "Hz"}}
-        yield {"name": "torque", "coordinates": at, "estimate": torque}
+        coordinates = {} if hz is None else {"frequency": {"value": hz, "unit": "Hz"}}
+        yield {"name": "torque", "coordinates": coordinates, "estimate": torque}
 
 
 def _raw_peak(point: Document) -> Document:
@@ -102,8 +104,8 @@ def _raw_peak(point: Document) -> Document:
 
     peak = point["raw_peak"]
     kept, deviation = peak["cycles_kept"], peak["standard_deviation"]["value"]
-    known = kept > 1 and deviation is not None
-    expanded = coverage_factor(kept - 1) * deviation / sqrt(kept) if known else None
+    has_scatter = kept > 1 and deviation is not None
+    expanded = coverage_factor(kept - 1) * deviation / sqrt(kept) if has_scatter else None
     return {**peak["mean"], "expanded_uncertainty_95": expanded, "note": " from scatter alone"}
 
 

@@ -19,7 +19,7 @@ from rigrunner_bearings.compensations.inverse import ModelInverse, TemplateInver
 from rigrunner_bearings.compensations.settings import InverseSettings, TemplateInverseSettings
 from rigrunner_bearings.devices.swing_tester_ode.parameters import OdeParameters
 from rigrunner_bearings.devices.swing_tester_sim.parameters import RigParameters
-from unit.rigrunner_bearings.compensations.helpers_sweeps import errors_nm, sweep
+from unit.rigrunner_bearings.compensations.helpers_sweeps import errors_nm, sweep_of
 
 SEEDS = range(12)
 RIGS = {"closed form": RigParameters(), "time domain": OdeParameters()}
@@ -30,7 +30,7 @@ METHODS = {
 
 
 def row(rig, method):
-    outcomes = [METHODS[method](sweep(RIGS[rig], seed=seed)) for seed in SEEDS]
+    outcomes = [METHODS[method](sweep_of(RIGS[rig], seed=seed)) for seed in SEEDS]
     errors = np.array([errors_nm(RIGS[rig], outcome) for outcome in outcomes])
     widths = np.array([[expanded(p.torque) for p in o.points] for o in outcomes])
     torques = np.array([[p.torque.value for p in o.points] for o in outcomes]).mean(axis=0)

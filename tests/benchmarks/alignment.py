@@ -23,7 +23,7 @@ from rigrunner_bearings.devices.swing_tester_ode.parameters import OdeParameters
 from rigrunner_bearings.devices.swing_tester_sim.parameters import RigParameters
 from rigrunner_bearings.torque.clocks import SHARE
 from rigrunner_bearings.torque.phase import ALIGNMENT, _torques, _Trial
-from unit.rigrunner_bearings.compensations.helpers_sweeps import sweep
+from unit.rigrunner_bearings.compensations.helpers_sweeps import sweep_of
 
 FREQUENCIES = (5.0, 10.0, 15.0, 20.0, 25.0, 30.0, 35.0)
 MICROSECONDS = (0, 2, 5, 10, 20, 50, 100, 200)
@@ -42,7 +42,7 @@ def shifted(points, u_s, rng):
 def drawn(rig, u_s, seed):
     """Return error, stated U with and without the alignment (points,), and the check's value."""
     rng = np.random.default_rng([seed, round(1e6 * u_s)])
-    whole = sweep(rig, FREQUENCIES, 1)
+    whole = sweep_of(rig, FREQUENCIES, 1)
     runs = (tuple(shifted(run, u_s, rng)) for run in (whole.loaded, whole.no_load))
     loaded, no_load = runs
     made = replace(whole, loaded=loaded, no_load=no_load)

@@ -12,7 +12,7 @@ import pytest
 from rigrunner.signal.uncertainty import coverage_factor
 from rigrunner_bearings.devices.swing_tester_ode.parameters import OdeParameters
 from rigrunner_bearings.devices.swing_tester_sim.parameters import RigParameters
-from unit.rigrunner_bearings.compensations.helpers_sweeps import compensate, errors_nm, sweep
+from unit.rigrunner_bearings.compensations.helpers_sweeps import compensate, errors_nm, sweep_of
 
 HERTZ = (1.0, 5.0, 10.0, 20.0, 30.0, 35.0)
 NOISE_NM = 0.1
@@ -23,7 +23,7 @@ NOISE_NM = 0.1
 def test_what_noise_adds_to_the_maximum_is_taken_off(model):
     parameters = model()
     parameters = replace(parameters, sensors=replace(parameters.sensors, noise_nm=NOISE_NM))
-    outcomes = [compensate(sweep(parameters, HERTZ, seed)) for seed in range(3)]
+    outcomes = [compensate(sweep_of(parameters, HERTZ, seed)) for seed in range(3)]
     errors = np.array([errors_nm(parameters, outcome) for outcome in outcomes])
     expanded = np.array(
         [[coverage_factor(p.torque.dof) * p.torque.u for p in each.points] for each in outcomes]

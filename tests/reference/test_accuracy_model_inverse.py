@@ -15,7 +15,7 @@ from rigrunner_bearings.compensations.inverse import ModelInverse
 from rigrunner_bearings.compensations.settings import InverseSettings
 from rigrunner_bearings.devices.swing_tester_ode.parameters import OdeParameters
 from rigrunner_bearings.devices.swing_tester_sim.parameters import RigParameters
-from unit.rigrunner_bearings.compensations.helpers_sweeps import errors_nm, sweep
+from unit.rigrunner_bearings.compensations.helpers_sweeps import errors_nm, sweep_of
 
 pytestmark = pytest.mark.thorough
 
@@ -33,7 +33,7 @@ def with_few(made):
 
 
 def study(parameters, seeds, change=lambda made: made):
-    outcomes = [compensate(change(sweep(parameters, seed=seed))) for seed in seeds]
+    outcomes = [compensate(change(sweep_of(parameters, seed=seed))) for seed in seeds]
     return np.array([errors_nm(parameters, outcome) for outcome in outcomes]), outcomes
 
 
@@ -84,6 +84,6 @@ def test_interval_holds_the_truth(closed_form, time_domain):
 
 
 def test_a_frequency_outside_of_the_sweep_is_refused():
-    made = sweep(RigParameters(), seed=0)
+    made = sweep_of(RigParameters(), seed=0)
     with pytest.raises(DataError, match=r"35 Hz is outside of the no-load sweep, 1 Hz to 33 Hz"):
         compensate(replace(made, no_load=made.no_load[:-1]))

@@ -15,7 +15,12 @@ from helpers_thorough import first
 from rigrunner.signal.uncertainty import coverage_factor
 from rigrunner_bearings.devices.swing_tester_ode.parameters import OdeParameters
 from rigrunner_bearings.devices.swing_tester_sim.parameters import RigParameters
-from unit.rigrunner_bearings.compensations.helpers_sweeps import FEW, compensate, errors_nm, sweep
+from unit.rigrunner_bearings.compensations.helpers_sweeps import (
+    FEW,
+    compensate,
+    errors_nm,
+    sweep_of,
+)
 
 SEEDS = range(12)
 SEEDS_OF_TIME = range(6)
@@ -25,7 +30,7 @@ NOT_SIMULATED = {"support friction under load", "gain and inertia between the ru
 
 def study(parameters, seeds):
     """Return (errors, compensations) of all seeds; errors in N·m of shape (seeds, points)."""
-    outcomes = [compensate(sweep(parameters, seed=seed)) for seed in seeds]
+    outcomes = [compensate(sweep_of(parameters, seed=seed)) for seed in seeds]
     return np.array([errors_nm(parameters, outcome) for outcome in outcomes]), outcomes
 
 
@@ -127,7 +132,7 @@ def own_u(point):
 )
 def test_other_couplings(model, natural_hz):
     parameters = model(natural_hz=natural_hz)
-    outcome = compensate(sweep(parameters, FEW))
+    outcome = compensate(sweep_of(parameters, FEW))
     errors = errors_nm(parameters, outcome)
     assert rmse(errors) < 0.008
     assert np.abs(errors).max() < 0.02

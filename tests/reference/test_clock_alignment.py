@@ -19,7 +19,7 @@ from rigrunner_bearings.compensations.settings import TemplateInverseSettings
 from rigrunner_bearings.devices.swing_tester_ode.parameters import OdeParameters
 from rigrunner_bearings.devices.swing_tester_sim.parameters import RigParameters
 from rigrunner_bearings.torque.phase import ALIGNMENT, compensated
-from unit.rigrunner_bearings.compensations.helpers_sweeps import sweep
+from unit.rigrunner_bearings.compensations.helpers_sweeps import sweep_of
 
 FREQUENCIES = (5.0, 15.0, 25.0, 35.0)
 METHOD = TemplateInverse(TemplateInverseSettings())
@@ -42,7 +42,7 @@ def misaligned(points, u_s, rng):
 
 def drawn(rig, u_s):
     rng = np.random.default_rng(4)
-    whole = sweep(rig, FREQUENCIES, 1)
+    whole = sweep_of(rig, FREQUENCIES, 1)
     loaded, no_load = (misaligned(run, u_s, rng) for run in (whole.loaded, whole.no_load))
     return replace(whole, loaded=loaded, no_load=no_load)
 

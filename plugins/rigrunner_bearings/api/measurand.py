@@ -137,12 +137,12 @@ class LimitMeasurand(Settings):
         parts = {"nature": self.nature, "condition": self.condition}
         return {**parts, "load": load, "text": str(self.kind)}
 
-    def _is_kind(self, found: MeasurandKind, loads: list[float]) -> bool:
+    def _is_kind(self, kind: MeasurandKind, loads: list[float]) -> bool:
         """Say whether that is this torque; the total one is the no-load one where nothing loads."""
-        natures = {found.nature}
-        if found.nature is Nature.TOTAL and all(load <= UNLOADED_N for load in loads):
+        natures = {kind.nature}
+        if kind.nature is Nature.TOTAL and all(load <= UNLOADED_N for load in loads):
             natures.add(Nature.NO_LOAD)
-        return self.kind.nature in natures and self.kind.condition is found.condition
+        return self.kind.nature in natures and self.kind.condition is kind.condition
 
 
 def load_of(decision: LimitDecision) -> float | None:

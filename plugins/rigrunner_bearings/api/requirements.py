@@ -46,4 +46,4 @@ class TorqueRequirements(Requirements):
         """Return the requirements of any plugin as those of one on torque."""
         if isinstance(needs, cls):
             return needs
-        return cls(**{each.name: getattr(needs, each.name) for each in fields(Requirements)})
+        return cls(**{field.name: getattr(needs, field.name) for field in fields(Requirements)})

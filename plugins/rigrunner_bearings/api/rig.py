@@ -108,8 +108,7 @@ class RigDescription(Settings):
         Torque | None, Field(ge=0, description="design value, for the plan's prediction")
     ] = None
     support_damping: Annotated[
-        RotationalDamping | None,
-        Field(ge=0, description="design value, for the plan's prediction"),
+        RotationalDamping | None, Field(ge=0, description="design value, for the plan's prediction")
     ] = None
     swing_radius: Annotated[
         Length | None,
@@ -225,4 +224,5 @@ def planned_rig(planned: PlannedRun) -> RigDescription:
 
 def torque_instruments(register: Iterable[Instrument]) -> dict[str, Instrument]:
     """Return the torque transducers of a register, by channel."""
-    return {each.channel: each for each in register if each.quantity == TORQUE}
+    transducers = (instrument for instrument in register if instrument.quantity == TORQUE)
+    return {transducer.channel: transducer for transducer in transducers}

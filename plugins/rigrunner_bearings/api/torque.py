@@ -118,7 +118,7 @@ class TorqueDetails(AnalysisDetails):
     @property
     def checks_by_method(self) -> Mapping[str, tuple[Check, ...]]:
         """Those of each compensation."""
-        return {name: each.checks for name, each in self.compensations.items()}
+        return {name: compensation.checks for name, compensation in self.compensations.items()}
 
     @property
     def method_checks(self) -> tuple[Check, ...]:
@@ -131,13 +131,13 @@ class TorqueDetails(AnalysisDetails):
 
         None where the budget has no line of it.
         """
-        for each in self.headline_components:
-            if each.name.startswith(SUPPORT_LINE):
+        for component in self.headline_components:
+            if component.name.startswith(SUPPORT_LINE):
                 # A relative one is a limit: its rectangle ends at sqrt(3) u. A torque was
                 # measured: its interval of about 95 % ends at 2 u.
-                if each.unit == "1":
-                    return 100 * (each.value + sqrt(3) * each.input_u), "%"
-                return 1000 * (each.value + 2 * each.input_u), "mN·m"
+                if component.unit == "1":
+                    return 100 * (component.value + sqrt(3) * component.input_u), "%"
+                return 1000 * (component.value + 2 * component.input_u), "mN·m"
         return None
 
 

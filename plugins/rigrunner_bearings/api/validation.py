@@ -97,42 +97,42 @@ class Validation:
 NARROW_SPACE = "\N{NARROW NO-BREAK SPACE}"
 
 
-def _by_trials(found: EquationTrials) -> str:
-    trials = f"{found.trials:,} trials".replace(",", NARROW_SPACE)
+def _by_trials(equation: EquationTrials) -> str:
+    mean, trials = equation.mean, f"{equation.trials:,} trials".replace(",", NARROW_SPACE)
     return (
-        f"{_found(found.mean)} with {trials} of the measurement equation: {_ends(found.mean)}, "
-        f"and {_milli(found.mean.tolerance)} is allowed (JCGM 101:2008, 8).{_advice(found.mean)}"
+        f"{_verdict(mean)} with {trials} of the measurement equation: {_ends(mean)}, "
+        f"and {_milli(mean.tolerance)} is allowed (JCGM 101:2008, 8).{_advice(mean)}"
     )
 
 
-def _by_draws(found: PipelineDraws) -> str:
+def _by_draws(pipeline: PipelineDraws) -> str:
+    mean = pipeline.mean
     return (
-        f"{_found(found.mean)} with {found.draws} draws of the recorded data, each analysed anew: "
-        f"{_ends(found.mean)}, and {_milli(found.mean.tolerance)} is allowed, with up to "
-        f"{_milli(found.mean.resolution)} more as draws are few."
-        f"{_advice(found.mean)}"
+        f"{_verdict(mean)} with {pipeline.draws} draws of the recorded data, each analysed anew: "
+        f"{_ends(mean)}, and {_milli(mean.tolerance)} is allowed, with up to "
+        f"{_milli(mean.resolution)} more as draws are few.{_advice(mean)}"
     )
 
 
-def _found(found: Agreement) -> str:
-    return f"The GUM's interval {'agrees' if found.agrees else 'does not agree'}"
+def _verdict(agreement: Agreement) -> str:
+    return f"The GUM's interval {'agrees' if agreement.agrees else 'does not agree'}"
 
 
-def _ends(found: Agreement) -> str:
-    return f"the ends differ by up to {_milli(found.apart)}"
+def _ends(agreement: Agreement) -> str:
+    return f"the ends differ by up to {_milli(agreement.apart)}"
 
 
 def _milli(torque_nm: float) -> str:
     return f"{1e3 * torque_nm:.2g} mN·m"
 
 
-def _advice(found: Agreement) -> str:
-    if found.agrees:
+def _advice(agreement: Agreement) -> str:
+    if agreement.agrees:
         return ""
-    side = "wider: it is safe, and too wide" if found.gum_is_wider else "too narrow on a side"
+    side = "wider: it is safe, and too wide" if agreement.gum_is_wider else "too narrow on a side"
     return (
-        f" The GUM's is {side}. Use the Monte Carlo interval, {found.low:.4f} N·m to "
-        f"{found.high:.4f} N·m."
+        f" The GUM's is {side}. Use the Monte Carlo interval, {agreement.low:.4f} N·m to "
+        f"{agreement.high:.4f} N·m."
     )
 
 

@@ -30,15 +30,15 @@ def command(run: str, runs: Path, station: str | None, *, as_json: bool) -> None
     from rigrunner.signal.rounding import with_uncertainty
     from rigrunner_bearings.known_bearing import support_friction
 
-    found = support_friction(find_run(run, runs), lab_registry(station))
+    friction = support_friction(find_run(run, runs), lab_registry(station))
     if as_json:
-        result_json(found.document())
+        result_json(friction.document())
         return
-    torque, growth = found.torque, found.growth
+    torque, growth = friction.torque, friction.growth
     in_torque = with_uncertainty(1000 * torque.value, 1000 * expanded(torque))
     in_share = with_uncertainty(100 * growth.value, 100 * expanded(growth))
     result(
-        f"{found.load_n:.6g} N adds ({in_torque}) mN·m to the support's friction where the starting"
-        f" torque is read,\n({in_share}) % of its dry friction there (95 %). In the station:\n\n"
-        f"{found.lines}"
+        f"{friction.load_n:.6g} N adds ({in_torque}) mN·m to the support's friction where the"
+        f" starting torque is read,\n({in_share}) % of its dry friction there (95 %)."
+        f" In the station:\n\n{friction.lines}"
     )

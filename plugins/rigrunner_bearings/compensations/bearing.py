@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 REMEMBERED = 40
-"""Of one pair a budget asks for up to 34: fifteen lines of two runs, and four other frequencies."""
+"""A budget needs up to 34 of one pair: fifteen lines of two runs, and four other frequencies."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +37,7 @@ class MeanSwing:
     of_cycles: bool = True
     """The changes leave out a cycle each; else what a model learned without a frequency."""
     frequency_u_hz: float = 0.0
-    """Of the measured frequency; 0 for a modelled swing, which is at the frequency asked for."""
+    """Of the measured frequency; 0 for a modelled swing, which is at the requested frequency."""
 
     @cached_property
     def waveform(self) -> Waveform:
@@ -52,7 +52,7 @@ class Reversals:
     forward: NDArray[np.intp]
     backward: NDArray[np.intp]
 
-    def both(self, bearing_nm: Array) -> tuple[Array, Array]:
+    def of_strokes(self, bearing_nm: Array) -> tuple[Array, Array]:
         """Return the greatest torque against each stroke, of waveforms of shape (..., n)."""
         return (
             bearing_nm[..., self.forward].max(axis=-1),
@@ -61,7 +61,7 @@ class Reversals:
 
     def torque(self, bearing_nm: Array) -> Array:
         """Return their mean: a constant error of the sensor falls out of it."""
-        forward, backward = self.both(bearing_nm)
+        forward, backward = self.of_strokes(bearing_nm)
         return np.asarray((forward + backward) / 2)
 
 
@@ -91,10 +91,10 @@ def bearing_torque(line: DriveLine, friction: SupportFriction, pair: Pair) -> Ar
     by, because the coupling twists otherwise under load, and what the inertia does if the runs were
     not quite at the same frequency, is taken out.
     """
-    return rest(line, friction, pair.loaded) - rest(line, friction, pair.no_load)
+    return unexplained(line, friction, pair.loaded) - unexplained(line, friction, pair.no_load)
 
 
-def rest(line: DriveLine, friction: SupportFriction, mean: MeanSwing) -> Array:
+def unexplained(line: DriveLine, friction: SupportFriction, mean: MeanSwing) -> Array:
     """Return what neither inertia nor the support's known friction explains of one run."""
     frequency = mean.frequency_hz
     inertial = line.inertia_kgm2 * friction.swing.acceleration_per_hz2 * frequency**2
@@ -102,8 +102,8 @@ def rest(line: DriveLine, friction: SupportFriction, mean: MeanSwing) -> Array:
     return at_load - inertial - _friction(replace(line, harmonics=0), friction, mean)
 
 
-# A budget varies one quantity at a time. What does not depend on it is remembered, of one pair, by
-# a line that says nothing of what each of these does not depend on either.
+# A budget varies one quantity at a time. What does not depend on it is cached for one pair, by a
+# line without the quantities that each of these functions does not depend on.
 @lru_cache(maxsize=REMEMBERED)
 def _at_load(line: DriveLine, mean: MeanSwing) -> Array:
     return line.at_load(mean.waveform, mean.frequency_hz)
@@ -115,12 +115,12 @@ def _friction(line: DriveLine, friction: SupportFriction, mean: MeanSwing) -> Ar
 
 
 def _twist(line: DriveLine, mean: MeanSwing) -> Array:
-    """Return the twist in one run, which says where friction acts and where the load reverses."""
-    return _any_twist(replace(line, share=0.0, harmonics=0), mean)
+    """Return the twist in one run, which shows where friction acts and where the load reverses."""
+    return _cached_twist(replace(line, share=0.0, harmonics=0), mean)
 
 
 @lru_cache(maxsize=REMEMBERED)
-def _any_twist(line: DriveLine, mean: MeanSwing) -> Array:
+def _cached_twist(line: DriveLine, mean: MeanSwing) -> Array:
     return line.twist(mean.waveform, mean.frequency_hz)
 
 
@@ -158,5 +158,5 @@ def starting_torque(
     line: DriveLine, friction: SupportFriction, pair: Pair, window_rad: float
 ) -> float:
     """Return the starting torque in N·m."""
-    where = reversals(line, friction, pair.loaded, window_rad)
-    return float(where.torque(bearing_torque(line, friction, pair)))
+    at_reversals = reversals(line, friction, pair.loaded, window_rad)
+    return float(at_reversals.torque(bearing_torque(line, friction, pair)))

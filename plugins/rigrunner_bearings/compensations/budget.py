@@ -2,8 +2,8 @@
 
     T = (T_d + sum c_i (x_i - estimate_i)) / ((1 + gain) (1 + load))
 
-T_d is what the algorithm makes of the two runs at the best estimates. Each c_i says what it makes
-of another x_i: found by trial through the algorithm itself (GUM 5.1.3, note 2), or by its equation.
+T_d is the result of the algorithm for the two runs at the best estimates. Each c_i is its change
+with x_i: found by trial through the algorithm itself (GUM 5.1.3, note 2), or by its equation.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from rigrunner_bearings.api.rig import RigDescription
     from rigrunner_bearings.compensations.bearing import MeanSwing, Pair
     from rigrunner_bearings.compensations.drive_line import DriveLine
-    from rigrunner_bearings.compensations.evaluation import Evaluated
+    from rigrunner_bearings.compensations.evaluation import Evaluation
     from rigrunner_bearings.compensations.settings import InverseSettings
 
 PLACE = 0.1
@@ -69,29 +69,32 @@ class Budget:
     rig: Identified
     refiltered: Identified
     rescaled: Identified
-    support_nm: float
-    """That the load is known to add to the support's friction."""
 
-    def model(self, found: Evaluated, between: Sequence[Effect]) -> MeasurementModel:
-        """Return the model of one point; `between` is what the two runs may still differ by."""
-        pair, line = found.pair, self.rig.line
+    def model(
+        self, evaluation: Evaluation, between: Sequence[Effect], support_nm: float
+    ) -> MeasurementModel:
+        """Return the model of one point; `between` is what the two runs may still differ by.
+
+        `support_nm` is what the load is known to add to the support's friction.
+        """
+        pair, line = evaluation.pair, self.rig.line
         corner, angle_limit = corner_hz(line.low_pass), self.described.angle_tolerance
         corner_limit = corner_hz(self.refiltered.line.low_pass) - corner
         low_pass = limited("low-pass filter", corner_limit, "Hz", corner)
         coarser = replace(line, harmonics=round(COARSER * line.harmonics))
-        unresolved = self._of(coarser, pair) - found.maximum_nm
+        unresolved = self._torque(coarser, pair) - evaluation.maximum_nm
         u = np.sqrt(np.diag(self.rig.covariance))
         effects = (
-            _repeatability("repeatability, loaded", found, 0),
-            _repeatability("repeatability, no load", found, 1),
-            bounded_effect("noise in the maximum", found.bias_nm),
-            *self._sensor(found),
-            *self._learned(pair),
-            Effect(low_pass, self._slope(self.refiltered, corner_limit, found)),
+            _repeatability("repeatability, loaded", evaluation, 0),
+            _repeatability("repeatability, no load", evaluation, 1),
+            bounded_effect("noise in the maximum", evaluation.bias_nm),
+            *self._sensor(evaluation),
+            *self._drive_line(pair),
+            Effect(low_pass, self._slope(self.refiltered, corner_limit, evaluation)),
             # What a swing larger than the angle channel shows does: J is learned again.
             Effect(
                 limited("angle scale", angle_limit, "1"),
-                self._slope(self.rescaled, angle_limit, found),
+                self._slope(self.rescaled, angle_limit, evaluation),
             ),
             # The difference of the two frequencies is corrected as inertia's.
             self._frequency("frequency, loaded", pair, "loaded"),
@@ -101,37 +104,39 @@ class Budget:
             bounded_effect("finite band", abs(unresolved)),
         )
         return model_of(
-            found.torque_nm - self.support_nm,
+            evaluation.torque_nm - support_nm,
             effects,
             scales=(gain(self.instrument), load(self.described)),
             correlations={LEARNED: np.asarray(self.rig.covariance / np.outer(u, u))},
             lines={BETWEEN: Line(0.0)},
         )
 
-    def _sensor(self, found: Evaluated) -> tuple[Effect, ...]:
-        """Return what the transducer's errors come to, besides the gain.
+    def _sensor(self, evaluation: Evaluation) -> tuple[Effect, ...]:
+        """Return the effects of the transducer's errors, except the gain.
 
         Both runs are of one transducer: an offset, and drift between the runs, fall out of the mean
         of both strokes; what drifts within half a swing does not. Of a smooth error curve only the
         slope between the torques of the two runs is left.
         """
-        runs = (found.pair.loaded, found.pair.no_load)
+        runs = (evaluation.pair.loaded, evaluation.pair.no_load)
         readings = [float(np.abs(run.torque_nm).max()) for run in runs]
         # Of a drift over the whole recording, the part that falls into half a swing.
         slow = 1 / (2 * min(len(run.changes_nm) for run in runs))
         return (
-            curve_slope(self.instrument, found.torque_nm),
+            curve_slope(self.instrument, evaluation.torque_nm),
             Effect(stated(self.instrument, "drift", "sensor drift"), slow),
             Effect(stated(self.instrument, "offset", "sensor offset"), 0.0),
             *one_figure(self.instrument),
-            *transducer_effects(self.instrument, found.torque_nm, readings, slow=slow),
+            *transducer_effects(self.instrument, evaluation.torque_nm, readings, slow=slow),
         )
 
-    def _learned(self, pair: Pair) -> tuple[Effect, ...]:
+    def _drive_line(self, pair: Pair) -> tuple[Effect, ...]:
         """Return fn, z, J, share and delay, with their covariance from the no-load sweep."""
         line, u = self.rig.line, np.sqrt(np.diag(self.rig.covariance))
         above, below = (
-            np.array([self._of(with_vector(line, vector(line) + s), pair) for s in np.diag(step)])
+            np.array(
+                [self._torque(with_vector(line, vector(line) + s), pair) for s in np.diag(step)]
+            )
             for step in (u, -u)
         )
         slopes = (above - below) / (2 * u)
@@ -155,38 +160,40 @@ class Budget:
             )
         )
 
-    def _slope(self, rig: Identified, limit: float, found: Evaluated) -> float:
+    def _slope(self, rig: Identified, limit: float, evaluation: Evaluation) -> float:
         """Return how the torque goes with a quantity, by the rig as learned at that limit of it."""
-        torque = starting_torque(rig.line, rig.friction, found.pair, self.settings.window)
-        return (torque - found.maximum_nm) / limit if limit > 0 else 0.0
+        torque = starting_torque(rig.line, rig.friction, evaluation.pair, self.settings.window)
+        return (torque - evaluation.maximum_nm) / limit if limit > 0 else 0.0
 
     def _frequency(self, name: str, pair: Pair, run: str) -> Effect:
         mean: MeanSwing = getattr(pair, run)
         u, cycles = mean.frequency_u_hz, len(mean.changes_nm)
-        at = Input(name, mean.frequency_hz, u, cycles - 1.0, Distribution.T, "Hz")
+        frequency = Input(name, mean.frequency_hz, u, cycles - 1.0, Distribution.T, "Hz")
         if u == 0:
-            return Effect(at, 0.0)
+            return Effect(frequency, 0.0)
         above, below = (
-            self._of(self.rig.line, replace(pair, **{run: replace(mean, frequency_hz=hz)}))
+            self._torque(self.rig.line, replace(pair, **{run: replace(mean, frequency_hz=hz)}))
             for hz in (mean.frequency_hz + u, mean.frequency_hz - u)
         )
-        return Effect(at, (above - below) / (2 * u))
+        return Effect(frequency, (above - below) / (2 * u))
 
     def _place(self, pair: Pair) -> Effect:
         """Return what it may matter that friction follows the load or the drive.
 
         `share` is learned from the support's friction alone, as one number: a part of the whole
-        difference stays open. Of which sign is not known; it is taken to be alike at all points.
+        difference stays open. Its sign is not known; it is taken to be the same at all points.
         """
-        load, drive = (self._of(replace(self.rig.line, share=share), pair) for share in (1.0, 0.0))
+        load, drive = (
+            self._torque(replace(self.rig.line, share=share), pair) for share in (1.0, 0.0)
+        )
         return Effect(limited("place of the friction", PLACE, "1"), abs(load - drive))
 
-    def _of(self, line: DriveLine, pair: Pair) -> float:
+    def _torque(self, line: DriveLine, pair: Pair) -> float:
         return starting_torque(line, self.rig.friction, pair, self.settings.window)
 
 
-def _repeatability(name: str, found: Evaluated, run: int) -> Effect:
+def _repeatability(name: str, evaluation: Evaluation, run: int) -> Effect:
     """Return the jackknife over one run: what the torque is without each of its cycles."""
-    torques = found.where.torque(found.without_each_nm[run])
-    mean = (found.pair.loaded, found.pair.no_load)[run]
+    torques = evaluation.reversals.torque(evaluation.without_each_nm[run])
+    mean = (evaluation.pair.loaded, evaluation.pair.no_load)[run]
     return scattered(name, *jackknife_error(torques, in_a_row=mean.of_cycles))

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 SLOPE_SIGNIFICANCE = 0.99
 GROWTH_SIGNIFICANCE = 0.998
-"""Of both sides: a rig in order is said to grow in one of a thousand."""
+"""Of both sides: a rig in order fails in one case of a thousand."""
 REPEATABILITY = ("repeatability, loaded", "repeatability, no load")
 """Lines of the budget."""
 
@@ -143,7 +143,7 @@ LIMITS = (
 )
 
 
-def independent(
+def independent_cycles(
     points: Sequence[CompensatedPoint], scattered_nm: Sequence[Iterable[Array]]
 ) -> Check:
     """Check that cycles which follow each other are more than a few independent ones.
@@ -153,29 +153,29 @@ def independent(
     known only as well as their correlation is, and too few show too little of it: the mean may be
     off by as much as one cycle is.
     """
-    found = [
+    counts = [
         (point, moved, number)
         for point, runs in zip(points, scattered_nm, strict=True)
         for moved in runs
-        if (number := _independent(moved, point.torque.u)) < inf
+        if (number := _effective_cycles(moved, point.torque.u)) < inf
     ]
     check = INDEPENDENT.check(
         (number, f"{point.frequency_hz:.4g} Hz: {number:.1f} of {len(moved)} cycles")
-        for point, moved, number in found
+        for point, moved, number in counts
     )
-    slow = [(point, moved) for point, moved, number in found if number < INDEPENDENT.lower]
+    slow = [(point, moved) for point, moved, number in counts if number < INDEPENDENT.lower]
     biases = tuple(
         Bias(
-            f"{each.frequency_hz:.4g} Hz",
+            f"{point.frequency_hz:.4g} Hz",
             0.0,
-            hypot(*(m.std(ddof=1) for p, m in slow if p is each)),
+            hypot(*(m.std(ddof=1) for p, m in slow if p is point)),
         )
-        for each in points
+        for point in points
     )
     return replace(check, biases=biases, common=False, covered_by=REPEATABILITY)
 
 
-def _independent(moved_nm: Array, u_nm: float) -> float:
+def _effective_cycles(moved_nm: Array, u_nm: float) -> float:
     """Return the effective number of cycles; infinite where their scatter does not matter."""
     if moved_nm.std() < MATTERS * u_nm:
         return inf
@@ -203,23 +203,23 @@ def positive(points: Sequence[CompensatedPoint], running_nm: Sequence[float]) ->
     )
 
 
-def understood(misfit: float, biases: tuple[Bias, ...]) -> Check:
+def drive_line(misfit: float, biases: tuple[Bias, ...]) -> Check:
     """Check that the drive line's equations explain the no-load sweep.
 
     `biases` are what the torques differ by as each half of the frequencies shows the drive line.
     """
     words = f"the no-load torque differs from inertia, resonance and friction by {misfit:.1f} times"
-    found = DRIVE_LINE.check([(misfit, f"{words} its scatter")])
-    return replace(found, biases=biases, covered_by=(LEARNED,))
+    check = DRIVE_LINE.check([(misfit, f"{words} its scatter")])
+    return replace(check, biases=biases, covered_by=(LEARNED,))
 
 
-def simultaneous(delay_s: float) -> Check:
+def delay(delay_s: float) -> Check:
     """Check that torque and angle belong to the same instant, in s."""
     delay_ms = 1000 * abs(delay_s)
     return DELAY.check([(delay_ms, f"{delay_ms:.2f} ms between torque and angle")])
 
 
-def tight(natural_hz: float, reference_hz: float | None) -> Check:
+def coupling(natural_hz: float, reference_hz: float | None) -> Check:
     """Check that the resonance has not come down from that of the rig in order, in Hz."""
     if reference_hz is None:
         return skipped(COUPLING.name, "the station's rig states no natural_frequency")
@@ -228,13 +228,13 @@ def tight(natural_hz: float, reference_hz: float | None) -> Check:
     return COUPLING.check([(percent, words)])
 
 
-def follows_resonance(points: Iterable[SwingPoint], natural_hz: float) -> Check:
+def sampling(points: Iterable[SwingPoint], natural_hz: float) -> Check:
     """Check that the samples lie close enough to show the drive line's resonance."""
     rates = {point.recording: point.sample_rate_hz / natural_hz for point in points}
     return SAMPLING.check((rate, f"{name}: {rate:.1f}") for name, rate in rates.items())
 
 
-def same_inertia(points: Sequence[CompensatedPoint], found: Sequence[Mismatch]) -> Check:
+def same_inertia(points: Sequence[CompensatedPoint], mismatches: Sequence[Mismatch]) -> Check:
     """Check that no inertia, and no gain, differs between the two runs.
 
     What is elastic in the torque is the same at all frequencies, and is taken out. What the points
@@ -246,14 +246,14 @@ def same_inertia(points: Sequence[CompensatedPoint], found: Sequence[Mismatch]) 
     hertz = np.array([point.frequency_hz for point in points])
     if len(points) < 4 or np.ptp(hertz) == 0:  # noqa: PLR2004  (two unknowns, and what is chance)
         return skipped(INERTIA.name, "too few frequencies to tell")
-    value, u = (np.array([getattr(each, name) for each in found]) for name in ("value", "u"))
-    common, u_common, own, u_own, chance = _random_effects(value, u, (hertz.max() / hertz) ** 2)
-    inertia, gain = (
-        np.array([getattr(each, name) for each in found])
-        for name in ("by_inertia_nm", "by_gain_nm")
+    value, u, inertia, gain = (
+        np.array([getattr(mismatch, name) for mismatch in mismatches])
+        for name in ("value", "u", "by_inertia_nm", "by_gain_nm")
     )
-    bias = own * (inertia + gain) / 2
-    u_bias = np.hypot(u_own * np.maximum(inertia, gain), own * (inertia - gain) / 2)
+    elastic = (hertz.max() / hertz) ** 2
+    common, u_common, by_point, u_by_point, chance = _random_effects(value, u, elastic)
+    bias = by_point * (inertia + gain) / 2
+    u_bias = np.hypot(u_by_point * np.maximum(inertia, gain), by_point * (inertia - gain) / 2)
     allowed = coverage_factor(len(points) - 2, SLOPE_SIGNIFICANCE) * u_common
     words = f"{common:+.2%} of the inertia's torque is left, {allowed:.2%} may be chance"
     check = INERTIA.check([(max(abs(common) / allowed, chance), words)])
@@ -277,37 +277,35 @@ def _random_effects(
     design = np.stack([np.ones_like(value), elastic], axis=1)
     weight = u**-2
     normal = np.linalg.inv(design.T @ (weight[:, None] * design))
-    left = value - design @ (normal @ (design.T @ (weight * value)))
-    excess, dof = float(weight @ left**2), len(value) - 2
+    residual = value - design @ (normal @ (design.T @ (weight * value)))
+    excess, dof = float(weight @ residual**2), len(value) - 2
     spent = float(np.trace(normal @ (design.T @ ((weight**2)[:, None] * design))))
     between = max(excess - dof, 0.0) / (float(weight.sum()) - spent)
     weight = 1 / (u**2 + between)
     normal = np.linalg.inv(design.T @ (weight[:, None] * design))
-    found = normal @ (design.T @ (weight * value))
-    common, u_common = float(found[0]), float(np.sqrt(normal[0, 0]))
+    coefficients = normal @ (design.T @ (weight * value))
+    common, u_common = float(coefficients[0]), float(np.sqrt(normal[0, 0]))
     trust = between / (u**2 + between)
-    own = common + trust * (value - design @ found)
-    u_own = np.sqrt(trust * u**2 + ((1 - trust) * u_common) ** 2)
-    return common, u_common, own, u_own, excess / float(chdtri(dof, 1 - SLOPE_SIGNIFICANCE))
+    by_point = common + trust * (value - design @ coefficients)
+    u_by_point = np.sqrt(trust * u**2 + ((1 - trust) * u_common) ** 2)
+    chance = excess / float(chdtri(dof, 1 - SLOPE_SIGNIFICANCE))
+    return common, u_common, by_point, u_by_point, chance
 
 
-def no_growth(points: Sequence[CompensatedPoint], found: Sequence[BySpeed]) -> Check:
+def no_growth(points: Sequence[CompensatedPoint], by_speed: Sequence[BySpeed]) -> Check:
     """Check that no torque grows with the speed, as a viscous support under load makes it.
 
-    A bearing's friction that grows so is not told from it. By the line over the frequencies from a
-    quarter of the highest: below, friction that falls with speed does so the most.
+    It cannot be distinguished from a bearing whose friction grows. By the line over the frequencies
+    from a quarter of the highest: below, friction that falls with speed does so the most.
     """
     hertz = np.array([point.frequency_hz for point in points])
     fast = hertz >= hertz.max() / 4
     if len(set(hertz[fast])) < 4:  # noqa: PLR2004  (a line leaves two degrees of freedom)
         return skipped(GROWTH.name, "too few frequencies to tell")
-    ratio = np.array([each.at_start for each in found])
+    ratio = np.array([speed.at_start for speed in by_speed])
     ways = (
-        (np.array([each.running_nm for each in found]), ratio),
-        (
-            np.array([point.torque.value for point in points]),
-            np.ones_like(ratio),
-        ),
+        (np.array([speed.running_nm for speed in by_speed]), ratio),
+        (np.array([point.torque.value for point in points]), np.ones_like(ratio)),
     )
     lines = [(*_line(hertz[fast], torque[fast]), scale) for torque, scale in ways]
     slope, u, scale = max(lines, key=lambda line: line[0] / line[1])
@@ -325,20 +323,20 @@ def no_growth(points: Sequence[CompensatedPoint], found: Sequence[BySpeed]) -> C
 
 def support_has_built_up(
     points: Sequence[CompensatedPoint],
-    found: Sequence[tuple[float, float]],
+    frictions_nm: Sequence[tuple[float, float]],
     running_nm: Sequence[float],
 ) -> Check:
     """Check that the torque is read where the support's friction is built up.
 
-    `found` has what is built up of it at each point, and all of it, in N·m. If under load it builds
+    `frictions_nm` has what is built up of it at each point, and all of it. If under load it builds
     up over a shorter way, the torque is too great, by no more than what was not built up; nor by
     more than the running torque is less, which does not depend on the way. Anything between
     nothing and that: the middle, and half of it over the square root of 3 (GUM 4.3.7).
     """
-    share = float(np.mean([there / whole if whole else 1.0 for there, whole in found]))
+    share = float(np.mean([built_up / full if full else 1.0 for built_up, full in frictions_nm]))
     most = [
-        max(min(whole - there, point.torque.value - running), 0.0) if share < BUILT_UP else 0.0
-        for point, (there, whole), running in zip(points, found, running_nm, strict=True)
+        max(min(full - built_up, point.torque.value - running), 0.0) if share < BUILT_UP else 0.0
+        for point, (built_up, full), running in zip(points, frictions_nm, running_nm, strict=True)
     ]
     torque = float(np.mean([point.torque.value for point in points]))
     percent = 100 * float(np.mean(most)) / torque if torque > 0 else 0.0
@@ -366,7 +364,7 @@ def same_drive_line(
 ) -> Check:
     """Check that the drive line which the loaded sweep shows gives the same torque.
 
-    `effects` has for each point what it makes of the torque, and the uncertainty of that, in N·m;
+    `effects` has for each point the change of the torque by it, and its uncertainty, in N·m;
     it is empty where the loaded sweep shows too little.
     """
     if not effects:
@@ -389,8 +387,9 @@ def no_spring(points: Sequence[CompensatedPoint], spring_nm: Sequence[float]) ->
 
     At a reversal a spring pulls against the friction that begins: that is missing in the torque.
     """
-    torque, found = float(np.mean([p.torque.value for p in points])), float(np.median(spring_nm))
-    percent = 100 * abs(found / torque) if torque else inf
-    u = float(np.median(np.abs(np.asarray(spring_nm) - found)))
-    check = SPRING.check([(percent, f"{found:+.3f} N·m of it at the swing's ends")])
-    return replace(check, biases=tuple(Bias(f"{p.frequency_hz:.4g} Hz", -found, u) for p in points))
+    torque, spring = float(np.mean([p.torque.value for p in points])), float(np.median(spring_nm))
+    percent = 100 * abs(spring / torque) if torque else inf
+    u = float(np.median(np.abs(np.asarray(spring_nm) - spring)))
+    check = SPRING.check([(percent, f"{spring:+.3f} N·m of it at the swing's ends")])
+    biases = tuple(Bias(f"{point.frequency_hz:.4g} Hz", -spring, u) for point in points)
+    return replace(check, biases=biases)

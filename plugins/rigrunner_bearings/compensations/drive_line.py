@@ -75,17 +75,17 @@ class DriveLine:
         """
         share = self.harmonics / HARMONICS
         harmonic_hz = _harmonics(sensor_nm.size, HARMONICS, share) * frequency_hz
-        undone = _undone(self.sensor(harmonic_hz), HARMONICS, share)
-        return sensor_nm.through(undone, size)
+        inverse = _inverse(self.sensor(harmonic_hz), HARMONICS, share)
+        return sensor_nm.through(inverse, size)
 
     def twist(self, sensor_nm: Waveform, frequency_hz: float) -> Array:
         """Return the drive's angle minus the load's in rad, from the sensor's torque (..., N)."""
         harmonic_hz = _harmonics(sensor_nm.size, TWIST_HARMONICS) * frequency_hz
-        undone = _undone(self.channel(harmonic_hz), TWIST_HARMONICS)
-        return sensor_nm.through(undone / self.stiffness(harmonic_hz))
+        inverse = _inverse(self.channel(harmonic_hz), TWIST_HARMONICS)
+        return sensor_nm.through(inverse / self.stiffness(harmonic_hz))
 
 
-def _undone(through: response.Response, harmonics: int, share: float = 1.0) -> response.Response:
+def _inverse(through: response.Response, harmonics: int, share: float = 1.0) -> response.Response:
     """Return the inverse of a response at the harmonics 0, 1, 2, ...
 
     In full up to that many, or to where it would amplify noise more than MAX_GAIN fold, or to a
@@ -98,6 +98,6 @@ def _undone(through: response.Response, harmonics: int, share: float = 1.0) -> r
 
 
 def _harmonics(size: int, harmonics: int, share: float = 1.0) -> Array:
-    """Return the harmonics 0, 1, 2, ... of `size` samples, as far as `_undone` lets one through."""
+    """Return the harmonics 0, 1, 2, ... of `size` samples, as far as `_inverse` passes them."""
     reach = ceil(TAPER * share * harmonics)
     return np.arange(min(reach, size // 2) + 1, dtype=float)

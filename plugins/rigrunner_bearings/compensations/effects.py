@@ -1,4 +1,4 @@
-"""By how much what a check looks at moves each torque, found in the waveforms themselves.
+"""By how much the quantity of a check moves each torque, found in the waveforms themselves.
 
 Friction is opposite in both strokes, and inertia alike: what of the bearing's torque follows the
 acceleration in the middle of the swing is none of the bearing's. It is of an inertia, or of a gain,
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from rigrunner.api import Array
     from rigrunner_bearings.api.points import SwingPoint
-    from rigrunner_bearings.compensations.evaluation import Evaluated
+    from rigrunner_bearings.compensations.evaluation import Evaluation
     from rigrunner_bearings.compensations.identification import Identified
     from rigrunner_bearings.compensations.swing import Swing
 
@@ -48,27 +48,28 @@ class Mismatch:
     """The same if it is of the gain: the loaded run's torque has friction too."""
 
 
-def mismatch(found: Evaluated, rig: Identified) -> Mismatch:
+def mismatch(evaluation: Evaluation, rig: Identified) -> Mismatch:
     """Return how much of the loaded run's inertia is left in a point's torque."""
-    swing, loaded = rig.friction.swing, found.pair.loaded
+    swing, loaded = rig.friction.swing, evaluation.pair.loaded
     inertial = rig.line.inertia_kgm2 * swing.acceleration_per_hz2 * loaded.frequency_hz**2
     unit = float(inertia_in_phase(swing, inertial))
-    without = [
-        jackknife_error(inertia_in_phase(swing, run))[0] / unit for run in found.without_each_nm
+    without_each = [
+        jackknife_error(inertia_in_phase(swing, run))[0] / unit
+        for run in evaluation.without_each_nm
     ]
-    elastic = ELASTIC * found.maximum_nm / float(np.abs(inertial).max())
+    elastic = ELASTIC * evaluation.maximum_nm / float(np.abs(inertial).max())
     total = rig.line.at_load(loaded.waveform, loaded.frequency_hz)
     return Mismatch(
-        float(inertia_in_phase(swing, found.bearing_nm)) / unit,
-        hypot(*without, elastic),
-        _slope(found, inertial),
-        _slope(found, total),
+        float(inertia_in_phase(swing, evaluation.bearing_nm)) / unit,
+        hypot(*without_each, elastic),
+        _slope(evaluation, inertial),
+        _slope(evaluation, total),
     )
 
 
 @dataclass(frozen=True)
 class BySpeed:
-    """The mean torque under way, and what of a torque that follows the speed is in the result.
+    """The mean torque under way, and the part of a torque that follows the speed in the result.
 
     `at_start` is that part over the mean torque under way that it makes.
     """
@@ -77,20 +78,23 @@ class BySpeed:
     at_start: float
 
 
-def by_speed(found: Evaluated, swing: Swing) -> BySpeed:
-    """Return what tells whether a torque follows the speed."""
-    viscous = swing.velocity_per_hz * found.pair.loaded.frequency_hz
-    at_start = _slope(found, viscous) / float(running_torque(swing, viscous))
-    return BySpeed(float(running_torque(swing, found.bearing_nm)), at_start)
+def by_speed(evaluation: Evaluation, swing: Swing) -> BySpeed:
+    """Return the numbers that show whether a torque follows the speed."""
+    viscous = swing.velocity_per_hz * evaluation.pair.loaded.frequency_hz
+    at_start = _slope(evaluation, viscous) / float(running_torque(swing, viscous))
+    return BySpeed(float(running_torque(swing, evaluation.bearing_nm)), at_start)
 
 
-def _slope(found: Evaluated, torque_nm: Array) -> float:
-    more = found.where.torque(found.bearing_nm + SMALL * torque_nm)
-    return (float(more) - found.maximum_nm) / SMALL
+def _slope(evaluation: Evaluation, torque_nm: Array) -> float:
+    more = evaluation.reversals.torque(evaluation.bearing_nm + SMALL * torque_nm)
+    return (float(more) - evaluation.maximum_nm) / SMALL
 
 
 def by_halves(
-    no_load: Sequence[SwingPoint], rig: Identified, found: Sequence[Evaluated], window_rad: float
+    no_load: Sequence[SwingPoint],
+    rig: Identified,
+    evaluations: Sequence[Evaluation],
+    window_rad: float,
 ) -> tuple[Bias, ...]:
     """Return what each torque differs by with the drive line as every second frequency shows it.
 
@@ -101,14 +105,12 @@ def by_halves(
     if min(map(len, halves)) < LEAST_FREQUENCIES:
         return ()
     swing, low_pass = rig.friction.swing, rig.line.low_pass
-    lines = [identify_again(tuple(half), swing, low_pass, rig) for half in halves]
+    half_rigs = [identify_again(tuple(half), swing, low_pass, rig) for half in halves]
+    pairs = [evaluation.pair for evaluation in evaluations]
     torques = np.array(
-        [
-            [starting_torque(each.line, each.friction, one.pair, window_rad) for one in found]
-            for each in lines
-        ]
+        [[starting_torque(r.line, r.friction, p, window_rad) for p in pairs] for r in half_rigs]
     )
     return tuple(
-        Bias(f"{one.pair.loaded.frequency_hz:.4g} Hz", 0.0, float(apart) / 2)
-        for one, apart in zip(found, np.abs(torques[0] - torques[1]), strict=True)
+        Bias(f"{pair.loaded.frequency_hz:.4g} Hz", 0.0, float(difference) / 2)
+        for pair, difference in zip(pairs, np.abs(torques[0] - torques[1]), strict=True)
     )

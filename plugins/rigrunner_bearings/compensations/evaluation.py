@@ -29,24 +29,24 @@ SEED = 0
 """The same recordings are to give the same result."""
 
 
-def noise_bias(bearing_nm: Array, runs: Sequence[Array], where: Reversals) -> float:
+def noise_bias(bearing_nm: Array, runs: Sequence[Array], reversals: Reversals) -> float:
     """Return by how much the starting torque of a mean curve, shape (n,), is raised by noise, N·m.
 
     `runs` has for each run the curve without each of its cycles in turn, shape (cycles, n).
 
     The greatest of several values that each err is on average too great. The cycles' deviations
-    from their mean say how the mean curve errs; curves with such errors once more added show how
+    from their mean show how the mean curve errs; curves with such errors once more added show how
     much their maximum is raised (parametric bootstrap of the bias: Efron and Tibshirani, An
     Introduction to the Bootstrap, 10). Each error is taken with both signs, so that where the
     maximum is smooth, and has no bias, none is found by chance.
     """
-    index = np.concatenate([where.forward, where.backward])
-    split = len(where.forward)
-    here = type(where)(np.arange(split), np.arange(split, len(index)))
+    index = np.concatenate([reversals.forward, reversals.backward])
+    split = len(reversals.forward)
+    local = type(reversals)(np.arange(split), np.arange(split, len(index)))
     rng, curve = np.random.default_rng(SEED), bearing_nm[index]
-    errors = sum((_errors(each[:, index], rng) for each in runs), np.zeros((DRAWS, len(index))))
-    both = here.torque(curve + errors) + here.torque(curve - errors)
-    return float(np.mean(both) / 2 - here.torque(curve))
+    errors = sum((_errors(curves[:, index], rng) for curves in runs), np.zeros((DRAWS, len(index))))
+    raised = local.torque(curve + errors) + local.torque(curve - errors)
+    return float(np.mean(raised) / 2 - local.torque(curve))
 
 
 def _errors(without_each: Array, rng: np.random.Generator) -> Array:
@@ -60,13 +60,13 @@ def _errors(without_each: Array, rng: np.random.Generator) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-class Evaluated:
+class Evaluation:
     """The torque of a pair, and what led to it."""
 
     pair: Pair
     bearing_nm: Array
     """Over the swing, shape (n,)."""
-    where: Reversals
+    reversals: Reversals
     without_each_nm: tuple[Array, Array]
     """The same without each cycle of the loaded and of the no-load run, shapes (cycles, n)."""
     maximum_nm: float
@@ -80,25 +80,25 @@ class Evaluated:
         return self.maximum_nm - self.bias_nm
 
 
-def evaluate(rig: Identified, pair: Pair, window_rad: float) -> Evaluated:
+def evaluate(rig: Identified, pair: Pair, window_rad: float) -> Evaluation:
     """Return the torque of a pair on the rig as it was learned."""
     line, friction = rig.line, rig.friction
     bearing = bearing_torque(line, friction, pair)
-    where = reversals(line, friction, pair.loaded, window_rad)
-    without = (
+    at_reversals = reversals(line, friction, pair.loaded, window_rad)
+    without_each = (
         replicates(line, bearing, pair.loaded, +1),
         replicates(line, bearing, pair.no_load, -1),
     )
     noisy = [
-        each
-        for each, run in zip(without, (pair.loaded, pair.no_load), strict=True)
+        curves
+        for curves, run in zip(without_each, (pair.loaded, pair.no_load), strict=True)
         if run.of_cycles
     ]
-    return Evaluated(
+    return Evaluation(
         pair=pair,
         bearing_nm=bearing,
-        where=where,
-        without_each_nm=without,
-        maximum_nm=float(where.torque(bearing)),
-        bias_nm=noise_bias(bearing, noisy, where),
+        reversals=at_reversals,
+        without_each_nm=without_each,
+        maximum_nm=float(at_reversals.torque(bearing)),
+        bias_nm=noise_bias(bearing, noisy, at_reversals),
     )

@@ -39,10 +39,10 @@ def response_of(low_pass: Filter, frequency_hz: Array) -> Response:
     else:
         poles = _chebyshev_poles(low_pass.order, cast("float", low_pass.ripple_db))
     over_corner = np.asarray(frequency_hz) / low_pass.corner
-    found = np.ones(np.shape(over_corner), complex)
+    response = np.ones(np.shape(over_corner), complex)
     for pole in poles:
-        found = found / (1 - 1j * over_corner / pole)
-    return found
+        response = response / (1 - 1j * over_corner / pole)
+    return response
 
 
 def corner_hz(low_pass: Filter) -> float:
@@ -96,9 +96,9 @@ def _measured(low_pass: MeasuredResponse, frequency_hz: Array) -> Response:
     hertz = np.array([0.0, *(point.frequency for point in table)])
     gain = np.log([1.0, *(point.gain for point in table)])
     phase = np.unwrap([0.0, *(point.phase for point in table)])
-    at = np.abs(np.asarray(frequency_hz, float))
-    beyond = np.maximum(at / hertz[-1], 1.0)
+    positive_hz = np.abs(np.asarray(frequency_hz, float))
+    beyond = np.maximum(positive_hz / hertz[-1], 1.0)
     slope = (phase[-1] - phase[-2]) / (hertz[-1] - hertz[-2])
-    turned = np.interp(at, hertz, phase) + slope * np.maximum(at - hertz[-1], 0.0)
-    found = np.exp(np.interp(at, hertz, gain) + 1j * turned) / beyond**2
-    return np.asarray(np.where(np.asarray(frequency_hz) < 0, np.conj(found), found))
+    turned = np.interp(positive_hz, hertz, phase) + slope * np.maximum(positive_hz - hertz[-1], 0.0)
+    response = np.exp(np.interp(positive_hz, hertz, gain) + 1j * turned) / beyond**2
+    return np.asarray(np.where(np.asarray(frequency_hz) < 0, np.conj(response), response))

@@ -68,7 +68,7 @@ def observe(points: tuple[SwingPoint, ...], swing: Swing) -> Observed:
     means, u = zip(*map(_harmonics_of, points), strict=True)
     if not all(u):
         without_noise = frequency[:, 0][np.array(u) == 0]
-        where = ", ".join(f"{each:.3g} Hz" for each in without_noise)
+        where = ", ".join(f"{hz:.3g} Hz" for hz in without_noise)
         raise DataError(
             f"the no-load torque at {where} is the same in all cycles, without any noise",
             hint=SENSOR,

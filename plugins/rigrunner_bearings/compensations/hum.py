@@ -1,10 +1,10 @@
 """Hum of the mains, where a harmonic of the swing falls on it.
 
 At most frequencies hum averages out over the cycles, and their scatter shows how large it is. At
-10 Hz with mains of 50 Hz it does not: it is the fifth harmonic of all cycles alike. But the
-bearing's harmonics are smooth functions of the frequency, so the neighbouring set-points say what
-that harmonic is without hum. The hum is the rest, shrunk by how well either is known (best linear
-prediction: Goldberger, J. Am. Stat. Assoc. 57, 1962, 369).
+10 Hz with mains of 50 Hz it does not: it is the fifth harmonic of every cycle. But the
+bearing's harmonics are smooth functions of the frequency, so the neighbouring set-points show
+that harmonic without hum. The hum is the difference, shrunk by how well either is known (best
+linear prediction: Goldberger, J. Am. Stat. Assoc. 57, 1962, 369).
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ CLEARLY = 8.0
 
 
 @dataclass(frozen=True)
-class _Known:
+class _Prediction:
     """What is known of one harmonic of the bearing from its neighbours, and its variance."""
 
     value: complex
@@ -59,7 +59,7 @@ def without_hum(
 
     `points` are the recordings of both runs. Where they show no hum, nothing is changed.
     """
-    done, variances, points = list(pairs), np.zeros(len(pairs)), list(points)
+    cleaned, variances, points = list(pairs), np.zeros(len(pairs)), list(points)
     spectra = None
     for order in ORDERS:
         power = _power(points, order * mains_hz)
@@ -70,43 +70,43 @@ def without_hum(
             spectra = np.array(
                 [np.fft.rfft(torque)[: 2 * HARMONICS] / len(torque) for torque in torques]
             )
-        for place, harmonic in _locked(pairs, order * mains_hz):
+        for place, harmonic in _locked_pairs(pairs, order * mains_hz):
             pair = pairs[place]
-            through = _undone(rig.line, pair, harmonic)
-            possible = 2 * power * abs(through) ** 2
-            if not possible:
+            gain = _gain_to_load(rig.line, pair, harmonic)
+            hum_variance = 2 * power * abs(gain) ** 2
+            if not hum_variance:
                 continue
-            known = _from_neighbours(pairs, spectra[:, harmonic], place)
-            if known is None:
-                variances[place] += possible
+            prediction = _from_neighbours(pairs, spectra[:, harmonic], place)
+            if prediction is None:
+                variances[place] += hum_variance
                 continue
-            share = possible / (possible + known.variance)
-            hum = share * (spectra[place, harmonic] - known.value) / through
-            run = done[place].loaded
+            share = hum_variance / (hum_variance + prediction.variance)
+            hum = share * (spectra[place, harmonic] - prediction.value) / gain
+            run = cleaned[place].loaded
             wave = _wave(hum, harmonic, len(run.torque_nm))
             run = replace(run, torque_nm=run.torque_nm - wave)
-            done[place] = replace(done[place], loaded=run)
-            variances[place] += share * known.variance
-    return done, [sqrt(2 * variance) for variance in variances]
+            cleaned[place] = replace(cleaned[place], loaded=run)
+            variances[place] += share * prediction.variance
+    return cleaned, [sqrt(2 * variance) for variance in variances]
 
 
 def _power(points: Iterable[SwingPoint], mains_hz: float) -> float:
     """Return the mean square of the hum's complex amplitude in one recording, in (N·m)^2."""
-    seen, noise = [], []
+    at_mains, noise = [], []
     for point in points:
         count, size = point.torque_nm.shape
         frequency = point.frequency_hz.value
-        averaged = point.cycles != count  # a row that stands for several cycles shows no hum
-        if averaged or _apart(mains_hz, frequency, count) < LOCKED:
+        averaged = point.cycles != count  # a row of several cycles shows no hum
+        if averaged or _turns_apart(mains_hz, frequency, count) < LOCKED:
             continue
-        rest = point.torque_nm - point.torque_nm[point.kept].mean(axis=0)
-        rest = np.where(point.kept[:, None], rest, 0.0)
+        residual = point.torque_nm - point.torque_nm[point.kept].mean(axis=0)
+        residual = np.where(point.kept[:, None], residual, 0.0)
         rate_hz = size * frequency
-        seen.append(float(_powers(rest, rate_hz, mains_hz + AROUND_HZ).max()))
-        noise.append(float(_powers(rest, rate_hz, mains_hz + BESIDE_HZ).mean()))
-    if not seen or np.median(seen) < CLEARLY * np.median(noise):
+        at_mains.append(float(_powers(residual, rate_hz, mains_hz + AROUND_HZ).max()))
+        noise.append(float(_powers(residual, rate_hz, mains_hz + BESIDE_HZ).mean()))
+    if not at_mains or np.median(at_mains) < CLEARLY * np.median(noise):
         return 0.0
-    return float(np.median(seen))
+    return float(np.median(at_mains))
 
 
 def _powers(values: Array, rate_hz: float, hertz: Array) -> Array:
@@ -117,28 +117,28 @@ def _powers(values: Array, rate_hz: float, hertz: Array) -> Array:
     """
     cycles, size = values.shape
     turn = -2j * np.pi * hertz[:, None] / rate_hz
-    of_each = values @ np.exp(turn * np.arange(size)).T
-    sums = np.sum(np.exp(turn * size * np.arange(cycles)).T * of_each, axis=0)
+    cycle_sums = values @ np.exp(turn * np.arange(size)).T
+    sums = np.sum(np.exp(turn * size * np.arange(cycles)).T * cycle_sums, axis=0)
     return np.asarray(np.abs(sums / values.size) ** 2)
 
 
-def _apart(mains_hz: float, frequency_hz: float, cycles: int) -> float:
+def _turns_apart(mains_hz: float, frequency_hz: float, cycles: int) -> float:
     """Return by how many turns the mains and the nearest harmonic come apart in a recording."""
     ratio = mains_hz / frequency_hz
     return abs(ratio - round(ratio)) * cycles
 
 
-def _locked(pairs: Sequence[Pair], mains_hz: float) -> Iterator[tuple[int, int]]:
-    """Yield the place of each pair that has hum in all its cycles alike, and in which harmonic."""
+def _locked_pairs(pairs: Sequence[Pair], mains_hz: float) -> Iterator[tuple[int, int]]:
+    """Yield the place of each pair whose cycles all have the same hum, and in which harmonic."""
     for place, pair in enumerate(pairs):
         run = pair.loaded
         harmonic = round(mains_hz / run.frequency_hz)
-        cycles = len(run.changes_nm)
-        if 0 < harmonic < 2 * HARMONICS and _apart(mains_hz, run.frequency_hz, cycles) < LOCKED:
+        turns = _turns_apart(mains_hz, run.frequency_hz, len(run.changes_nm))
+        if 0 < harmonic < 2 * HARMONICS and turns < LOCKED:
             yield place, harmonic
 
 
-def _undone(line: DriveLine, pair: Pair, harmonic: int) -> complex:
+def _gain_to_load(line: DriveLine, pair: Pair, harmonic: int) -> complex:
     """Return what a harmonic of the sensor's torque is multiplied by on its way to the load."""
     size = len(pair.loaded.torque_nm)
     shown = Waveform(_wave(1.0, harmonic, size))
@@ -150,25 +150,25 @@ def _wave(amplitude: complex, harmonic: int, size: int) -> Array:
     return np.asarray(2 * np.real(amplitude * np.exp(phase)))
 
 
-def _from_neighbours(pairs: Sequence[Pair], values: Complex, place: int) -> _Known | None:
+def _from_neighbours(pairs: Sequence[Pair], values: Complex, place: int) -> _Prediction | None:
     """Return one pair's harmonic by a line over the logarithm of the frequency to its neighbours.
 
     Its variance is that of such lines at the other pairs, or else of the neighbours themselves.
     """
     speed = np.log([pair.loaded.frequency_hz for pair in pairs])
     order = np.argsort(speed)
-    at = int(np.flatnonzero(order == place)[0])
-    if not 0 < at < len(pairs) - 1:
+    rank = int(np.flatnonzero(order == place)[0])
+    if not 0 < rank < len(pairs) - 1:
         return None
-    rests = []
+    residuals = []
     for middle in range(1, len(pairs) - 1):
-        if abs(middle - at) > 1:
+        if abs(middle - rank) > 1:
             value, size = _between(speed[order], values[order], middle)
-            rests.append(abs(values[order[middle]] - value) ** 2 / size)
-    value, size = _between(speed[order], values[order], at)
-    below, above = values[order[at - 1]], values[order[at + 1]]
-    variance = size * float(np.mean(rests)) if rests else abs(above - below) ** 2
-    return _Known(value, variance)
+            residuals.append(abs(values[order[middle]] - value) ** 2 / size)
+    value, size = _between(speed[order], values[order], rank)
+    below, above = values[order[rank - 1]], values[order[rank + 1]]
+    variance = size * float(np.mean(residuals)) if residuals else abs(above - below) ** 2
+    return _Prediction(value, variance)
 
 
 def _between(speed: Array, values: Complex, middle: int) -> tuple[complex, float]:

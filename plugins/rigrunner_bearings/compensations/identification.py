@@ -70,7 +70,7 @@ UNUSED, FLAT = 1e-30, 1e-12
 
 @dataclass(frozen=True, eq=False)
 class Identified:
-    """What the no-load sweep says of the rig.
+    """The rig as the no-load sweep shows it.
 
     `covariance` is that of (fn, z, J, share, delay), shape (5, 5), with the degrees of freedom of
     the residual; `misfit` is the residual's rms over what the scatter of the cycles lets expect.
@@ -90,8 +90,8 @@ def identify(points: tuple[SwingPoint, ...], swing: Swing, low_pass: Filter) -> 
     Raises DataError for too few frequencies, and for a sensor that shows noise alone.
 
     A delay that is small or not significant is taken as none, for it looks much like where the
-    friction acts; that it may still be there stays in the covariance. Remembered, as several
-    methods ask it of one sweep.
+    friction acts; that it may still be there stays in the covariance. Cached, as several
+    methods need it for one sweep.
     """
     if len(points) < LEAST_FREQUENCIES:
         raise DataError(
@@ -106,12 +106,12 @@ def identify(points: tuple[SwingPoint, ...], swing: Swing, low_pass: Filter) -> 
             hint=SENSOR,
         )
     start = _start(observed, low_pass)
-    found = _search(observed, waveforms, swing, start, UNKNOWNS)
-    least = max(LEAST_DELAY_S, SIGNIFICANT_DELAY * sqrt(found.covariance[-1, -1]))
-    if abs(found.line.delay_s) > least:
-        return found
-    without = _search(observed, waveforms, swing, start, UNKNOWNS[:-1])
-    return replace(without, covariance=found.covariance)
+    rig = _search(observed, waveforms, swing, start, UNKNOWNS)
+    least = max(LEAST_DELAY_S, SIGNIFICANT_DELAY * sqrt(rig.covariance[-1, -1]))
+    if abs(rig.line.delay_s) > least:
+        return rig
+    without_delay = _search(observed, waveforms, swing, start, UNKNOWNS[:-1])
+    return replace(without_delay, covariance=rig.covariance)
 
 
 @lru_cache(maxsize=4)
@@ -158,24 +158,24 @@ def _start(observed: Observed, low_pass: Filter) -> DriveLine:
     inertial = observed.acceleration[0] * observed.frequency_hz[top, 0] ** 2
     inertia = max(abs(observed.harmonics[top, 0].imag / inertial.imag), BOUNDS[0][2])
     line = DriveLine(1.0, 0.0, inertia, 0.0, 0.0, low_pass)
-    filtered, known = line.channel(observed.harmonic_hz), inertial_torque(observed, line)
+    filtered, inertial_nm = line.channel(observed.harmonic_hz), inertial_torque(observed, line)
     damping = np.array(START_DAMPING)[:, None, None]
     misfit = []
     for natural_hz in START_HZ:  # with all dampings at once: calls would take longer than numbers
         resonance = torsional_resonance(observed.harmonic_hz, natural_hz, damping)
-        misfit.append(_misfit(observed, filtered * resonance, known))
+        misfit.append(_misfit(observed, filtered * resonance, inertial_nm))
     best, which = np.unravel_index(np.argmin(misfit), (len(START_HZ), len(START_DAMPING)))
     return replace(line, natural_hz=float(START_HZ[best]), damping_ratio=START_DAMPING[which])
 
 
-def _misfit(observed: Observed, sensor: Complex, known: Complex) -> Array:
+def _misfit(observed: Observed, sensor: Complex, known_load: Complex) -> Array:
     """Return the sum of squares that is left with each of L responses (L, F, K), shape (L,).
 
     That of `_residual` without its prior, by the equations of a weighted straight line, for A_k +
     B_k f is one: good enough to choose a start, and a tenth of the work of an orthogonal basis.
     """
-    response, wanted = weighted(observed, sensor, known)
-    weight, product = np.abs(response) ** 2, response.conj() * wanted
+    response, target = weighted(observed, sensor, known_load)
+    weight, product = np.abs(response) ** 2, response.conj() * target
     total = np.maximum(weight.sum(axis=1, keepdims=True), UNUSED)
     frequency = observed.frequency_hz
     distance = frequency - (weight * frequency).sum(axis=1, keepdims=True) / total
@@ -184,7 +184,7 @@ def _misfit(observed: Observed, sensor: Complex, known: Complex) -> Array:
     level = np.abs(product.sum(axis=1, keepdims=True)) ** 2 / total
     slope = np.abs((product * distance).sum(axis=1, keepdims=True)) ** 2 / spread
     explained = (level + slope).sum(axis=(1, 2))
-    return np.asarray((np.abs(wanted) ** 2).sum(axis=(1, 2)) - explained)
+    return np.asarray((np.abs(target) ** 2).sum(axis=(1, 2)) - explained)
 
 
 def inertial_torque(observed: Observed, line: DriveLine) -> Complex:
@@ -192,25 +192,25 @@ def inertial_torque(observed: Observed, line: DriveLine) -> Complex:
     return line.inertia_kgm2 * observed.acceleration * observed.frequency_hz**2
 
 
-def weighted(observed: Observed, sensor: Complex, known: Complex) -> tuple[Complex, Complex]:
-    """Return the weighted response (..., F, K), and what it shall explain besides a known load."""
+def weighted(observed: Observed, sensor: Complex, known_load: Complex) -> tuple[Complex, Complex]:
+    """Return the weighted response (..., F, K), and its target besides a known load."""
     response = sensor * observed.weight
-    return response, observed.weight * observed.harmonics - response * known
+    return response, observed.weight * observed.harmonics - response * known_load
 
 
 def _linear(observed: Observed, line: DriveLine, change: Complex) -> tuple[Complex, Complex]:
-    """Return the weighted basis of A_k and B_k, shape (K, F, 2), and what it shall fit, (K, F)."""
-    known = inertial_torque(observed, line) + line.share * change
-    response, wanted = weighted(observed, line.sensor(observed.harmonic_hz), known)
+    """Return the weighted basis of A_k and B_k, shape (K, F, 2), and its target, (K, F)."""
+    known_load = inertial_torque(observed, line) + line.share * change
+    response, target = weighted(observed, line.sensor(observed.harmonic_hz), known_load)
     basis = np.stack([response, response * observed.frequency_hz], axis=-1)
-    return basis.transpose(1, 0, 2), wanted.T
+    return basis.transpose(1, 0, 2), target.T
 
 
 def _residual(observed: Observed, line: DriveLine, change: Complex) -> Array:
-    basis, wanted = _linear(observed, line, change)
+    basis, target = _linear(observed, line, change)
     q, _ = np.linalg.qr(basis)
-    explained = q @ (q.conj().transpose(0, 2, 1) @ wanted[..., None])
-    residual = wanted - explained[..., 0]
+    explained = q @ (q.conj().transpose(0, 2, 1) @ target[..., None])
+    residual = target - explained[..., 0]
     prior = (line.share - SHARE_PRIOR[0]) / SHARE_PRIOR[1]
     return np.concatenate([residual.real.ravel(), residual.imag.ravel(), [prior]])
 
@@ -248,8 +248,8 @@ def _solve(
 def _friction(
     observed: Observed, line: DriveLine, change: Complex, swing: Swing, twists: Sequence[Array]
 ) -> SupportFriction:
-    basis, wanted = _linear(observed, line, change)
-    coefficients = (np.linalg.pinv(basis) @ wanted[..., None])[..., 0]
+    basis, target = _linear(observed, line, change)
+    coefficients = (np.linalg.pinv(basis) @ target[..., None])[..., 0]
     dry, growth = (waveform_of(coefficients[:, i], swing.size) for i in (0, 1))
     slowest = twists[int(np.argmin(observed.frequency_hz))]
     return make_friction(swing, slowest, dry, growth, _best_known_hz(basis))
@@ -281,7 +281,7 @@ def frictions_without_each(
     )
 
 
-def twisted(points: tuple[SwingPoint, ...], rig: Identified) -> tuple[Observed, Complex]:
+def observe_with_twist(points: tuple[SwingPoint, ...], rig: Identified) -> tuple[Observed, Complex]:
     """Return the harmonics of other points on the rig, and what the twist changes there, (F, K).
 
     The friction that twists is what these points have by a straight line over the frequency.

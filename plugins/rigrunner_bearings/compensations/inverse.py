@@ -23,13 +23,13 @@ from rigrunner_bearings.api.compensations import Compensation, Trace
 from rigrunner_bearings.compensations import checks
 from rigrunner_bearings.compensations.bearing import mean_swing
 from rigrunner_bearings.compensations.budget import LEARNED_UNITS, Budget
-from rigrunner_bearings.compensations.comparison import built_up, compared
+from rigrunner_bearings.compensations.comparison import built_up, comparable_runs
 from rigrunner_bearings.compensations.effects import by_halves, by_speed, mismatch
 from rigrunner_bearings.compensations.evaluation import evaluate
 from rigrunner_bearings.compensations.harmonics import mean_torque
 from rigrunner_bearings.compensations.identification import identify, identify_again, vector
 from rigrunner_bearings.compensations.limits import (
-    known,
+    settings_of_rig,
     states_support,
     support_drift,
     support_under_load,
@@ -55,7 +55,7 @@ if TYPE_CHECKING:
     from rigrunner_bearings.api.points import SwingPoint
     from rigrunner_bearings.compensations.bearing import MeanSwing
     from rigrunner_bearings.compensations.effects import BySpeed, Mismatch
-    from rigrunner_bearings.compensations.evaluation import Evaluated
+    from rigrunner_bearings.compensations.evaluation import Evaluation
     from rigrunner_bearings.compensations.filters import Filter
     from rigrunner_bearings.compensations.identification import Identified
     from rigrunner_bearings.compensations.recording_gains import RecordingGains
@@ -75,7 +75,7 @@ NOTES = (
 class _Diagnosis:
     asymmetry: float
     """Half of what the strokes differ by, over their mean."""
-    found: Evaluated
+    evaluation: Evaluation
     speed: BySpeed
     mismatch: Mismatch
     scattered_nm: tuple[Array, ...]
@@ -83,7 +83,7 @@ class _Diagnosis:
     spring_nm: float
     """What of it follows the angle, at the swing's end."""
     under_load_nm: tuple[float, float] | None
-    """What the drive line by the loaded sweep makes of the torque, and the uncertainty of that."""
+    """The change of the torque by the drive line of the loaded sweep, and its uncertainty."""
 
 
 @dataclass(frozen=True)
@@ -112,49 +112,56 @@ class Inverse(ABC):
         rescaled = identify_again(sweep.no_load, larger, low_pass, rig)
         wider = low_pass.scaled(1 + self.settings.low_pass_tolerance)
         refiltered = identify_again(sweep.no_load, swing, wider, rig)
-        settings = known(self.settings, sweep.rig)
-        support_nm = support_under_load(settings, sweep).torque_nm
-        budget = Budget(
-            settings, sweep.instrument, sweep.rig, rig, refiltered, rescaled, support_nm
-        )
-        runs = compared(rig, sweep, self.templates(sweep, rig), settings)
-        found = [evaluate(rig, pair, settings.window) for pair in runs.pairs]
+        settings = settings_of_rig(self.settings, sweep.rig)
+        budget = Budget(settings, sweep.instrument, sweep.rig, rig, refiltered, rescaled)
+        runs = comparable_runs(rig, sweep, self.templates(sweep, rig), settings)
+        evaluations = [evaluate(rig, pair, settings.window) for pair in runs.pairs]
         loaded_line = line_under_load(sweep.loaded, rig)
         if loaded_line is not None:
             # The pairs were made comparable: the change of the inertia is out of them.
             line = loaded_line.line
             line = replace(line, inertia_kgm2=line.inertia_kgm2 / (1 + runs.gains.inertia))
             loaded_line = replace(loaded_line, line=line)
-        done = [
-            self._point(budget, loaded, each, between, loaded_line)
-            for loaded, each, between in zip(sweep.loaded, found, runs.effects(found), strict=True)
+        effects = runs.effects(evaluations)
+        diagnosed_points = [
+            self._point(
+                budget,
+                loaded,
+                evaluation,
+                between,
+                support_nm=support_nm,
+                loaded_line=loaded_line,
+            )
+            for loaded, evaluation, between, support_nm in zip(
+                sweep.loaded, evaluations, effects, runs.support.torques_nm, strict=True
+            )
         ]
-        points = tuple(point for point, _ in done)
-        diagnosed = [diagnosis for _, diagnosis in done]
+        points = tuple(point for point, _ in diagnosed_points)
+        diagnoses = [diagnosis for _, diagnosis in diagnosed_points]
         return Compensation(
             measurand=MEASURAND,
             points=points,
             parameters=_parameters(rig, runs.gains),
-            checks=_checks(sweep, rig, points, diagnosed, settings),
+            checks=_checks(sweep, rig, points, diagnoses, settings),
             notes=NOTES,
         )
 
     def torques(self, sweep: Sweep) -> Array:
         """Return the torque per point in N·m, shape (points,), without its uncertainty."""
         sweep = with_swings(sweep)
-        rig = self._learned(sweep)
-        settings = known(self.settings, sweep.rig)
-        runs = compared(rig, sweep, self.templates(sweep, rig), settings)
-        found = [evaluate(rig, pair, settings.window).torque_nm for pair in runs.pairs]
-        return np.array(found) - runs.support.torque_nm
+        rig = self._identified_rig(sweep)
+        settings = settings_of_rig(self.settings, sweep.rig)
+        runs = comparable_runs(rig, sweep, self.templates(sweep, rig), settings)
+        torques_nm = [evaluate(rig, pair, settings.window).torque_nm for pair in runs.pairs]
+        return np.array(torques_nm) - runs.support.torques_nm
 
     def perturbation(self, sweep: Sweep) -> RigErrors:
         """Return what puts the errors that the settings state into the sweep."""
-        settings = known(self.settings, sweep.rig)
+        settings = settings_of_rig(self.settings, sweep.rig)
         support, drift = support_under_load(settings, sweep), support_drift(settings, sweep)
-        return RigErrors(settings, support, self._learned(with_swings(sweep)), drift)
+        return RigErrors(settings, support, self._identified_rig(with_swings(sweep)), drift)
 
-    def _learned(self, sweep: SwingSweep) -> Identified:
+    def _identified_rig(self, sweep: SwingSweep) -> Identified:
         swing = make_swing(measured_ratio(sweep.no_load))
         return identify(sweep.no_load, swing, _low_pass(sweep.instrument))
 
@@ -162,44 +169,46 @@ class Inverse(ABC):
         self,
         budget: Budget,
         loaded: SwingPoint,
-        found: Evaluated,
+        evaluation: Evaluation,
         between: Sequence[Effect],
+        *,
+        support_nm: float,
         loaded_line: LineUnderLoad | None,
     ) -> tuple[CompensatedPoint, _Diagnosis]:
         swing = budget.rig.friction.swing
         raw_nm = interpolated(mean_torque(loaded), swing.size)
-        forward, backward = found.where.both(found.bearing_nm)
-        step = len(found.bearing_nm) // len(loaded.angle_rad)
+        forward, backward = evaluation.reversals.of_strokes(evaluation.bearing_nm)
+        step = len(evaluation.bearing_nm) // len(loaded.angle_rad)
         point = compensated_point(
-            budget.model(found, between),
+            budget.model(evaluation, between, support_nm),
             set_frequency_hz=loaded.set_frequency_hz,
-            frequency_hz=found.pair.loaded.frequency_hz,
+            frequency_hz=evaluation.pair.loaded.frequency_hz,
             raw_nm=float(np.ptp(raw_nm) / 2),
             trace=Trace(
                 angle_rad=loaded.angle_rad,
                 raw_nm=raw_nm[::step],
-                no_load_nm=found.pair.no_load.torque_nm[::step],
-                compensated_nm=found.bearing_nm[::step],
+                no_load_nm=evaluation.pair.no_load.torque_nm[::step],
+                compensated_nm=evaluation.bearing_nm[::step],
             ),
             cycles_used=int(kept_cycles(loaded).sum()),
         )
         asymmetry = float((forward - backward) / (forward + backward))
-        other = None if loaded_line is None else effect(found, budget.rig, loaded_line)
-        spring = spring_torque(swing, found.bearing_nm)
-        runs = (found.pair.loaded, found.pair.no_load)
+        under_load_nm = None if loaded_line is None else effect(evaluation, budget.rig, loaded_line)
+        spring = spring_torque(swing, evaluation.bearing_nm)
+        runs = (evaluation.pair.loaded, evaluation.pair.no_load)
         scattered_nm = tuple(
-            influences(found.where.torque(without_nm))
-            for run, without_nm in zip(runs, found.without_each_nm, strict=True)
+            influences(evaluation.reversals.torque(without_nm))
+            for run, without_nm in zip(runs, evaluation.without_each_nm, strict=True)
             if run.of_cycles
         )
         return point, _Diagnosis(
             asymmetry,
-            found,
-            by_speed(found, swing),
-            mismatch(found, budget.rig),
+            evaluation,
+            by_speed(evaluation, swing),
+            mismatch(evaluation, budget.rig),
             scattered_nm,
             spring,
-            other,
+            under_load_nm,
         )
 
 
@@ -216,46 +225,46 @@ def _low_pass(instrument: Instrument) -> Filter:
 
 def _parameters(rig: Identified, gains: RecordingGains) -> Mapping[str, Estimate]:
     u = np.sqrt(np.diag(rig.covariance))
-    learned = {
+    parameters = {
         name: Estimate(float(value), float(u_value), rig.dof, unit)
         for (name, unit), value, u_value in zip(
             LEARNED_UNITS.items(), vector(rig.line), u, strict=True
         )
     }
-    changed = Estimate(gains.inertia, sqrt(gains.covariance[-1, -1]), inf, "1")
-    return learned | {"change of the inertia": changed}
+    inertia_change = Estimate(gains.inertia, sqrt(gains.covariance[-1, -1]), inf, "1")
+    return parameters | {"change of the inertia": inertia_change}
 
 
 def _checks(
     sweep: SwingSweep,
     rig: Identified,
     points: Sequence[CompensatedPoint],
-    diagnosed: Sequence[_Diagnosis],
+    diagnoses: Sequence[_Diagnosis],
     settings: InverseSettings,
 ) -> tuple[Check, ...]:
-    found = [each.found for each in diagnosed]
-    running_nm = [each.speed.running_nm for each in diagnosed]
+    evaluations = [diagnosis.evaluation for diagnosis in diagnoses]
+    running_nm = [diagnosis.speed.running_nm for diagnosis in diagnoses]
     build_up = (
         skipped(checks.BUILD_UP.name, "the station states what the support does under load")
         if states_support(settings, sweep.rig)
         else checks.support_has_built_up(
-            points, [built_up(each, rig) for each in found], running_nm
+            points, [built_up(evaluation, rig) for evaluation in evaluations], running_nm
         )
     )
     return (
-        checks.independent(points, [each.scattered_nm for each in diagnosed]),
+        checks.independent_cycles(points, [diagnosis.scattered_nm for diagnosis in diagnoses]),
         checks.positive(points, running_nm),
-        checks.understood(rig.misfit, by_halves(sweep.no_load, rig, found, settings.window)),
-        checks.symmetry(points, [each.asymmetry for each in diagnosed]),
-        checks.same_inertia(points, [each.mismatch for each in diagnosed]),
-        checks.no_growth(points, [each.speed for each in diagnosed]),
+        checks.drive_line(rig.misfit, by_halves(sweep.no_load, rig, evaluations, settings.window)),
+        checks.symmetry(points, [diagnosis.asymmetry for diagnosis in diagnoses]),
+        checks.same_inertia(points, [diagnosis.mismatch for diagnosis in diagnoses]),
+        checks.no_growth(points, [diagnosis.speed for diagnosis in diagnoses]),
         checks.same_drive_line(
-            points, [each.under_load_nm for each in diagnosed if each.under_load_nm]
+            points, [diagnosis.under_load_nm for diagnosis in diagnoses if diagnosis.under_load_nm]
         ),
-        checks.no_spring(points, [each.spring_nm for each in diagnosed]),
-        checks.simultaneous(rig.line.delay_s),
-        checks.tight(rig.line.natural_hz, sweep.rig.natural_frequency),
-        checks.follows_resonance((*sweep.loaded, *sweep.no_load), rig.line.natural_hz),
+        checks.no_spring(points, [diagnosis.spring_nm for diagnosis in diagnoses]),
+        checks.delay(rig.line.delay_s),
+        checks.coupling(rig.line.natural_hz, sweep.rig.natural_frequency),
+        checks.sampling((*sweep.loaded, *sweep.no_load), rig.line.natural_hz),
         build_up,
     )
 

@@ -23,10 +23,12 @@ def pairs(
     By the measured frequency, never the entered one. Raises DataError that names the frequencies
     without a partner.
     """
-    found = [(point, min(no_load, key=partial(_distance, point), default=None)) for point in loaded]
+    nearest = [
+        (point, min(no_load, key=partial(_distance, point), default=None)) for point in loaded
+    ]
     missing = [
         f"{point.frequency_hz.value:.4g} Hz ({point.recording})"
-        for point, partner in found
+        for point, partner in nearest
         if partner is None or _distance(point, partner) > tolerance
     ]
     if missing:
@@ -36,7 +38,7 @@ def pairs(
             f"the no-load run has {recorded or 'no points'}",
             hint="record the no-load sweep at the same frequencies",
         )
-    return tuple((point, partner) for point, partner in found if partner is not None)
+    return tuple((point, partner) for point, partner in nearest if partner is not None)
 
 
 def _distance(point: PeakPoint, other: PeakPoint) -> float:

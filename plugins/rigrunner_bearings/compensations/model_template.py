@@ -1,4 +1,4 @@
-"""The no-load torque at any frequency of the range, as the model of the whole sweep says it is.
+"""The no-load torque at any frequency of the range, by a model of the whole sweep.
 
 J, fn, damping and the support's friction over the swing, learned from all frequencies together,
 give the sensor's torque at one that was not recorded. It takes the place of a recorded template.
@@ -35,7 +35,7 @@ BEYOND = 0.005
 
 @dataclass(frozen=True, eq=False)
 class NoLoadModel:
-    """What the no-load sweep says of the rig, at any frequency within its range.
+    """The rig as the no-load sweep shows it, at any frequency within its range.
 
     `without_each` is the support's friction as learned without each frequency of the sweep;
     `unexplained_nm` is what the model leaves of the torque at each, beyond noise, (frequencies, n).
@@ -61,14 +61,14 @@ class NoLoadModel:
         line, friction = self.rig.line, self.rig.friction
         twist = _settled_twist(line, friction, frequency_hz)
         # What is unexplained between the neighbours in frequency.
-        left = self.unexplained_nm
-        place = np.interp(frequency_hz, self.frequencies_hz, np.arange(len(left)))
-        below = min(int(place), len(left) - 2)
+        unexplained = self.unexplained_nm
+        place = np.interp(frequency_hz, self.frequencies_hz, np.arange(len(unexplained)))
+        below = min(int(place), len(unexplained) - 2)
         share = place - below
-        rest = np.asarray((1 - share) * left[below] + share * left[below + 1])
+        offset_nm = np.asarray((1 - share) * unexplained[below] + share * unexplained[below + 1])
         torque, *replicates = (
-            _sensor_torque(line, each, frequency_hz, twist) + rest
-            for each in (friction, *self.without_each)
+            _sensor_torque(line, support, frequency_hz, twist) + offset_nm
+            for support in (friction, *self.without_each)
         )
         return MeanSwing(frequency_hz, torque, np.array(replicates) - torque, of_cycles=False)
 
@@ -94,15 +94,15 @@ def _unexplained(point: SwingPoint, rig: Identified) -> Array:
     friction, frequency = rig.friction, point.frequency_hz.value
     mean = mean_swing(point, friction.swing.size)
     twist = _settled_twist(rig.line, friction, frequency)
-    rest = mean.torque_nm - _sensor_torque(rig.line, friction, frequency, twist)
-    spectrum = np.fft.rfft(rest)
+    remainder = mean.torque_nm - _sensor_torque(rig.line, friction, frequency, twist)
+    spectrum = np.fft.rfft(remainder)
     spectrum[0], spectrum[HARMONICS + 1 :] = 0.0, 0.0
-    rest = np.fft.irfft(spectrum, len(rest))
+    remainder = np.fft.irfft(spectrum, len(remainder))
     changes = spectrum_of(mean.changes_nm)
     count = len(changes)
     # The jackknife's variance of the mean, as a mean square over the phases (Parseval).
     noise = 2 * (count - 1) / count * np.sum(np.abs(changes) ** 2)
-    return np.asarray(rest * max(0.0, 1 - noise / np.mean(rest**2)))
+    return np.asarray(remainder * max(0.0, 1 - noise / np.mean(remainder**2)))
 
 
 def _settled_twist(line: DriveLine, friction: SupportFriction, frequency_hz: float) -> Array:
@@ -122,5 +122,5 @@ def _sensor_torque(
     inertial = line.inertia_kgm2 * swing.acceleration_per_hz2 * frequency_hz**2
     harmonics = np.arange(swing.size // 2 + 1, dtype=float)
     through = np.where(harmonics <= HARMONICS, line.sensor(harmonics * frequency_hz), 0.0)
-    load = inertial + friction.seen(frequency_hz, twist_rad, line.share)
+    load = inertial + friction.measured_torque(frequency_hz, twist_rad, line.share)
     return response.apply(through, load)

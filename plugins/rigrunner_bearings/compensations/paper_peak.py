@@ -20,11 +20,7 @@ from rigrunner.signal.transducer import transducer_effects
 from rigrunner_bearings.api.compensations import Compensation
 from rigrunner_bearings.compensations import checks
 from rigrunner_bearings.compensations.limits import load
-from rigrunner_bearings.compensations.peak_budget import (
-    frequency_effect,
-    notes_on,
-    scattered_peaks,
-)
+from rigrunner_bearings.compensations.peak_budget import frequency_effect, notes_on, scattered_peaks
 from rigrunner_bearings.signal.compensated import compensated_point
 from rigrunner_bearings.signal.peaks import mean_peak, peak_points, scatter_effect
 from rigrunner_bearings.signal.sensor import difference_effects, gain
@@ -64,7 +60,7 @@ class PaperPeak:
         return Compensation(
             measurand=MEASURAND,
             points=points,
-            checks=(checks.independent(points, [scattered_peaks(p) for p in sweep.loaded]),),
+            checks=(checks.independent_cycles(points, [scattered_peaks(p) for p in sweep.loaded]),),
             curve=curve,
             notes=notes if self._refit else (*notes, OTHER_RIG),
         )
@@ -128,9 +124,9 @@ def _rig_part(curve: Curve, frequency_hz: float) -> tuple[float, tuple[Effect, .
     In directions in which the coefficients are independent of each other, each of them common to
     all points: so the covariance between two frequencies is carried too.
     """
-    at = np.array([frequency_hz])
-    value, u = curve.predict(at)
-    spread = curve.spread(at)[0] if isinstance(curve, Spreading) else u
+    at_hz = np.array([frequency_hz])
+    value, u = curve.predict(at_hz)
+    spread = curve.spread(at_hz)[0] if isinstance(curve, Spreading) else u
     directions = [
         Input(
             f"{FIT}, direction {number}",
@@ -146,7 +142,7 @@ def _rig_part(curve: Curve, frequency_hz: float) -> tuple[float, tuple[Effect, .
         for number in range(1, len(spread) + 1)
     ]
     return float(value[0]), tuple(
-        Effect(each, -float(row)) for each, row in zip(directions, spread, strict=True)
+        Effect(direction, -float(row)) for direction, row in zip(directions, spread, strict=True)
     )
 
 

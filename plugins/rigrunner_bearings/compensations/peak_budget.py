@@ -29,8 +29,8 @@ SINGLE_VALUES = (
 
 
 def frequency_effect(slope_nm_per_hz: float, frequency_hz: Estimate) -> Effect:
-    """Return what not knowing the frequency makes of a no-load peak that goes with it."""
-    known = Input(
+    """Return the effect of an uncertain frequency on a no-load peak that depends on it."""
+    frequency = Input(
         "frequency",
         frequency_hz.value,
         frequency_hz.u,
@@ -38,7 +38,7 @@ def frequency_effect(slope_nm_per_hz: float, frequency_hz: Estimate) -> Effect:
         Distribution.RECTANGULAR if isinf(frequency_hz.dof) else Distribution.T,
         "Hz",
     )
-    return Effect(known, -slope_nm_per_hz)
+    return Effect(frequency, -slope_nm_per_hz)
 
 
 def scattered_peaks(*points: PeakPoint) -> list[Array]:
@@ -48,10 +48,10 @@ def scattered_peaks(*points: PeakPoint) -> list[Array]:
 
 
 def notes_on(points: Iterable[PeakPoint]) -> tuple[str, ...]:
-    """Return what is to be said of any difference of such peaks."""
-    seen = tuple(points)
-    single = any(point.cycles == 1 for point in seen)
-    entered = any(point.motion is MotionSource.ENTERED for point in seen)
+    """Return the notes on any difference of such peaks."""
+    all_points = tuple(points)
+    single = any(point.cycles == 1 for point in all_points)
+    entered = any(point.motion is MotionSource.ENTERED for point in all_points)
     return (
         SAME_PHASE,
         *((SINGLE_VALUES,) if single else (NOISY_MAXIMUM,)),

@@ -17,11 +17,7 @@ from rigrunner_bearings.api.compensations import Compensation
 from rigrunner_bearings.compensations import checks
 from rigrunner_bearings.compensations.limits import load
 from rigrunner_bearings.compensations.matching import pairs
-from rigrunner_bearings.compensations.peak_budget import (
-    frequency_effect,
-    notes_on,
-    scattered_peaks,
-)
+from rigrunner_bearings.compensations.peak_budget import frequency_effect, notes_on, scattered_peaks
 from rigrunner_bearings.signal.compensated import compensated_point
 from rigrunner_bearings.signal.peaks import mean_peak, scatter_effect
 from rigrunner_bearings.signal.sensor import difference_effects, gain
@@ -32,13 +28,11 @@ if TYPE_CHECKING:
     from rigrunner.api import Effect
     from rigrunner_bearings.api.compensations import CompensatedPoint, Sweep
     from rigrunner_bearings.api.points import PeakPoint
-    from rigrunner_bearings.compensations.settings import (
-        PeakSameFrequencySettings,
-    )
+    from rigrunner_bearings.compensations.settings import PeakSameFrequencySettings
 
 MEASURAND = "starting torque as the difference of raw peaks of the same frequency"
 APART = 0.05
-"""Relative distance from which on two points tell a slope."""
+"""Least relative distance of two points that show a slope."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +48,9 @@ class PeakSameFrequency:
         return Compensation(
             MEASURAND,
             points,
-            checks=(checks.independent(points, [scattered_peaks(*pair) for pair in matched]),),
+            checks=(
+                checks.independent_cycles(points, [scattered_peaks(*pair) for pair in matched]),
+            ),
             notes=notes_on((*sweep.loaded, *sweep.no_load)),
         )
 
@@ -80,14 +76,14 @@ def _point(sweep: Sweep, loaded: PeakPoint, no_load: PeakPoint) -> CompensatedPo
 
 
 def _frequency(loaded: PeakPoint, no_load: PeakPoint, others: Sequence[PeakPoint]) -> Effect:
-    """Return what the peak may differ by because the two frequencies are not known to be one.
+    """Return the effect on the peak of the two frequencies not being the same.
 
     Each has its own uncertainty, and what they are seen to differ by is not corrected.
     """
     estimates = loaded.frequency_hz, no_load.frequency_hz
-    apart = (estimates[0].value - estimates[1].value) / sqrt(3)
-    u = hypot(estimates[0].u, estimates[1].u, apart)
-    dof = min(each.dof for each in estimates)
+    difference = (estimates[0].value - estimates[1].value) / sqrt(3)
+    u = hypot(estimates[0].u, estimates[1].u, difference)
+    dof = min(estimate.dof for estimate in estimates)
     return frequency_effect(_slope(no_load, others), Estimate(0.0, u, dof, "Hz"))
 
 
@@ -96,9 +92,9 @@ def _slope(point: PeakPoint, others: Sequence[PeakPoint]) -> float:
 
     From the neighbour in frequency; of a single point, what inertia alone would make: 2 T/f.
     """
-    own, hertz = mean_peak(point).value, point.frequency_hz.value
-    away = [each for each in others if abs(each.frequency_hz.value - hertz) > APART * hertz]
-    if not away:
-        return 2 * own / hertz
-    next_to = min(away, key=lambda each: abs(each.frequency_hz.value - hertz))
-    return (mean_peak(next_to).value - own) / (next_to.frequency_hz.value - hertz)
+    peak_nm, hertz = mean_peak(point).value, point.frequency_hz.value
+    distant = [other for other in others if abs(other.frequency_hz.value - hertz) > APART * hertz]
+    if not distant:
+        return 2 * peak_nm / hertz
+    neighbour = min(distant, key=lambda other: abs(other.frequency_hz.value - hertz))
+    return (mean_peak(neighbour).value - peak_nm) / (neighbour.frequency_hz.value - hertz)

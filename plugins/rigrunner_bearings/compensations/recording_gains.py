@@ -40,7 +40,7 @@ POWERS = (0, 1, -1, 2)
 """Of the frequency, in the running torque of a run; no more of them than there are frequencies."""
 
 ALIKE = 2
-"""Digits to which frequencies over the highest one are told apart."""
+"""Digits to which frequencies over the highest one are distinguished."""
 
 USUAL = np.array([1e-3, 1e-3, 1e-3])
 """Usual standard deviations: of a gain and of the running torque, relative, and of what is in phase
@@ -50,7 +50,7 @@ TIMES = 3.0
 """By which a standard deviation may well be another than the usual one, either way."""
 
 UNLIMITED = 1e3
-"""Of the running torque: so large its terms may be, as where points are too few to tell them."""
+"""Of the running torque: its terms may be as large as this where too few points show them."""
 
 STEPS = 2.0 ** np.arange(-3, 4)
 """Times the usual: the standard deviations that are tried."""
@@ -61,7 +61,7 @@ ELASTIC = 0.05
 
 @dataclass(frozen=True, eq=False)
 class RecordingGains:
-    """What the recordings of n pairs say of each other.
+    """Gains of the recordings of n pairs, by what these have in common.
 
     `covariance` is that of the errors of (no_load, loaded, inertia), shape (2 n + 1, 2 n + 1).
     """
@@ -82,14 +82,14 @@ def recording_gains(rig: Identified, pairs: Sequence[Pair], inertia_limit: float
     The inertia is taken to have changed by no more than the limit (the half-width of a rectangle),
     unless the runs clearly show that it did.
     """
-    seen = _Seen(rig, pairs)
+    observations = _Observations(rig, pairs)
     limit = inertia_limit / sqrt(3)
-    free = seen.solved(inf)
+    free = observations.solved(inf)
     clearly = free.inertia**2 - free.covariance[-1, -1]
-    return seen.solved(sqrt(max(limit**2, clearly)))
+    return observations.solved(sqrt(max(limit**2, clearly)))
 
 
-class _Seen:
+class _Observations:
     """What the pairs show, as observations y = X b + Z u + e of the mixed model.
 
     The standard deviations of e are `unit` times that of USUAL which `kind` names.
@@ -103,21 +103,21 @@ class _Seen:
             np.array(
                 [
                     running_torque(swing, line.at_load(run.waveform, run.frequency_hz))
-                    for run in each
+                    for run in swings
                 ]
             )
-            for each in ([p.no_load for p in pairs], [p.loaded for p in pairs])
+            for swings in ([p.no_load for p in pairs], [p.loaded for p in pairs])
         ]
         inertial = line.inertia_kgm2 * swing.acceleration_per_hz2
         in_phase = np.array(
             [inertia_in_phase(swing, bearing_torque(line, rig.friction, pair)) for pair in pairs]
         )
-        own = np.eye(count)
+        identity = np.eye(count)
         torque = np.abs(runs[1]).mean()
         elastic = torque / (np.abs(inertial).max() * hertz**2)
         self._observed = in_phase / (line.inertia_kgm2 * hertz**2)
         self._fixed = np.stack([np.ones(count), ELASTIC * elastic], axis=1)
-        self._random = np.hstack([-own, own])
+        self._random = np.hstack([-identity, identity])
         self._unit, self._kind = elastic, np.full(count, 2)
         for place, run in enumerate(runs):
             if run.min() > 0:
@@ -132,29 +132,29 @@ class _Seen:
         random = np.zeros((count, 2 * count))
         random[:, place * count : (place + 1) * count] = np.eye(count)
         rows, columns = self._fixed.shape
-        more = np.count_nonzero(used)
+        count_used = np.count_nonzero(used)
         self._fixed = np.block(
             [
                 [self._fixed, np.zeros((rows, len(powers)))],
-                [np.zeros((more, columns)), fixed[used]],
+                [np.zeros((count_used, columns)), fixed[used]],
             ]
         )
         self._random = np.vstack([self._random, random[used]])
-        self._observed = np.concatenate([self._observed, np.ones(more)])
-        self._unit = np.concatenate([self._unit, np.ones(more)])
-        self._kind = np.concatenate([self._kind, np.ones(more, int)])
+        self._observed = np.concatenate([self._observed, np.ones(count_used)])
+        self._unit = np.concatenate([self._unit, np.ones(count_used)])
+        self._kind = np.concatenate([self._kind, np.ones(count_used, int)])
 
     def solved(self, inertia_u: float) -> RecordingGains:
         """Return the estimates, if that is the standard deviation which the inertia may have."""
         scatters = USUAL * np.array(list(product(STEPS, repeat=len(USUAL))))
-        each, covariances, deviance = self._estimates(scatters, inertia_u)
+        estimates, covariances, deviance = self._estimates(scatters, inertia_u)
         likely = -deviance / 2
         likely -= np.sum((np.log(scatters / USUAL) / np.log(TIMES)) ** 2, axis=1) / 2
         weight = np.exp(likely - likely.max())
         weight /= weight.sum()
-        mean = weight @ each
+        mean = weight @ estimates
         within = np.tensordot(weight, covariances, 1)
-        covariance = within + (weight * (each - mean).T) @ (each - mean)
+        covariance = within + (weight * (estimates - mean).T) @ (estimates - mean)
         gains = len(self._random[0])
         # The gains are the last unknowns; the first one is D.
         order = [*range(-gains, 0), 0]
@@ -184,13 +184,13 @@ class _Seen:
         prior[:, 0], prior[:, 1] = 1 / inertia_u, 1.0
         prior[:, -gains:] = 1 / scatter
         rows = np.concatenate([design, prior[..., None] * np.eye(prior.shape[1])], axis=1)
-        seen = np.hstack([self._observed / error, np.zeros_like(prior)])[..., None]
+        observed = np.hstack([self._observed / error, np.zeros_like(prior)])[..., None]
         scale = 1 / np.linalg.norm(rows, axis=1)
         rows *= scale[:, None]
         q, r = np.linalg.qr(rows)
         inverse = np.linalg.inv(r)
-        estimates = inverse @ (q.swapaxes(1, 2) @ seen)
-        unexplained = seen - rows @ estimates
+        estimates = inverse @ (q.swapaxes(1, 2) @ observed)
+        unexplained = observed - rows @ estimates
         deviance = 2 * (
             np.log(error).sum(axis=1)
             + gains * np.log(scatter[:, 0])

@@ -1,4 +1,4 @@
-"""Frequency responses of what stands between the torque and its samples.
+"""Frequency responses of the path from the torque to its samples.
 
 Frequencies in Hz, of any shape; responses complex, dimensionless, of the same shape.
 """

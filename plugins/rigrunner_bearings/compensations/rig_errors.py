@@ -1,4 +1,4 @@
-"""What a budget says of the rig, put into a sweep as errors of its data, for Monte Carlo draws."""
+"""A budget's errors of the rig, added to the data of a sweep for Monte Carlo draws."""
 
 from __future__ import annotations
 
@@ -55,8 +55,11 @@ class RigErrors:
         assert low_pass is not None  # noqa: S101  (the rig was learned with it)
         filtered = low_pass.scaled(float(1 + self.settings.low_pass_tolerance * corner))
         instrument = sweep.instrument.model_copy(update={"low_pass": filtered})
-        growth = self.support.limit * friction + _drawn(self.drift, rng)
-        loaded = tuple(self._changed(point, growth) for point in sweep.loaded)
+        growth, drift = self.support.limit * friction, _drawn(self.drift, rng)
+        loaded = tuple(
+            self._changed(point, growth * share + drift)
+            for point, share in zip(sweep.loaded, self.support.at_points, strict=True)
+        )
         return replace(sweep, loaded=loaded, instrument=instrument)
 
     def _changed(self, point: PeakPoint, growth: float) -> PeakPoint:
@@ -65,9 +68,9 @@ class RigErrors:
         torque_nm = growth * self.rig.friction.dry_nm
         harmonics = np.arange(len(torque_nm) // 2 + 1, dtype=np.float64)
         at_sensor = self.rig.line.sensor(point.frequency_hz.value * harmonics)
-        seen = response.apply(at_sensor, torque_nm)
-        step = len(seen) // point.torque_nm.shape[1]
-        return replace(point, torque_nm=point.torque_nm + seen[::step])
+        sensor_nm = response.apply(at_sensor, torque_nm)
+        step = len(sensor_nm) // point.torque_nm.shape[1]
+        return replace(point, torque_nm=point.torque_nm + sensor_nm[::step])
 
 
 def _drawn(error: Input | None, rng: Generator) -> float:

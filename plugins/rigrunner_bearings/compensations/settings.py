@@ -1,4 +1,4 @@
-"""What the compensations can be told; loads without numpy."""
+"""The settings of the compensations; loads without numpy."""
 
 from __future__ import annotations
 
@@ -89,8 +89,7 @@ class PeakSameFrequencySettings(Settings):
     """Of the compensation `peak_same_frequency`."""
 
     frequency_match: Annotated[
-        Ratio,
-        Field(gt=0, le=0.05, description="how far the frequencies of a pair may differ"),
+        Ratio, Field(gt=0, le=0.05, description="how far the frequencies of a pair may differ")
     ] = 0.01
 
 

@@ -33,7 +33,7 @@ class SupportFriction:
     `slow_nm` is the dry part over the drive's phase, shape (n,), while the coupling twists by
     `reference_twist_rad` (n,), that of a slow swing. `growth_s` is in s/rad, `viscous_nms` in
     N·m·s/rad. `dry_nm` and `growth_nm_per_hz`, shape (n,), are the line over frequency that was
-    seen over the drive's phase.
+    measured over the drive's phase.
     """
 
     swing: Swing
@@ -80,7 +80,7 @@ class SupportFriction:
             longer[stroke.index] = (later - torque) / SMALL
         return longer, self.dry_nm
 
-    def seen(self, frequency_hz: float, twist_rad: Array, share: float) -> Array:
+    def measured_torque(self, frequency_hz: float, twist_rad: Array, share: float) -> Array:
         """Return the friction torque of the sweep itself at a frequency, shape (n,).
 
         Its shape is the measured one; only the twist's part is modelled.
@@ -90,16 +90,12 @@ class SupportFriction:
 
     def change(self, frequency_hz: float, twist_rad: Array) -> Array:
         """Return how much the friction torque differs if all of it takes part, shape (n,)."""
-        none = self._at_speed(self._untwisted_nm, self.swing.velocity_per_hz * frequency_hz)
-        return self.torque(frequency_hz, twist_rad, 1.0) - none
+        untwisted = self._at_speed(self._untwisted_nm, self.swing.velocity_per_hz * frequency_hz)
+        return self.torque(frequency_hz, twist_rad, 1.0) - untwisted
 
 
 def make_friction(
-    swing: Swing,
-    reference_twist_rad: Array,
-    dry_nm: Array,
-    growth_nm_per_hz: Array,
-    known_hz: float,
+    swing: Swing, reference_twist_rad: Array, dry_nm: Array, growth_nm_per_hz: Array, best_hz: float
 ) -> SupportFriction:
     """Return the friction whose torque is dry + f growth at the reference twist, arrays (n,).
 
@@ -109,18 +105,18 @@ def make_friction(
     there, less that growth, carries less noise than the line prolonged to rest.
     """
     velocity = swing.velocity_per_hz
-    seen, known = dry_nm + known_hz * growth_nm_per_hz, dry_nm
+    measured, dry = dry_nm + best_hz * growth_nm_per_hz, dry_nm
     growth = viscous = 0.0
     for _ in range(ROUNDS):
-        basis = np.stack([np.abs(velocity) * known, velocity], axis=1)
+        basis = np.stack([np.abs(velocity) * dry, velocity], axis=1)
         (growth, viscous), *_ = np.linalg.lstsq(basis, growth_nm_per_hz, rcond=None)
-        known = (seen - viscous * velocity * known_hz) / (1 + growth * np.abs(velocity) * known_hz)
+        dry = (measured - viscous * velocity * best_hz) / (1 + growth * np.abs(velocity) * best_hz)
     return SupportFriction(
         swing,
         reference_twist_rad,
         dry_nm,
         growth_nm_per_hz,
-        slow_nm=known,
+        slow_nm=dry,
         growth_s=float(growth),
         viscous_nms=float(viscous),
     )
@@ -128,5 +124,5 @@ def make_friction(
 
 @lru_cache(maxsize=16)
 def _slow_strokes(friction: SupportFriction, share: float) -> tuple[Stroke, Stroke]:
-    """Return the strokes of a slow swing: one sweep asks at each frequency for the same few."""
+    """Return the strokes of a slow swing: a sweep needs the same few at each frequency."""
     return strokes(friction.swing.angle_rad - share * friction.reference_twist_rad)

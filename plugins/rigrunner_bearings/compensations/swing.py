@@ -31,7 +31,7 @@ BUILT_UP = 0.7
 class Stroke:
     """The samples from one reversal to before the next, in order, and how far they have come.
 
-    `index` says where they stand; `distance_rad` is the angle since the reversal, never falling.
+    `index` has their places; `distance_rad` is the angle since the reversal, never falling.
     """
 
     index: NDArray[np.intp]
@@ -57,7 +57,7 @@ class Swing:
 
 @lru_cache(maxsize=4)
 def make_swing(ratio: float, size: int = GRID) -> Swing:
-    """Return the swing of a guide bar of that eccentric ratio; the same one if asked again."""
+    """Return the swing of a guide bar of that eccentric ratio; cached."""
     phase = 2 * np.pi * np.arange(size) / size
     return Swing(
         swing_angle(phase, ratio),
@@ -100,14 +100,14 @@ def _two_turns(size: int) -> NDArray[np.intp]:
     return places
 
 
-def at_same_distance(values: Array, known: tuple[Stroke, Stroke], wanted_rad: Array) -> Array:
+def at_same_distance(values: Array, strokes_before: tuple[Stroke, Stroke], to_rad: Array) -> Array:
     """Return values that belong to one angle at another, by the way since the reversal.
 
-    `values`, shape (n,), belong to the angle whose strokes are known; `wanted_rad`, of the same
-    shape, is a similar swing on the same phases. Beyond the end of a stroke its last value is kept.
+    `values`, shape (n,), belong to the angle of `strokes_before`; `to_rad`, of the same shape, is a
+    similar swing on the same phases. Beyond the end of a stroke its last value is kept.
     """
     result = np.empty_like(values)
-    for before, after in zip(known, strokes(wanted_rad), strict=True):
+    for before, after in zip(strokes_before, strokes(to_rad), strict=True):
         result[after.index] = np.interp(
             after.distance_rad, before.distance_rad, values[before.index]
         )
@@ -140,8 +140,8 @@ def inertia_in_phase(swing: Swing, torque_nm: Array) -> Array:
     forward = swing.velocity_per_hz[middle] > 0
     basis = np.stack([forward, ~forward, swing.acceleration_per_hz2[middle]], axis=1)
     rows = torque_nm[..., middle].reshape(-1, len(basis))
-    found = np.linalg.lstsq(basis.astype(float), rows.T, rcond=None)[0][-1]
-    return np.asarray(found.reshape(torque_nm.shape[:-1]))
+    coefficient = np.linalg.lstsq(basis.astype(float), rows.T, rcond=None)[0][-1]
+    return np.asarray(coefficient.reshape(torque_nm.shape[:-1]))
 
 
 def spring_torque(swing: Swing, torque_nm: Array) -> float:

@@ -19,13 +19,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.optimize import least_squares
 
-from rigrunner_bearings.compensations.bearing import rest
+from rigrunner_bearings.compensations.bearing import unexplained
 from rigrunner_bearings.compensations.identification import (
     BOUNDS,
     DELAY_SCALE_S,
     UNKNOWNS,
     inertial_torque,
-    twisted,
+    observe_with_twist,
     vector,
     weighted,
     with_vector,
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from rigrunner.api import Array
     from rigrunner_bearings.api.points import SwingPoint
     from rigrunner_bearings.compensations.drive_line import DriveLine
-    from rigrunner_bearings.compensations.evaluation import Evaluated
+    from rigrunner_bearings.compensations.evaluation import Evaluation
     from rigrunner_bearings.compensations.harmonics import Complex, Observed
     from rigrunner_bearings.compensations.identification import Identified
 
@@ -64,27 +64,27 @@ def line_under_load(points: tuple[SwingPoint, ...], rig: Identified) -> LineUnde
     """Return the drive line by a loaded sweep on a known rig; None where too little shows it.
 
     That is where it has too few frequencies, a torque that never changes, or a phase of which each
-    recording has a doubt of its own. Remembered, as several methods ask it of one sweep.
+    recording has a doubt of its own. Cached, as several methods need it for one sweep.
     """
     top_hz = max(point.frequency_hz.value for point in points)
     fast = tuple(point for point in points if point.frequency_hz.value >= SLOWEST * top_hz)
     enough = len({point.set_frequency_hz for point in fast}) > len(POWERS)
     if not enough or not all(map(_shows_phase, fast)):
         return None
-    observed, change = twisted(fast, rig)
+    observed, change = observe_with_twist(fast, rig)
 
     def residual(values: Array) -> Array:
         return _residual(observed, with_vector(rig.line, values, LEARNED), change)
 
     start = vector(rig.line, LEARNED)
     scale = [*start[:-1], DELAY_SCALE_S]
-    found = least_squares(residual, start, x_scale=scale, bounds=_BOUNDS)
+    solution = least_squares(residual, start, x_scale=scale, bounds=_BOUNDS)
     rows = np.count_nonzero(observed.weight, axis=0)
     dof = 2 * np.maximum(rows - len(POWERS), 0).sum() - len(LEARNED)
-    variance = max(float(found.fun @ found.fun) / dof, 1.0)
-    jacobian = np.asarray(found.jac)
+    variance = max(float(solution.fun @ solution.fun) / dof, 1.0)
+    jacobian = np.asarray(solution.jac)
     covariance = np.linalg.inv(jacobian.T @ jacobian) * variance
-    return LineUnderLoad(with_vector(rig.line, found.x, LEARNED), covariance)
+    return LineUnderLoad(with_vector(rig.line, solution.x, LEARNED), covariance)
 
 
 def _shows_phase(point: SwingPoint) -> bool:
@@ -93,29 +93,29 @@ def _shows_phase(point: SwingPoint) -> bool:
 
 
 def _residual(observed: Observed, line: DriveLine, change: Complex) -> Array:
-    known = inertial_torque(observed, line) + line.share * change
-    response, wanted = weighted(observed, line.sensor(observed.harmonic_hz), known)
+    known_load = inertial_torque(observed, line) + line.share * change
+    response, target = weighted(observed, line.sensor(observed.harmonic_hz), known_load)
     speed = observed.frequency_hz / observed.frequency_hz.max()
     basis = np.stack([response * speed**power for power in POWERS], axis=-1).transpose(1, 0, 2)
     q, _ = np.linalg.qr(basis)
-    residual = wanted.T - (q @ (q.conj().transpose(0, 2, 1) @ wanted.T[..., None]))[..., 0]
+    residual = target.T - (q @ (q.conj().transpose(0, 2, 1) @ target.T[..., None]))[..., 0]
     return np.concatenate([residual.real.ravel(), residual.imag.ravel()])
 
 
-def effect(found: Evaluated, rig: Identified, loaded: LineUnderLoad) -> tuple[float, float]:
-    """Return what that drive line makes of a point's torque in place of the rig's, and its u, N·m.
+def effect(evaluation: Evaluation, rig: Identified, loaded: LineUnderLoad) -> tuple[float, float]:
+    """Return how that drive line instead of the rig's changes a point's torque, and its u, in N·m.
 
     The uncertainty is that of both sweeps.
     """
-    friction, run = rig.friction, found.pair.loaded
-    without = found.bearing_nm - rest(rig.line, friction, run)
+    friction, run = rig.friction, evaluation.pair.loaded
+    without = evaluation.bearing_nm - unexplained(rig.line, friction, run)
 
     def torque_nm(values: Array) -> float:
         line = with_vector(rig.line, values, LEARNED)
-        return float(found.where.torque(without + rest(line, friction, run)))
+        return float(evaluation.reversals.torque(without + unexplained(line, friction, run)))
 
-    here = vector(loaded.line, LEARNED)
-    other, u = torque_nm(here), np.sqrt(np.diag(loaded.covariance))
-    slope = np.array([torque_nm(here + step) - other for step in np.diag(u)]) / u
+    learned = vector(loaded.line, LEARNED)
+    loaded_nm, u = torque_nm(learned), np.sqrt(np.diag(loaded.covariance))
+    slope = np.array([torque_nm(learned + step) - loaded_nm for step in np.diag(u)]) / u
     covariance = loaded.covariance + rig.covariance[np.ix_(_PLACES, _PLACES)]
-    return other - found.maximum_nm, float(np.sqrt(slope @ covariance @ slope))
+    return loaded_nm - evaluation.maximum_nm, float(np.sqrt(slope @ covariance @ slope))

@@ -28,51 +28,50 @@ TORQUE = "tester.torque"
 @check(fix="take the phase from the angle, not from the first sample", needs=("points_are_whole",))
 def time_shift_does_not_matter(subject: CompensationSubject) -> None:
     """When a recording begins does not matter, within its uncertainty."""
-    _stated(subject, Influence.TIME_SHIFT)
-    _unmoved(subject, replace(subject.runs, loaded=_later(subject.runs.loaded)), LATER)
+    _require_independence(subject, Influence.TIME_SHIFT)
+    _demand_unmoved(subject, replace(subject.runs, loaded=_later(subject.runs.loaded)), LATER)
 
 
 @check(fix="work in seconds and radians, not in samples", needs=("points_are_whole",))
 def sample_rate_does_not_matter(subject: CompensationSubject) -> None:
     """Sampled faster it gives the same, within both uncertainties."""
-    _stated(subject, Influence.SAMPLE_RATE)
+    _require_independence(subject, Influence.SAMPLE_RATE)
     rate_hz = subject.runs.loaded.recordings[0].rate_hz
-    _unmoved(subject, subject.recorded(0, OTHER_RATE * rate_hz), np.sqrt(2))
+    _demand_unmoved(subject, subject.recorded(0, OTHER_RATE * rate_hz), np.sqrt(2))
 
 
 @check(fix="compare loaded with no-load recordings of the same set-up", needs=("points_are_whole",))
 def common_offset_falls_out(subject: CompensationSubject) -> None:
     """A torque channel that is off by the same in both runs gives the same."""
     applies(subject.runs.no_load, "it takes no no-load run in which the offset could show")
-    _stated(subject, Influence.TORQUE_OFFSET)
-    _unmoved(subject, subject.runs.changed(_shifted), LITTLE)
+    _require_independence(subject, Influence.TORQUE_OFFSET)
+    _demand_unmoved(subject, subject.runs.changed(_shifted), LITTLE)
 
 
 @check(
-    fix="look no-load points up by their frequency, not by their place",
-    needs=("points_are_whole",),
+    fix="look no-load points up by their frequency, not by their place", needs=("points_are_whole",)
 )
 def order_of_recordings_does_not_matter(subject: CompensationSubject) -> None:
     """In another order than the no-load recordings the loaded ones give the same."""
-    _stated(subject, Influence.ORDER)
+    _require_independence(subject, Influence.ORDER)
     loaded = subject.runs.loaded
     backwards = replace(loaded, recordings=loaded.recordings[::-1])
-    found = subject.number(replace(subject.runs, loaded=backwards))
-    _same(torques_nm(found)[::-1], subject, LITTLE)
+    compensation = subject.number(replace(subject.runs, loaded=backwards))
+    _demand_same(torques_nm(compensation)[::-1], subject, LITTLE)
 
 
-def _stated(subject: CompensationSubject, influence: Influence) -> None:
+def _require_independence(subject: CompensationSubject, influence: Influence) -> None:
     moved = influence in subject.record.moved_by
     applies(not moved, f"its record says that it is moved by {influence}")
 
 
-def _unmoved(subject: CompensationSubject, runs: Runs, part: float) -> None:
-    _same(torques_nm(subject.number(runs)), subject, part)
+def _demand_unmoved(subject: CompensationSubject, runs: Runs, part: float) -> None:
+    _demand_same(torques_nm(subject.number(runs)), subject, part)
 
 
-def _same(found: Array, subject: CompensationSubject, part: float) -> None:
+def _demand_same(torques: Array, subject: CompensationSubject, part: float) -> None:
     plain = torques_nm(subject.plain)
-    off = np.abs(found - plain)
+    off = np.abs(torques - plain)
     demand(
         (off <= part * expanded_nm(subject.plain)).all(),
         f"it moves by up to {off.max():.2g} N·m; the limit is {part:.2g} of U, and U is up to"

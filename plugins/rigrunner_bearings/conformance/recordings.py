@@ -52,7 +52,7 @@ class Runs:
 
 def each_recording(change: Callable[[Recording], Recording]) -> Callable[[RunData], RunData]:
     """Return what changes every recording of a run."""
-    return lambda run: replace(run, recordings=tuple(change(each) for each in run.recordings))
+    return lambda run: replace(run, recordings=tuple(map(change, run.recordings)))
 
 
 @lru_cache(maxsize=32)
@@ -69,7 +69,7 @@ def swings(simulator: str, number: int, rate_hz: float | None = None) -> Runs:
     recorded = record_bench(bench, shared.registry, rig.station)
     # As the study of coverage does: results are stated for the load that is said to act.
     truths = np.array(recorded.truths_nm) * LOAD_N / bench.load_n
-    return Runs(recorded.loaded, recorded.no_load, tuple(float(each) for each in truths))
+    return Runs(recorded.loaded, recorded.no_load, tuple(map(float, truths)))
 
 
 def run_of_swings(number: int) -> RunData:
@@ -101,10 +101,10 @@ def starts(number: int, rate_hz: float | None = None) -> Runs:
     clock.sleep(RUNNING_IN_TURNS / RUNNING_IN_HZ)
     device.set("frequency", 0.0)
     device.set("start_frequency", START_HZ)
-    made, truths = [], []
+    recordings, truths = [], []
     for index in range(STARTS):
         clock.sleep(REST_S)
-        made.append(
+        recordings.append(
             Recording(
                 name=f"{index:03d}",
                 rate_hz=device.sample_rate_hz,
@@ -128,7 +128,7 @@ def starts(number: int, rate_hz: float | None = None) -> Runs:
         rig_keys=station.rig,
         instruments=torque_instruments(station.instruments),
         zeros={"tester.torque": zero},
-        recordings=tuple(made),
+        recordings=tuple(recordings),
     )
     return Runs(run, None, (float(np.mean(truths)),))
 

@@ -60,26 +60,27 @@ class CompensationSubject(Subject):
 
     def number(self, runs: Runs) -> Compensation:
         """Return its result for the recordings; raise Nonconformity if it gives no number."""
-        found = self.answer(runs)
-        demand(found.points, f"it gives no number: {found.not_applicable or 'and no reason'}")
-        return found
+        compensation = self.answer(runs)
+        reason = compensation.not_applicable or "and no reason"
+        demand(compensation.points, f"it gives no number: {reason}")
+        return compensation
 
     def answer(self, runs: Runs) -> Compensation:
         """Return its result for the recordings, also if that is that it does not apply."""
-        return self._analysed(runs, of_starts=self.of_starts)
+        return self._compensation(runs, of_starts=self.of_starts)
 
     def answer_to_other_motion(self) -> Compensation:
         """Return its result for starts if it is for swings, and the reverse."""
         runs = swings(CLOSED_FORM, 0) if self.of_starts else starts(0)
-        return self._analysed(runs, of_starts=not self.of_starts)
+        return self._compensation(runs, of_starts=not self.of_starts)
 
-    def _analysed(self, runs: Runs, *, of_starts: bool) -> Compensation:
-        told: dict[str, Any] = {
+    def _compensation(self, runs: Runs, *, of_starts: bool) -> Compensation:
+        settings: dict[str, Any] = {
             "outliers": {"grubbs": {"alpha": 0.05}},
             "compensations": [{self.name: dict(self.settings)}],
         }
         if not of_starts:
-            told |= {
+            settings |= {
                 "despike": {"hampel": {"window": 11}},
                 "fits": [{"polynomial": {"degree": 2}}],
                 "no_load": {"from": "latest", "procedure": "SSPB-NLI"},
@@ -87,7 +88,7 @@ class CompensationSubject(Subject):
         partners = {} if runs.no_load is None else {NO_LOAD: runs.no_load}
         result = analyse(
             replace(runs.loaded, partners=partners),
-            (AnalysisRef.model_validate({"breakaway" if of_starts else "swing_torque": told}),),
+            (AnalysisRef.model_validate({"breakaway" if of_starts else "swing_torque": settings}),),
             acceptance=None,
             measurand=tools().measurand,
             lookup=self._lookup,
@@ -102,24 +103,24 @@ class CompensationSubject(Subject):
         return Registry((*load_registry().plugins, self.plugin))
 
 
-def torques_nm(found: Compensation) -> Array:
+def torques_nm(compensation: Compensation) -> Array:
     """Return the torque at each set-point."""
-    return np.array([point.torque.value for point in found.points])
+    return np.array([point.torque.value for point in compensation.points])
 
 
-def expanded_nm(found: Compensation) -> Array:
+def expanded_nm(compensation: Compensation) -> Array:
     """Return the expanded uncertainty (95 %) at each set-point."""
-    return np.array([expanded(point.torque) for point in found.points])
+    return np.array([expanded(point.torque) for point in compensation.points])
 
 
-def refused(subject: CompensationSubject, runs: Runs) -> str:
+def refusal_reason(subject: CompensationSubject, runs: Runs) -> str:
     """Return its reason for refusing the recordings; '' if it gives a number."""
     try:
-        found = subject.answer(runs)
+        compensation = subject.answer(runs)
     except DataError as error:
         return str(error)
-    if found.points:
+    if compensation.points:
         return ""
-    if not found.not_applicable.strip():
+    if not compensation.not_applicable.strip():
         raise Nonconformity("it gives neither a number nor a reason")
-    return found.not_applicable
+    return compensation.not_applicable

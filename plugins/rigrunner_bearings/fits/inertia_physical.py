@@ -104,10 +104,10 @@ class InertiaPhysicalFit:
         torque = damping * np.outer(frequency_hz, angular_velocity(grid, 1.0, self._ratio))
         torque += inertia * np.outer(frequency_hz**2, angular_acceleration(grid, 1.0, self._ratio))
         best = np.clip(torque.argmax(axis=1), 1, PHASES - 2)
-        before, at, after = (
+        before, middle, after = (
             np.take_along_axis(torque, (best + k)[:, None], axis=1)[:, 0] for k in (-1, 0, 1)
         )
-        bend = before - 2 * at + after
+        bend = before - 2 * middle + after
         shift = np.divide(before - after, 2 * bend, out=np.zeros_like(bend), where=bend < 0)
         refined: Array = grid[best] + np.clip(shift, -1, 1) * (grid[1] - grid[0])
         return refined

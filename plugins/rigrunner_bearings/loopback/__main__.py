@@ -22,16 +22,16 @@ import click
 @click.option("--modbus-port", type=click.IntRange(0, 65535), default=0, help="0: any free one.")
 def main(station: Path, seed: int, bridge_port: int, modbus_port: int) -> None:
     """Run a torque bridge, an inverter, a press and a load cell on loopback, until Ctrl-C."""
-    over = threading.Event()
+    stop = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: over.set())
+        signal.signal(number, lambda *_: stop.set())
     try:
-        _run(station, seed, (bridge_port, modbus_port), over)
+        _run(station, seed, (bridge_port, modbus_port), stop)
     except OSError as error:
         raise click.ClickException(str(error)) from error
 
 
-def _run(station: Path, seed: int, ports: tuple[int, int], over: threading.Event) -> None:
+def _run(station: Path, seed: int, ports: tuple[int, int], stop: threading.Event) -> None:
     try:
         from rigrunner_bearings.loopback.bench import running_bench  # noqa: PLC0415  (not on Windows)
     except ImportError as error:
@@ -45,7 +45,7 @@ def _run(station: Path, seed: int, ports: tuple[int, int], over: threading.Event
         click.echo(f"press          Modbus TCP, unit 2 at 127.0.0.1:{bench.modbus_port}")
         click.echo(f"load cell      serial line {bench.cell_port}")
         click.echo(f"station        {station}")
-        over.wait()
+        stop.wait()
 
 
 if __name__ == "__main__":

@@ -31,12 +31,12 @@ NOISE_N = 0.3
 
 
 def line(load_n: float) -> bytes:
-    """Return what the cell says of a load: 'ST,+01000.2 N' and a carriage return with line feed."""
+    """Return the cell's line for a load: 'ST,+01000.2 N' and a carriage return with line feed."""
     return f"ST,{load_n:+08.1f} N\r\n".encode("ascii")
 
 
 class LoadCell:
-    """A load cell that sends ten lines a second on a pty, without being asked.
+    """A load cell that sends ten lines a second on a pty, unrequested.
 
     A context manager: its thread ends with it.
     """
@@ -44,11 +44,11 @@ class LoadCell:
     def __init__(self, plant: Plant, seed: int) -> None:
         self._plant = plant
         self._rng = np.random.default_rng([seed, 2])
-        self._over = threading.Event()
-        self._ours, self._theirs = pty.openpty()
-        tty.setraw(self._theirs)
-        os.set_blocking(self._ours, False)
-        self.port = os.ttyname(self._theirs)
+        self._stop = threading.Event()
+        self._cell_end, self._reader_end = pty.openpty()
+        tty.setraw(self._reader_end)
+        os.set_blocking(self._cell_end, False)
+        self.port = os.ttyname(self._reader_end)
         self._thread = threading.Thread(target=self._talk, name="load cell", daemon=True)
 
     def __enter__(self) -> Self:
@@ -56,16 +56,16 @@ class LoadCell:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._over.set()
+        self._stop.set()
         self._thread.join()
-        os.close(self._ours)
-        os.close(self._theirs)
+        os.close(self._cell_end)
+        os.close(self._reader_end)
 
     def _talk(self) -> None:
-        while not self._over.wait(1 / LINES_PER_S):
+        while not self._stop.wait(1 / LINES_PER_S):
             load_n = self._plant.load_n + self._rng.normal(0, NOISE_N)
             with suppress(BlockingIOError):  # no reader: what is old is lost, as on a real line
-                os.write(self._ours, line(load_n))
+                os.write(self._cell_end, line(load_n))
 
 
 @dataclass(frozen=True)

@@ -78,8 +78,8 @@ class Bridge:
         state = RigState(self._plant.frequency_hz, self._plant.load_n, elapsed_s)
         rng = noise_source(self._seed, state, repetition)
         channels = sample_channels(self._rig, state, count, self._errors, rng)
-        both = np.column_stack([np.rad2deg(channels["angle"]), channels["torque"]])
-        return Acquisition(both, self._rig.sensors.sample_rate_hz, time.monotonic())
+        samples = np.column_stack([np.rad2deg(channels["angle"]), channels["torque"]])
+        return Acquisition(samples, self._rig.sensors.sample_rate_hz, time.monotonic())
 
     @property
     def sample_rate_hz(self) -> float:
@@ -141,15 +141,15 @@ class _Conversation(socketserver.StreamRequestHandler):
 
     def _block(self, argument: str) -> bytes:
         """Return the next samples as an IEEE 488.2 definite-length block, once they are there."""
-        running = self._acquisition
-        if running is None:
+        acquisition = self._acquisition
+        if acquisition is None:
             raise RefusedError(NO_DATA)
-        most = len(running.samples) - self._fetched
+        most = len(acquisition.samples) - self._fetched
         if not argument.isdecimal() or not 0 < int(argument) <= most:
             raise RefusedError(ILLEGAL_PARAMETER)
         until = self._fetched + int(argument)
-        time.sleep(max(0.0, running.ready_s(until) - time.monotonic()))
-        data = running.samples[self._fetched : until].astype(">f4").tobytes()
+        time.sleep(max(0.0, acquisition.ready_s(until) - time.monotonic()))
+        data = acquisition.samples[self._fetched : until].astype(">f4").tobytes()
         self._fetched = until
         return f"#{len(str(len(data)))}{len(data)}".encode("ascii") + data
 

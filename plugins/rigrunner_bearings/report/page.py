@@ -100,11 +100,11 @@ def torque_page(report: ReportInput) -> TorquePage | None:
 
 def _figures(result: Result, points: Sequence[SetPoint]) -> Figures:
     torque = TorqueDetails.of(result)
-    compensated = any(each.by_method for each in points)
+    compensated = any(set_point.by_method for set_point in points)
     swings = compensated_swings(points, torque.primary) or recorded_swings(points)
     fitted = any(fit.curve is not None for fit in torque.fits)
-    fastest = [each.swing for each in by_frequency(points) if each.swing][-1:]
-    several = any(each.point.cycles > 1 for each in points)
+    fastest = [set_point.swing for set_point in by_frequency(points) if set_point.swing][-1:]
+    several = any(set_point.point.cycles > 1 for set_point in points)
     return Figures(
         over_frequency=over_frequency(result, points) if compensated else None,
         over_phase=over_phase(swings) if swings else None,

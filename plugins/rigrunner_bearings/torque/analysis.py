@@ -13,10 +13,10 @@ from rigrunner_bearings.api.rig import rig_of
 from rigrunner_bearings.api.torque import FittedTorque
 from rigrunner_bearings.signal.peaks import peak_points
 from rigrunner_bearings.torque.binding import bind
-from rigrunner_bearings.torque.bracketing import Bracket, Recorded, bracket
+from rigrunner_bearings.torque.bracketing import Bracket, RecordedPoint, bracket
 from rigrunner_bearings.torque.channels import role_of, torque_channel
 from rigrunner_bearings.torque.definition import definitions, kind_of
-from rigrunner_bearings.torque.diagnosis import Diagnosed, diagnose
+from rigrunner_bearings.torque.diagnosis import PreparedRuns, diagnose
 from rigrunner_bearings.torque.document import DocumentedTorque
 from rigrunner_bearings.torque.headline import (
     budget_of_mean,
@@ -93,9 +93,9 @@ class TorqueAnalysis:
         """Return one recording prepared; raise DataError."""
         return self.prepare(recording, run, self.spec, _outlier_rule(self.spec, self.context))
 
-    def compensated(self, found: Findings) -> Iterator[tuple[PeakPoint, CompensatedPoint]]:
+    def compensated(self, findings: Findings) -> Iterator[tuple[PeakPoint, CompensatedPoint]]:
         """Yield the points that it found, each as the primary method compensates it."""
-        for details in found.details:
+        for details in findings.details:
             if isinstance(details, DocumentedTorque) and self.spec.primary:
                 points = details.compensations[self.spec.primary].points
                 yield from zip(details.loaded, points, strict=False)
@@ -120,14 +120,14 @@ class _TorqueOfRun:
         around = self._bracket(loaded, no_load)
         no_load = no_load if around is None else around.between
         compensations = {
-            each.label: self._compensation(each, loaded, no_load, around)
-            for each in self.spec.compensations
+            reference.label: self._compensation(reference, loaded, no_load, around)
+            for reference in self.spec.compensations
         }
         primary = compensations.get(self.spec.primary, Compensation(self.context.measurand, ()))
         primary, checks = bind(
             primary,
             diagnose(
-                Diagnosed(
+                PreparedRuns(
                     self.run,
                     self.no_load_run,
                     loaded,
@@ -151,7 +151,7 @@ class _TorqueOfRun:
         why = forbidden((*checks, *primary.checks))
         if problem:
             why = f"There is no result to decide on: {problem}"
-        found, plugins = self._torque(loaded, primary, headline, raw), self.context.plugins
+        findings, plugins = self._torque(loaded, primary, headline, raw), self.context.plugins
         details = DocumentedTorque(
             spec=self.spec,
             plugins=plugins,
@@ -165,7 +165,7 @@ class _TorqueOfRun:
             primary=self.spec.primary,
             kind=kind_of(self.spec, plugins),
             headline=headline,
-            headline_components=found.means[0].components if found.means else (),
+            headline_components=findings.means[0].components if findings.means else (),
             raw_headline=raw,
             validation=self._validation(loaded, no_load, compensations, headline),
             problem=problem,
@@ -175,14 +175,15 @@ class _TorqueOfRun:
 
         notes = [problem] if problem else []
         notes += [
-            f"{each.where} exceeded its calibrated range: {each.text} ({each.run_id})."
-            for each in beyond_calibration(details, self.run, self.no_load_run)
+            f"{out.where} exceeded its calibrated range: {out.text} ({out.run_id})."
+            for out in beyond_calibration(details, self.run, self.no_load_run)
         ]
-        return replace(found, checks=checks, notes=tuple(notes), details=(details,))
+        return replace(findings, checks=checks, notes=tuple(notes), details=(details,))
 
     def _loaded_sources(self) -> tuple[Recording, ...]:
-        own = self.spec.has_own_no_load
-        return of_this_run(self.run, loaded=True) if own else sources(self.run)
+        if self.spec.has_own_no_load:
+            return of_this_run(self.run, loaded=True)
+        return sources(self.run)
 
     def _no_load(self) -> tuple[PeakPoint, ...]:
         if self.spec.has_own_no_load:
@@ -198,16 +199,16 @@ class _TorqueOfRun:
         spec = self.spec.no_load
         if spec is None or self.spec.starts or not (loaded and no_load):
             return None
-        under_load = tuple(map(Recorded, self._loaded_sources(), loaded))
+        under_load = tuple(map(RecordedPoint, self._loaded_sources(), loaded))
         if spec.is_this_run:
-            own = of_this_run(self.run, loaded=False)
-            return bracket(under_load, tuple(map(Recorded, own, no_load)), spec.drift)
+            unloaded = of_this_run(self.run, loaded=False)
+            return bracket(under_load, tuple(map(RecordedPoint, unloaded, no_load)), spec.drift)
         if self.no_load_run is None or self.no_load_after is None:
             return None
         early, late = sources(self.no_load_run), sources(self.no_load_after)
         after = self._points(self.no_load_after, late)
-        without = tuple(map(Recorded, (*early, *late), (*no_load, *after)))
-        around = bracket(under_load, without, spec.drift)
+        without_load = tuple(map(RecordedPoint, (*early, *late), (*no_load, *after)))
+        around = bracket(under_load, without_load, spec.drift)
         if around is None:
             raise DataError(
                 f"{self.no_load_run.run_id} and {self.no_load_after.run_id} are not before and"
@@ -216,22 +217,22 @@ class _TorqueOfRun:
             )
         return around
 
-    def _points(self, run: RunData, found: Sequence[Recording]) -> tuple[PeakPoint, ...]:
+    def _points(self, run: RunData, recordings: Sequence[Recording]) -> tuple[PeakPoint, ...]:
         """Return the prepared sources; none where the procedure asks for no analysis."""
         if not (self.spec.fits or self.spec.compensations):
             return ()
-        if not found:
+        if not recordings:
             raise DataError(f"run {run.run_id} has no recordings to analyse")
-        require_one_label(found)
+        require_one_label(recordings)
         rule = _outlier_rule(self.spec, self.context)
         if self.spec.starts is not None:
-            return prepare_starts(found, run, self.spec.starts, self.spec, rule)
-        return tuple(self.prepare(each, run, self.spec, rule) for each in found)
+            return prepare_starts(recordings, run, self.spec.starts, self.spec, rule)
+        return tuple(self.prepare(recording, run, self.spec, rule) for recording in recordings)
 
     def _method(self, reference: PluginRef) -> CompensationMethod:
         subject = Subject("compensation", reference.name)
-        made = self.context.plugins.make("compensation", reference.name, reference.settings)
-        return ScrutinisedMethod(subject, made)
+        method = self.context.plugins.make("compensation", reference.name, reference.settings)
+        return ScrutinisedMethod(subject, method)
 
     def _compensation(
         self,
@@ -242,24 +243,21 @@ class _TorqueOfRun:
     ) -> Compensation:
         method = self._method(reference)
         try:
-            found = compensated(method, self._sweep(loaded, no_load))
+            compensation = compensated(method, self._sweep(loaded, no_load))
             if around is not None:
                 early, late = (
                     compensated(method, self._sweep(loaded, side))
                     for side in (around.before, around.after)
                 )
-                found = around.widened(found, early, late)
+                compensation = around.widened(compensation, early, late)
         except DataError as error:
             return Compensation(self.context.measurand, (), not_applicable=str(error))
-        found = with_study(found, rig_of(self.run).gauge_study)
-        found, checks = bind(found, found.checks)
-        return replace(found, checks=checks)
+        compensation = with_study(compensation, rig_of(self.run).gauge_study)
+        compensation, checks = bind(compensation, compensation.checks)
+        return replace(compensation, checks=checks)
 
     def _with_half_the_samples(
-        self,
-        loaded: tuple[PeakPoint, ...],
-        no_load: tuple[PeakPoint, ...],
-        primary: Compensation,
+        self, loaded: tuple[PeakPoint, ...], no_load: tuple[PeakPoint, ...], primary: Compensation
     ) -> tuple[float, ...]:
         plugin = self.spec.primary_plugin
         if plugin is None or not primary.points:
@@ -269,7 +267,7 @@ class _TorqueOfRun:
 
     def _sweep(self, loaded: tuple[PeakPoint, ...], no_load: tuple[PeakPoint, ...]) -> Sweep:
         instrument = self._instrument()
-        rig = with_known_load(self.run, instrument.channel, [each.load_n for each in loaded])
+        rig = with_known_load(self.run, instrument.channel, [point.load_n for point in loaded])
         apart = not self.spec.has_own_no_load and self.no_load_after is None
         return Sweep(
             loaded, no_load, rig, instrument, first_fit(self.spec, self.context.plugins), apart
@@ -285,14 +283,15 @@ class _TorqueOfRun:
         """Return the Monte Carlo check of the primary method, where one is asked for."""
         if self.spec.validate_ is None or headline is None or self.context.interim:
             return None
-        (primary,) = (each for each in self.spec.compensations if each.label == self.spec.primary)
+        primary = self.spec.primary
+        (reference,) = (each for each in self.spec.compensations if each.label == primary)
         return validate(
-            self._method(primary),
+            self._method(reference),
             self._sweep(loaded, no_load),
-            compensations[primary.label].points,
+            compensations[primary].points,
             headline,
-            name=primary.label,
-            how=self.spec.validate_.monte_carlo,
+            name=primary,
+            spec=self.spec.validate_.monte_carlo,
             zeroed=self._instrument().channel in self.run.zeros,
             progress=self.context.progress,
         )
@@ -348,8 +347,8 @@ def fitted(
     """Return every fit of the procedure through the peaks; one that failed says why."""
     peaks = peak_points(points)
     return tuple(
-        _fitted(each.label, plugins.make("fit", each.name, each.settings), peaks)
-        for each in spec.fits
+        _fitted(reference.label, plugins.make("fit", reference.name, reference.settings), peaks)
+        for reference in spec.fits
     )
 
 

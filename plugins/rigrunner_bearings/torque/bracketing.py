@@ -30,23 +30,23 @@ LINE = "drift between the no-load points"
 SAME_FREQUENCY = 0.005
 """How far, relatively, set frequencies may differ and still be the same one."""
 LEAST_CHANGE = 0.2
-"""Of a temperature in K, between before and after: of less, time tells more."""
+"""Of a temperature in K, from before to after: if it is less, time is the better measure."""
 
 
 @dataclass(frozen=True, eq=False)
-class Recorded:
+class RecordedPoint:
     """A prepared point with the recording that it is of."""
 
     recording: Recording
     point: PeakPoint
 
     def at(self, drift: str) -> float:
-        """Return where it stands: its begin in s, or a value that was read beside it."""
+        """Return its place in the drift: its begin in s, or a value that was read beside it."""
         if drift == BY_TIME:
             return datetime.fromisoformat(self.recording.started_utc).timestamp()
         return self.recording.conditions[drift]
 
-    def is_at(self, other: Recorded) -> bool:
+    def is_at(self, other: RecordedPoint) -> bool:
         """Say whether both have the same set frequency."""
         ours, theirs = self.point.set_frequency_hz, other.point.set_frequency_hz
         return abs(ours - theirs) <= SAME_FREQUENCY * max(ours, theirs)
@@ -65,9 +65,9 @@ class Bracket:
     by: str
 
     def widened(
-        self, found: Compensation, before: Compensation, after: Compensation
+        self, compensation: Compensation, before: Compensation, after: Compensation
     ) -> Compensation:
-        """Return a compensation with a line for what the drift may have been besides."""
+        """Return a compensation with a line for a drift that was not linear."""
         name = f"{LINE} ({self.by})"
         points = tuple(
             with_effects(
@@ -79,71 +79,84 @@ class Bracket:
                     )
                 ],
             )
-            for point, early, late in zip(found.points, before.points, after.points, strict=True)
+            for point, early, late in zip(
+                compensation.points, before.points, after.points, strict=True
+            )
         )
-        return replace(found, points=points)
+        return replace(compensation, points=points)
 
 
-def bracket(loaded: Sequence[Recorded], no_load: Sequence[Recorded], drift: str) -> Bracket | None:
+def bracket(
+    loaded: Sequence[RecordedPoint], no_load: Sequence[RecordedPoint], drift: str
+) -> Bracket | None:
     """Return the bracket that a run's own no-load points make; None if they are on one side.
 
     Of each frequency the last before the loaded points and the first after them count. `drift` is
-    BY_TIME, or a channel that was read beside the recordings; where that is not there, or did not
-    change, time stands for it.
+    BY_TIME, or a channel that was read beside the recordings; where that is missing, or did not
+    change, time is used.
     """
-    found = [_around(loaded, no_load, each) for each in _frequencies(no_load)]
-    pairs = [each for each in found if each is not None]
+    brackets = [_around(loaded, no_load, point) for point in _one_per_frequency(no_load)]
+    pairs = [pair for pair in brackets if pair is not None]
     if not pairs:
         return None
-    alone = [each for each in no_load if not any(each.is_at(early) for early, *_ in pairs)]
-    by = drift if all(_tells(drift, *each) for each in pairs) else BY_TIME
-    shares = [_share(by, *each) for each in pairs]
+    unpaired = tuple(
+        recorded.point
+        for recorded in no_load
+        if not any(recorded.is_at(early) for early, *_ in pairs)
+    )
+    by = drift if all(_has_changed(drift, *pair) for pair in pairs) else BY_TIME
+    shares = [_share(by, *pair) for pair in pairs]
     between = [
         _between(early.point, late.point, share)
         for (early, late, _), share in zip(pairs, shares, strict=True)
     ]
-    rest = tuple(each.point for each in alone)
     return Bracket(
-        before=(*(early.point for early, *_ in pairs), *rest),
-        after=(*(late.point for _, late, _ in pairs), *rest),
-        between=(*between, *rest),
+        before=(*(early.point for early, *_ in pairs), *unpaired),
+        after=(*(late.point for _, late, _ in pairs), *unpaired),
+        between=(*between, *unpaired),
         beyond=max(0.5, *(abs(share - 0.5) for share in shares)),
         by=by if by == drift else f"by time, as {drift} does not tell",
     )
 
 
-def _frequencies(points: Sequence[Recorded]) -> Iterator[Recorded]:
+def _one_per_frequency(points: Sequence[RecordedPoint]) -> Iterator[RecordedPoint]:
     """Yield one point of each set frequency."""
-    seen: list[Recorded] = []
-    for each in points:
-        if not any(each.is_at(other) for other in seen):
-            seen.append(each)
-            yield each
+    seen: list[RecordedPoint] = []
+    for point in points:
+        if not any(point.is_at(other) for other in seen):
+            seen.append(point)
+            yield point
 
 
 def _around(
-    loaded: Sequence[Recorded], no_load: Sequence[Recorded], like: Recorded
-) -> tuple[Recorded, Recorded, tuple[Recorded, ...]] | None:
-    inside = tuple(each for each in loaded if each.is_at(like)) or tuple(loaded)
-    first, last = (pick(each.at(BY_TIME) for each in inside) for pick in (min, max))
-    same = sorted((each for each in no_load if each.is_at(like)), key=lambda each: each.at(BY_TIME))
-    before = [each for each in same if each.at(BY_TIME) < first]
-    after = [each for each in same if each.at(BY_TIME) > last]
+    loaded: Sequence[RecordedPoint], no_load: Sequence[RecordedPoint], example: RecordedPoint
+) -> tuple[RecordedPoint, RecordedPoint, tuple[RecordedPoint, ...]] | None:
+    inside = tuple(point for point in loaded if point.is_at(example)) or tuple(loaded)
+    first, last = (pick(point.at(BY_TIME) for point in inside) for pick in (min, max))
+    same = sorted(
+        (point for point in no_load if point.is_at(example)), key=lambda point: point.at(BY_TIME)
+    )
+    before = [point for point in same if point.at(BY_TIME) < first]
+    after = [point for point in same if point.at(BY_TIME) > last]
     return (before[-1], after[0], inside) if before and after else None
 
 
-def _tells(drift: str, early: Recorded, late: Recorded, inside: Sequence[Recorded]) -> bool:
+def _has_changed(
+    drift: str, early: RecordedPoint, late: RecordedPoint, inside: Sequence[RecordedPoint]
+) -> bool:
     """Say whether a channel was read with all of them, and changed."""
     if drift == BY_TIME:
         return True
-    if not all(drift in each.recording.conditions for each in (early, late, *inside)):
+    if not all(drift in point.recording.conditions for point in (early, late, *inside)):
         return False
     return abs(late.at(drift) - early.at(drift)) >= LEAST_CHANGE
 
 
-def _share(by: str, early: Recorded, late: Recorded, inside: Sequence[Recorded]) -> float:
+def _share(
+    by: str, early: RecordedPoint, late: RecordedPoint, inside: Sequence[RecordedPoint]
+) -> float:
     """Return how far the loaded points lie from before to after: 0 to 1, or beyond."""
-    mean = sum(each.at(by) for each in inside) / len(inside)
+    mean = sum(point.at(by) for point in inside) / len(inside)
     return (mean - early.at(by)) / (late.at(by) - early.at(by))
 
 
@@ -156,8 +169,8 @@ def _between(early: PeakPoint, late: PeakPoint, share: float) -> PeakPoint:
         min(first.dof, last.dof),
         first.unit,
     )
-    peaks = _mixed(early.peak_nm[early.peak_kept], late.peak_nm[late.peak_kept], share)
-    mixed = replace(
+    peaks = _weighted_mean(early.peak_nm[early.peak_kept], late.peak_nm[late.peak_kept], share)
+    between = replace(
         early,
         frequency_hz=frequency,
         peak_nm=peaks,
@@ -165,19 +178,19 @@ def _between(early: PeakPoint, late: PeakPoint, share: float) -> PeakPoint:
         peak_rejections=early.peak_rejections + late.peak_rejections,
         spikes=early.spikes + late.spikes,
     )
-    if not (isinstance(mixed, SwingPoint) and isinstance(late, SwingPoint)):
-        return mixed
-    torque = _mixed(mixed.torque_nm[mixed.kept], late.torque_nm[late.kept], share)
+    if not (isinstance(between, SwingPoint) and isinstance(late, SwingPoint)):
+        return between
+    torque = _weighted_mean(between.torque_nm[between.kept], late.torque_nm[late.kept], share)
     return replace(
-        mixed,
+        between,
         torque_nm=torque,
         kept=np.ones(len(torque), dtype=bool),
-        waveform_rejections=mixed.waveform_rejections + late.waveform_rejections,
-        angle_rad=(1 - share) * mixed.angle_rad + share * late.angle_rad,
+        waveform_rejections=between.waveform_rejections + late.waveform_rejections,
+        angle_rad=(1 - share) * between.angle_rad + share * late.angle_rad,
     )
 
 
-def _mixed(early: Array, late: Array, share: float) -> Array:
+def _weighted_mean(early: Array, late: Array, share: float) -> Array:
     """Return the weighted mean of both, cycle by cycle, as far as there are of either."""
     count = min(len(early), len(late))
     return np.asarray((1 - share) * early[:count] + share * late[:count])

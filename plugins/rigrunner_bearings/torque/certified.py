@@ -33,85 +33,87 @@ _STATISTIC_DECIMALS = 3
 
 
 def certified_torque(
-    found: TorqueDetails, run: RunData, no_load_run: RunData | None
+    details: TorqueDetails, run: RunData, no_load_run: RunData | None
 ) -> CertifiedDetails:
     """Return its parts; raise DataError where the primary method gave no result."""
-    runs = ((run, found.loaded), (no_load_run, found.no_load))
-    quantity = found.compensations[found.primary].measurand if found.primary else ""
-    channels = list(torque_instruments(run.instruments.values())) if found.loaded else []
-    if _is_loaded(found):
+    runs = ((run, details.loaded), (no_load_run, details.no_load))
+    quantity = details.compensations[details.primary].measurand if details.primary else ""
+    channels = list(torque_instruments(run.instruments.values())) if details.loaded else []
+    if _is_loaded(details):
         channels.append(_load_channel(run))
     load = [
         Deviation(kind="load", run_id=run.run_id, where=_load_channel(run), text=text)
-        for text in (_load_problem(found, run),)
+        for text in (_load_problem(details, run),)
         if text
     ]
     return CertifiedDetails(
-        results=_results(found, run),
-        method=found.primary,
+        results=_results(details, run),
+        method=details.primary,
         quantity=quantity,
-        validity=tuple(_validity(found)),
+        validity=tuple(_validity(details)),
         channels=frozenset(channels),
-        deviations=(*beyond_calibration(found, run, no_load_run), *load),
+        deviations=(*beyond_calibration(details, run, no_load_run), *load),
         rejected=tuple(
-            each
-            for one, points in runs
-            if one is not None
+            cycle
+            for source_run, points in runs
+            if source_run is not None
             for point in points
-            for each in _rejected(one.run_id, point)
+            for cycle in _rejected(source_run.run_id, point)
         ),
     )
 
 
-def _results(found: TorqueDetails, run: RunData) -> Results | None:
-    """Return the results of the primary method; None where none was asked for."""
-    if not found.primary:
+def _results(details: TorqueDetails, run: RunData) -> Results | None:
+    """Return the results of the primary method; None where the procedure has none."""
+    if not details.primary:
         return None
-    if found.headline is None:
-        raise DataError(f"{run.run_id} has no result to certify: {found.problem}")
-    points = found.compensations[found.primary].points
+    if details.headline is None:
+        raise DataError(f"{run.run_id} has no result to certify: {details.problem}")
+    points = details.compensations[details.primary].points
     return Results(
-        headline=stated(found.headline, "the result"),
-        motion="start" if any(isinstance(each, StartPoint) for each in found.loaded) else "swing",
-        points=tuple(_point(each, found.loaded) for each in points),
+        headline=stated(details.headline, "the result"),
+        motion="start"
+        if any(isinstance(point, StartPoint) for point in details.loaded)
+        else "swing",
+        points=tuple(map(_point, points, details.loaded)),
     )
 
 
-def _validity(found: TorqueDetails) -> Iterator[ValidityCondition]:
+def _validity(details: TorqueDetails) -> Iterator[ValidityCondition]:
     """Yield on what the results are conditional, by the kind of their measurand."""
-    if found.kind is None:
+    if details.kind is None:
         return
-    for code in found.kind.validity:
-        allowed = found.support_allowance if code is Validity.SUPPORT_FRICTION else None
+    for code in details.kind.validity:
+        allowed = details.support_allowance if code is Validity.SUPPORT_FRICTION else None
         text = "" if allowed is None else f"{printed(allowed[0], 1)} {allowed[1]}"
         yield ValidityCondition(code=code.value, allowance=text)
 
 
 def beyond_calibration(
-    found: TorqueDetails, run: RunData, no_load_run: RunData | None
+    details: TorqueDetails, run: RunData, no_load_run: RunData | None
 ) -> Iterator[Deviation]:
     """Yield each channel that exceeded its calibrated range, with how far, in words."""
-    for one, points in ((run, found.loaded), (no_load_run, found.no_load)):
-        if one is None or not (points or found.primary):
+    for source_run, points in ((run, details.loaded), (no_load_run, details.no_load)):
+        if source_run is None or not (points or details.primary):
             continue
         ranges = [
             (instrument, *_extremes(points), "N·m")
-            for instrument in torque_instruments(one.instruments.values()).values()
+            for instrument in torque_instruments(source_run.instruments.values()).values()
         ]
-        cell = _load_cell(one)
+        cell = _load_cell(source_run)
         loads = [point.load_n for point in points if point.load_n > 0]
         if cell is not None and loads:
             ranges.append((cell, min(loads), max(loads), "N"))
         for instrument, lowest, highest, unit in ranges:
             if text := instrument.beyond_range(lowest, highest, unit):
                 yield Deviation(
-                    kind="range", run_id=one.run_id, where=instrument.channel, text=text
+                    kind="range", run_id=source_run.run_id, where=instrument.channel, text=text
                 )
 
 
-def _load_problem(found: TorqueDetails, run: RunData) -> str:
-    """Return in words why it is not known how well the load is known; '' where that is known."""
-    if not _is_loaded(found):
+def _load_problem(details: TorqueDetails, run: RunData) -> str:
+    """Return in words why the error of the load is not known; '' where it is known."""
+    if not _is_loaded(details):
         return ""
     cell, tolerance = _load_cell(run), rig_of(run).load_tolerance
     stated = "load_tolerance" in run.rig_keys
@@ -120,7 +122,7 @@ def _load_problem(found: TorqueDetails, run: RunData) -> str:
         return f"no instrument for it is in the station's register; its error is taken as {assumed}"
     if not (cell.certificate or cell.calibration):
         return f"the register names no calibration certificate of {cell.name}"
-    least = min(point.load_n for point in found.loaded if point.load_n > 0)
+    least = min(point.load_n for point in details.loaded if point.load_n > 0)
     if cell.limit_of_error(least) is None and not stated:
         return f"the register does not say how accurate {cell.name} is; it is taken as {assumed}"
     return ""
@@ -132,8 +134,8 @@ def _load_channel(run: RunData) -> str:
     return Member(role_of(torque), "load")
 
 
-def _is_loaded(found: TorqueDetails) -> bool:
-    return any(point.load_n > 0 for point in found.loaded)
+def _is_loaded(details: TorqueDetails) -> bool:
+    return any(point.load_n > 0 for point in details.loaded)
 
 
 def _load_cell(run: RunData) -> Instrument | None:
@@ -152,18 +154,15 @@ def _extremes(points: Sequence[PeakPoint]) -> tuple[float, float]:
     return min(values), max(values)
 
 
-def _point(found: CompensatedPoint, recorded: Sequence[PeakPoint]) -> PointResult:
-    # Its recording: the same set-point, the nearest in frequency.
-    same = [each for each in recorded if each.set_frequency_hz == found.set_frequency_hz]
-    point = min(same, key=lambda each: abs(each.frequency_hz.value - found.frequency_hz))
-    torque = stated(found.torque, f"the result of {point.recording}")
+def _point(compensated: CompensatedPoint, point: PeakPoint) -> PointResult:
+    torque = stated(compensated.torque, f"the result of {point.recording}")
     raw_nm = mean_peak(point).value
     peaks = int(point.peak_kept.sum())
-    used = peaks if found.cycles_used is None else found.cycles_used
+    used = peaks if compensated.cycles_used is None else compensated.cycles_used
     return PointResult(
         recording=point.recording,
-        set_frequency_hz=found.set_frequency_hz,
-        frequency_hz=found.frequency_hz,
+        set_frequency_hz=compensated.set_frequency_hz,
+        frequency_hz=compensated.frequency_hz,
         load_n=point.load_n,
         cycles=point.cycles,
         cycles_rejected=point.cycles - used,
@@ -174,25 +173,25 @@ def _point(found: CompensatedPoint, recorded: Sequence[PeakPoint]) -> PointResul
 
 
 def _rejected(run_id: str, point: PeakPoint) -> Iterator[RejectedCycle]:
-    for each in point.peak_rejections:
-        yield _cycle(run_id, point.recording, "peak", each)
+    for rejection in point.peak_rejections:
+        yield _cycle(run_id, point.recording, "peak", rejection)
     if isinstance(point, SwingPoint):
-        for each in point.waveform_rejections:
-            yield _cycle(run_id, point.recording, "waveform", each)
+        for rejection in point.waveform_rejections:
+            yield _cycle(run_id, point.recording, "waveform", rejection)
 
 
 def _cycle(
-    run_id: str, recording: str, what: Literal["peak", "waveform"], each: Rejection
+    run_id: str, recording: str, what: Literal["peak", "waveform"], rejection: Rejection
 ) -> RejectedCycle:
     return RejectedCycle(
         run_id=run_id,
         recording=recording,
-        cycle=each.index + 1,
+        cycle=rejection.index + 1,
         what=what,
-        rule=each.rule,
-        value_nm=finite(each.value),
-        statistic=finite(each.statistic),
-        critical=finite(each.critical),
-        printed_statistic=printed(each.statistic, _STATISTIC_DECIMALS),
-        printed_critical=printed(each.critical, _STATISTIC_DECIMALS),
+        rule=rejection.rule,
+        value_nm=finite(rejection.value),
+        statistic=finite(rejection.statistic),
+        critical=finite(rejection.critical),
+        printed_statistic=printed(rejection.statistic, _STATISTIC_DECIMALS),
+        printed_critical=printed(rejection.critical, _STATISTIC_DECIMALS),
     )

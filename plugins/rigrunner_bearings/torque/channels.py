@@ -17,18 +17,18 @@ if TYPE_CHECKING:
     from rigrunner.api.data import Samples
 
 INDEX = "index"
-"""The name of a channel of pulses; of all others the unit says what they are."""
+"""The name of a channel of pulses; all others are identified by their unit."""
 
 
 def torque_channel(recording: Recording, registered: Collection[str] = ()) -> str:
     """Return the name of the torque channel; of several, the one in the instrument register."""
-    found = torque_channels(recording)
-    chosen = [name for name in found if name in registered] if len(found) > 1 else found
+    channels = torque_channels(recording)
+    chosen = [name for name in channels if name in registered] if len(channels) > 1 else channels
     if len(chosen) == 1:
         return chosen[0]
-    if found:
+    if channels:
         raise DataError(
-            f"recording {recording.name} has several torque channels: {', '.join(found)}",
+            f"recording {recording.name} has several torque channels: {', '.join(channels)}",
             hint="enter the one to analyse in the station's instruments",
         )
     others = sorted(f"{name} in {recording.units.get(name, '?')}" for name in recording.channels)
@@ -49,7 +49,7 @@ def motion_channel(recording: Recording) -> tuple[MotionSource, str]:
 
     An angle, or else an angular velocity, or else a channel that is called 'index'.
     """
-    for source, what, found in (
+    for source, what, channels in (
         (MotionSource.ANGLE, "angle", _channels(recording, "rad")),
         (MotionSource.TACHO, "velocity", _channels(recording, "rad/s")),
         (
@@ -58,13 +58,13 @@ def motion_channel(recording: Recording) -> tuple[MotionSource, str]:
             [n for n in recording.channels if Member.parse(n).name == INDEX],
         ),
     ):
-        if len(found) > 1:
+        if len(channels) > 1:
             raise DataError(
-                f"recording {recording.name} has several {what} channels: {', '.join(found)}",
+                f"recording {recording.name} has several {what} channels: {', '.join(channels)}",
                 hint=f"record only the {what} of the swing",
             )
-        if found:
-            return source, found[0]
+        if channels:
+            return source, channels[0]
     return MotionSource.ENTERED, ""
 
 

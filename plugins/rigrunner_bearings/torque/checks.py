@@ -21,7 +21,7 @@ from rigrunner_bearings.torque.channels import torque_channel
 from rigrunner_bearings.torque.sampling import ENOUGH, samples_per_cycle
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable, Iterator, Sequence
 
     from rigrunner.api import Recording, RunData
     from rigrunner.api.data import Samples
@@ -144,24 +144,24 @@ LIMITS = (
 def run_checks(run: RunData, points: tuple[PeakPoint, ...], prefix: str = "") -> Iterator[Check]:
     """Yield the checks of one run and its prepared points, their names with that prefix."""
     swings = [point for point in points if isinstance(point, SwingPoint)]
-    several = [point for point in points if point.cycles > 1]
+    cyclic = [point for point in points if point.cycles > 1]
     yield motion_check(points, prefix)
-    yield ENTERED_FREQUENCY.check((_wrong_frequency(each, run) for each in several), prefix)
+    yield ENTERED_FREQUENCY.check((_wrong_frequency(point, run) for point in cyclic), prefix)
     rig = rig_of(run)
     angles = [point for point in swings if point.motion is MotionSource.ANGLE]
-    yield STROKE.check((_wrong_stroke(each, rig.eccentric_ratio) for each in angles), prefix)
+    yield STROKE.check((_wrong_stroke(point, rig.eccentric_ratio) for point in angles), prefix)
     yield STEADY.check(map(_unsteady, angles), prefix)
-    clipped = CLIPPING.check((_clipped(each, run) for each in run.recordings), prefix)
+    clipped = CLIPPING.check((_clipped(recording, run) for recording in run.recordings), prefix)
     # A converter's coarse zero while a bearing rests before its start is no lost peak.
     yield replace(clipped, decisive=clipped.decisive and bool(swings))
     yield STUCK.check(
-        (_stuck(each, run) for each in several if not isinstance(each, StartPoint)), prefix
+        (_stuck(point, run) for point in cyclic if not isinstance(point, StartPoint)), prefix
     )
-    yield RANGE.check((_used(each, run) for each in run.recordings), prefix)
-    yield SPIKES.check(map(_spiky, points), prefix)
-    yield CYCLES.check(map(_cycles, several), prefix)
+    yield RANGE.check((_full_scale_used(recording, run) for recording in run.recordings), prefix)
+    yield SPIKES.check(map(_spikes_per_cycle, points), prefix)
+    yield CYCLES.check(map(_cycles, cyclic), prefix)
     yield SAMPLES.check(map(_samples, swings), prefix)
-    torques = sorted({torque_channel(each, run.instruments) for each in run.recordings})
+    torques = sorted({torque_channel(recording, run.instruments) for recording in run.recordings})
     yield ZERO.check(((float(name not in run.zeros), name) for name in torques), prefix)
 
 
@@ -178,13 +178,15 @@ def zero_drift_check(run: RunData, no_load: RunData) -> Check:
 
 
 def friction_check(
-    torques_nm: Iterable[tuple[float, float]], load_n: float, swing_radius_m: float
+    torques_nm: Sequence[tuple[float, float]], loads_n: Sequence[float], swing_radius_m: float
 ) -> Check:
-    """Check mu = T / (F r) of the compensated torque at each set-point: frequency in Hz, torque."""
-    if load_n <= 0:
+    """Check mu = T / (F r) at each set-point: its frequency in Hz and torque, and its load."""
+    if min(loads_n) <= 0:
         return skipped(FRICTION.name, "the run has no load")
-    friction = ((f, torque / (load_n * swing_radius_m)) for f, torque in torques_nm)
-    return FRICTION.check((mu, f"{f:g} Hz μ = {mu:.4f}") for f, mu in friction)
+    return FRICTION.check(
+        (mu := torque / (load_n * swing_radius_m), f"{f:g} Hz μ = {mu:.4f}")
+        for (f, torque), load_n in zip(torques_nm, loads_n, strict=True)
+    )
 
 
 def positive_check(torques_nm: Iterable[tuple[float, float]]) -> Check:
@@ -192,10 +194,10 @@ def positive_check(torques_nm: Iterable[tuple[float, float]]) -> Check:
 
     One that is not positive is off by what it lacks to those of the others, at least.
     """
-    found = list(torques_nm)
-    usual = float(np.median([abs(torque) for _, torque in found]))
-    check = POSITIVE.check((torque, f"{f:g} Hz {torque:.4f} N·m") for f, torque in found)
-    lacking = [(f, torque - usual if torque <= 0 else 0.0) for f, torque in found]
+    points = list(torques_nm)
+    usual = float(np.median([abs(torque) for _, torque in points]))
+    check = POSITIVE.check((torque, f"{f:g} Hz {torque:.4f} N·m") for f, torque in points)
+    lacking = [(f, torque - usual if torque <= 0 else 0.0) for f, torque in points]
     return replace(
         check, biases=tuple(Bias(f"{f:g} Hz", bias, abs(bias) / 2) for f, bias in lacking)
     )
@@ -204,8 +206,8 @@ def positive_check(torques_nm: Iterable[tuple[float, float]]) -> Check:
 def _wrong_frequency(point: PeakPoint, run: RunData) -> tuple[float, str]:
     measured, entered = seen_frequency_hz(point, run), point.set_frequency_hz
     percent = 100 * abs(measured - entered) / abs(entered)
-    seen = f"{SEEN[point.motion]} {measured:.4g} Hz"
-    return percent, f"{point.recording} entered {entered:g} Hz, {seen}"
+    source = f"{SEEN[point.motion]} {measured:.4g} Hz"
+    return percent, f"{point.recording} entered {entered:g} Hz, {source}"
 
 
 def _wrong_stroke(point: SwingPoint, ratio: float) -> tuple[float, str]:
@@ -237,7 +239,7 @@ def _stuck(point: PeakPoint, run: RunData) -> tuple[float, str]:
     A coarse converter, or a logger that repeats its samples, does so in every cycle. What is usual
     is held to a quarter of a cycle: a torque that swings keeps no value for a whole one.
     """
-    recording = next(each for each in run.recordings if each.name == point.recording)
+    recording = next(recording for recording in run.recordings if recording.name == point.recording)
     torque = recording.channels[torque_channel(recording, run.instruments)]
     stuck = longest_stuck(torque, point.cycles)
     usual = min(max(float(np.median(stuck)), SHORT), len(torque) / point.cycles / (STUCK.upper + 1))
@@ -245,7 +247,7 @@ def _stuck(point: PeakPoint, run: RunData) -> tuple[float, str]:
     return float(stuck.max()) / usual, words
 
 
-def _used(recording: Recording, run: RunData) -> tuple[float, str]:
+def _full_scale_used(recording: Recording, run: RunData) -> tuple[float, str]:
     """Return how much of full scale is used, by two neighbours: a single spike does not count."""
     channel = torque_channel(recording, run.instruments)
     instrument = run.instruments.get(channel)
@@ -267,7 +269,7 @@ def _peak_of_pairs(torque: Samples) -> float:
     return float(peak) if peak > -inf else 0.0
 
 
-def _spiky(point: PeakPoint) -> tuple[float, str]:
+def _spikes_per_cycle(point: PeakPoint) -> tuple[float, str]:
     words = f"{point.recording} {point.spikes} samples in {point.cycles} cycles"
     return point.spikes / point.cycles, words
 
@@ -299,10 +301,10 @@ SINGLE = "single values at entered frequencies, whose scatter is unknown; only p
 
 def motion_check(points: Iterable[PeakPoint], prefix: str = "") -> Check:
     """Return whether an angle channel showed the motion, or what stood for it."""
-    found = dict.fromkeys(
+    texts = dict.fromkeys(
         SINGLE if point.cycles == 1 else FALLBACKS.get(point.motion, "") for point in points
     )
-    stand_ins = "; ".join(text for text in found if text)
+    stand_ins = "; ".join(text for text in texts if text)
     return Check(
         f"{prefix}angle channel",
         ok=not stand_ins,
@@ -315,6 +317,6 @@ def seen_frequency_hz(point: PeakPoint, run: RunData) -> float:
     """Return the measured frequency; where only one was entered, that of the torque itself."""
     if point.motion is not MotionSource.ENTERED:
         return point.frequency_hz.value
-    recording = next(each for each in run.recordings if each.name == point.recording)
+    recording = next(recording for recording in run.recordings if recording.name == point.recording)
     torque = recording.channels[torque_channel(recording, run.instruments)]
     return repetition_frequency(torque, recording.rate_hz, point.set_frequency_hz)

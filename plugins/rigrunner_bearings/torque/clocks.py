@@ -1,4 +1,4 @@
-"""What a doubt about the clocks of torque and angle makes of a method, and when it is too much."""
+"""The effect of two clocks for torque and angle on a method, and the limit of their alignment."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ ALIGNMENT_U = "_alignment_u"
 SHARE = 0.05
 """Of the torque: what a misalignment of one standard uncertainty may move it by. Up to there the
 effect grows with the misalignment; beyond, the maximum is looked for at the wrong place, and no
-uncertainty that is found by a small shift stands for it (docs/evidence/clocks.md)."""
+uncertainty that is found by a small shift covers it (docs/evidence/clocks.md)."""
 
 _NOTHING_NM = 1e-12
 CLOCKS = Limit(
@@ -53,16 +53,16 @@ def shift_rad(point: PeakPoint) -> float:
 
 @dataclass(frozen=True)
 class Alignment:
-    """Of one set-point: the standard uncertainty of the alignment, and what the method bears."""
+    """At one set-point: the standard uncertainty of the alignment, and its effect on the method."""
 
     frequency_hz: float
     u_s: float
     effect: float
-    """What that uncertainty moves the torque by, over what it may."""
+    """The change of the torque by that uncertainty, over the allowed change."""
 
     @property
     def allowed_s(self) -> float:
-        """The greatest standard uncertainty that the method bears."""
+        """The greatest standard uncertainty that the method tolerates."""
         return self.u_s / self.effect if self.effect else inf
 
 
@@ -88,20 +88,20 @@ def alignments(
     )
 
 
-def alignment_check(found: Iterable[Alignment]) -> Check:
-    """Check that the method bears the alignment at every set-point."""
+def alignment_check(aligned: Iterable[Alignment]) -> Check:
+    """Check that the method tolerates the alignment at every set-point."""
     return CLOCKS.check(
         (
-            each.effect,
-            f"{each.frequency_hz:.4g} Hz: {_ms(each.u_s)}, allowed {_ms(each.allowed_s)}",
+            point.effect,
+            f"{point.frequency_hz:.4g} Hz: {_ms(point.u_s)}, allowed {_ms(point.allowed_s)}",
         )
-        for each in found
+        for point in aligned
     )
 
 
-def refusal(found: Iterable[Alignment]) -> str:
+def refusal(aligned: Iterable[Alignment]) -> str:
     """Return why there is no result, by the set-point where the alignment is worst."""
-    worst = max(found, key=lambda each: each.effect)
+    worst = max(aligned, key=lambda point: point.effect)
     return (
         f"torque and angle were sampled by two clocks, aligned to {_ms(worst.u_s)} (standard"
         f" uncertainty); at {worst.frequency_hz:.4g} Hz {_ms(worst.allowed_s)} is allowed, for more"
@@ -114,8 +114,10 @@ def with_clocks(error: DataError, points: Iterable[PeakPoint]) -> DataError:
     worst_s = max((p.alignment_u_s for p in points if isinstance(p, SwingPoint)), default=0.0)
     if not worst_s:
         return error
-    told = f"torque and angle were sampled by two clocks, aligned to {_ms(worst_s)}"
-    return DataError(f"{error.message}; {told}", hint=f"{error.hint}; {CLOCKS.advice}".lstrip("; "))
+    reason = f"torque and angle were sampled by two clocks, aligned to {_ms(worst_s)}"
+    return DataError(
+        f"{error.message}; {reason}", hint=f"{error.hint}; {CLOCKS.advice}".lstrip("; ")
+    )
 
 
 def _ms(seconds: float) -> str:

@@ -1,7 +1,7 @@
 """Whether the set-points of one run agree with each other, before their mean is taken.
 
 Friction changes smoothly with the speed of a swing, so that torques may have a trend over the
-frequency. What they scatter by about it has to be what their own uncertainties say (chi-squared).
+frequency. Their scatter about it has to agree with their own uncertainties (chi-squared).
 If it is more, all of these are too small by the Birge ratio, the root of chi-squared over its
 degrees of freedom: as the Particle Data Group and CODATA do, they are widened by it (Birge, Phys.
 Rev. 40, 1932, 207; Workman et al., Prog. Theor. Exp. Phys. 2022, 083C01, 5.2.2). What makes them
@@ -32,7 +32,7 @@ TREND = 0.005
 """Of the torque: the friction laws of all simulators leave less about such a trend, 0.4 %."""
 
 CHANCE = 0.01
-"""That set-points which agree are said not to."""
+"""Probability that set-points which agree fail the check."""
 
 LEAST = 5
 """Set-points: a trend of three coefficients is to leave two degrees of freedom."""
@@ -44,8 +44,8 @@ def agreement(points: Sequence[CompensatedPoint]) -> Check:
     if len(set(hertz)) < LEAST:
         return skipped(NAME, f"fewer than {LEAST} frequencies")
     torques = np.array([point.torque.value for point in points])
-    own = np.array([combine(part for part in p.components if not part.common)[0] for p in points])
-    sigma = np.hypot(own, TREND * abs(torques.mean()))
+    own_u = np.array([combine(part for part in p.components if not part.common)[0] for p in points])
+    sigma = np.hypot(own_u, TREND * abs(torques.mean()))
     basis = np.stack([np.ones_like(hertz), hertz, np.sqrt(hertz)], axis=1) / sigma[:, None]
     trend, *_ = np.linalg.lstsq(basis, torques / sigma, rcond=None)
     residual = torques / sigma - basis @ trend

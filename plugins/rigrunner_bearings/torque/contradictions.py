@@ -18,7 +18,7 @@ _OF_COMPENSATIONS = ("compensations", "primary_", "no_load")
 
 def contradictions(spec: TorqueSettings) -> Iterator[PlanProblem]:
     """Yield what contradicts each other in settings, each with its place in them."""
-    names = [each.label for each in spec.compensations]
+    names = [reference.label for reference in spec.compensations]
     allowed = ", ".join(names) or "none, as there are no compensations"
     if spec.primary_ and spec.primary_ not in names:
         message = f"got '{spec.primary_}', which is not among the compensations"
@@ -35,7 +35,7 @@ def contradictions(spec: TorqueSettings) -> Iterator[PlanProblem]:
         hint = "add 'compensations' to the analysis, or leave 'validate' out"
         message = "there is no compensated torque to validate"
         yield PlanProblem(message=message, hint=hint, key=("validate",))
-    for key, labels in (("fits", [each.label for each in spec.fits]), ("compensations", names)):
+    for key, labels in (("fits", [fit.label for fit in spec.fits]), ("compensations", names)):
         seen = Counter[str]()
         for index, label in enumerate(labels):
             if seen[label]:
@@ -45,15 +45,15 @@ def contradictions(spec: TorqueSettings) -> Iterator[PlanProblem]:
             seen[label] += 1
 
 
-def changed(spec: TorqueSettings, given: TorqueSettings) -> TorqueSettings:
-    """Return settings with those in place that were given; raise DataError 'KEY: why'.
+def changed(spec: TorqueSettings, overrides: TorqueSettings) -> TorqueSettings:
+    """Return settings with the set fields of `overrides` in place; raise DataError 'KEY: why'.
 
     Settings without compensations, such as those of a no-load run, stay without.
     """
-    named = {name: getattr(given, name) for name in given.model_fields_set}
+    updates = {name: getattr(overrides, name) for name in overrides.model_fields_set}
     if not spec.compensations:
-        named = {name: each for name, each in named.items() if name not in _OF_COMPENSATIONS}
-    found = spec.model_copy(update=named)
-    for problem in contradictions(found) if named else ():
+        updates = {name: value for name, value in updates.items() if name not in _OF_COMPENSATIONS}
+    merged = spec.model_copy(update=updates)
+    for problem in contradictions(merged) if updates else ():
         raise DataError(f"{problem.key[0]}: {problem.message}", hint=problem.hint)
-    return found
+    return merged

@@ -22,8 +22,8 @@ def definitions(spec: TorqueSettings, context: AnalysisContext) -> tuple[ResultD
     if spec.compensations and spec.primary_plugin is None:
         raise PluginError("none of the compensations is the primary one")
     kind = kind_of(spec, context.plugins)
-    found = spec.yields(context.symbol, context.measurand, kind)
-    return () if found is None else (found,)
+    definition = spec.yields(context.symbol, context.measurand, kind)
+    return () if definition is None else (definition,)
 
 
 def kind_of(spec: TorqueSettings, plugins: Plugins) -> MeasurandKind | None:
@@ -39,4 +39,4 @@ def requirements(spec: TorqueSettings, context: AnalysisContext) -> Requirements
     """Return which runs without load it takes; without one its compensations do not apply."""
     del context
     partners = () if spec.no_load is None else spec.no_load.partners()
-    return Requirements(partners=tuple(replace(each, optional=True) for each in partners))
+    return Requirements(partners=tuple(replace(partner, optional=True) for partner in partners))

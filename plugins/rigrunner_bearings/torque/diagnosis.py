@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from rigrunner_bearings.api.points import PeakPoint
 
 NO_LOAD, NO_LOAD_AFTER = "no-load run: ", "no-load run after: "
-"""What the names of the checks of these runs begin with."""
+"""Prefixes of the names of the checks of these runs."""
 
 _ERRORS: dict[str, tuple[tuple[str, ...], Callable[[float, Component], float]]] = {
     STROKE.name: (("angle scale",), lambda percent, _: percent / 100),
@@ -39,7 +39,7 @@ _ERRORS: dict[str, tuple[tuple[str, ...], Callable[[float, Component], float]]] 
         lambda percent, line: 2 * max(percent / 100 - 1, 0.0) * sqrt(3) * line.input_u,
     ),
 }
-"""Of a check by its name: which inputs of the budget are off, and by how much for what was found.
+"""Of a check by its name: which inputs of the budget are off, and by how much for its value.
 
 A swing that is not the eccentric's is an error of the angle's scale, at most; zero readings that
 differ are a drift; and beyond full scale the slope of a parabolic error curve grows by twice of
@@ -48,8 +48,8 @@ what a reading is beyond it.
 
 
 @dataclass(frozen=True)
-class Diagnosed:
-    """A run and its no-load run, with what was prepared of both."""
+class PreparedRuns:
+    """A run and its no-load run, with the prepared points of both."""
 
     run: RunData
     no_load_run: RunData | None
@@ -61,22 +61,22 @@ class Diagnosed:
 
 
 def diagnose(
-    found: Diagnosed, primary: Compensation | None, *, own_no_load: bool
+    prepared: PreparedRuns, primary: Compensation | None, *, own_no_load: bool
 ) -> Iterator[Check]:
     """Yield the checks of both runs and of the primary method; none where nothing was prepared.
 
-    `own_no_load` says that the no-load points are recordings of the run itself.
+    `own_no_load`: the no-load points are recordings of the run itself.
     """
-    if not found.loaded:
+    if not prepared.loaded:
         return
     points = primary.points if primary else ()
-    for check in _of_recordings(found, own_no_load=own_no_load):
-        yield _with_effect(check, points, found.with_half_the_samples_nm)
-    loaded, no_load = found.loaded, found.no_load
-    if found.no_load_run is not None:
-        yield setup_check(found.run, found.no_load_run)
-    if found.no_load_after is not None:
-        yield _named_after(setup_check(found.run, found.no_load_after))
+    for check in _recording_checks(prepared, own_no_load=own_no_load):
+        yield _with_effect(check, points, prepared.with_half_the_samples_nm)
+    loaded, no_load = prepared.loaded, prepared.no_load
+    if prepared.no_load_run is not None:
+        yield setup_check(prepared.run, prepared.no_load_run)
+    if prepared.no_load_after is not None:
+        yield _named_after(setup_check(prepared.run, prepared.no_load_after))
     if no_load:
         yield unloaded_check(loaded, no_load, points)
     if primary is None or not primary.points:
@@ -85,19 +85,19 @@ def diagnose(
     # no mapping: a sweep may come back to a frequency, and each of its points counts
     torques = [(point.set_frequency_hz, point.torque.value) for point in primary.points]
     yield positive_check(torques)
-    radius = rig_of(found.run).swing_radius
+    radius = rig_of(prepared.run).swing_radius
     if radius is not None:
-        yield friction_check(torques, loaded[0].load_n, radius)
+        yield friction_check(torques, [point.load_n for point in loaded], radius)
 
 
-def _of_recordings(found: Diagnosed, *, own_no_load: bool) -> Iterator[Check]:
-    points = (*found.loaded, *found.no_load) if own_no_load else found.loaded
-    yield from run_checks(found.run, points)
-    if found.no_load_run is not None:
-        yield from run_checks(found.no_load_run, found.no_load, NO_LOAD)
-        yield zero_drift_check(found.run, found.no_load_run)
-    if found.no_load_after is not None:
-        yield _named_after(zero_drift_check(found.run, found.no_load_after))
+def _recording_checks(prepared: PreparedRuns, *, own_no_load: bool) -> Iterator[Check]:
+    points = (*prepared.loaded, *prepared.no_load) if own_no_load else prepared.loaded
+    yield from run_checks(prepared.run, points)
+    if prepared.no_load_run is not None:
+        yield from run_checks(prepared.no_load_run, prepared.no_load, NO_LOAD)
+        yield zero_drift_check(prepared.run, prepared.no_load_run)
+    if prepared.no_load_after is not None:
+        yield _named_after(zero_drift_check(prepared.run, prepared.no_load_after))
 
 
 def _named_after(check: Check) -> Check:
@@ -114,19 +114,19 @@ def _with_effect(
 ) -> Check:
     """Return a check of the recordings with what it moves each point by."""
     name = checked_by(check)
-    moved: tuple[float, ...] = ()
+    shifts_nm: tuple[float, ...] = ()
     if name == SAMPLES.name:
-        moved = tuple(with_half_the_samples_nm)
+        shifts_nm = tuple(with_half_the_samples_nm)
     elif name in _ERRORS and check.value is not None:
         inputs, error = _ERRORS[name]
-        moved = tuple(
+        shifts_nm = tuple(
             sum(c.sensitivity * error(check.value, c) for c in p.components if c.name in inputs)
             for p in points
         )
-    if check.ok or not moved:
+    if check.ok or not shifts_nm:
         return check
     biases = tuple(
         Bias(f"{point.frequency_hz:.4g} Hz", bias, 0.0)
-        for point, bias in zip(points, moved, strict=True)
+        for point, bias in zip(points, shifts_nm, strict=True)
     )
     return replace(check, biases=biases)

@@ -76,13 +76,13 @@ def _point(point: PeakPoint) -> Json:
 def _rejections(rejections: Iterable[Rejection]) -> list[Json]:
     return [
         {
-            "cycle": each.index,
-            "value": quantity(each.value, TORQUE),
-            "rule": each.rule,
-            "statistic": number(each.statistic),
-            "critical": number(each.critical),
+            "cycle": rejection.index,
+            "value": quantity(rejection.value, TORQUE),
+            "rule": rejection.rule,
+            "statistic": number(rejection.statistic),
+            "critical": number(rejection.critical),
         }
-        for each in rejections
+        for rejection in rejections
     ]
 
 
@@ -101,7 +101,9 @@ def _compensation(compensation: Compensation) -> Json:
             }
             for point in compensation.points
         ],
-        "parameters": {name: estimate(each) for name, each in compensation.parameters.items()},
+        "parameters": {
+            name: estimate(parameter) for name, parameter in compensation.parameters.items()
+        },
         "curve": None if compensation.curve is None else curve_of(compensation.curve),
         "checks": checks_of(compensation.checks),
         "notes": list(compensation.notes),
@@ -113,7 +115,7 @@ def fit(fitted: FittedTorque) -> Json:
 
     At the points it has the curve and the half-widths of its bands, in the unit of y.
     """
-    at = None if fitted.curve is None else bands(fitted.curve, fitted.points.x)
+    at_points = None if fitted.curve is None else bands(fitted.curve, fitted.points.x)
     return {
         "name": fitted.name,
         "problem": fitted.problem or None,
@@ -124,30 +126,30 @@ def fit(fitted: FittedTorque) -> Json:
         },
         "curve": None if fitted.curve is None else curve_of(fitted.curve),
         "at_the_points": None
-        if at is None
+        if at_points is None
         else {
-            "curve": plain(at.value),
-            "confidence_95": plain(at.confidence),
-            "prediction_95": plain(at.prediction),
+            "curve": plain(at_points.value),
+            "confidence_95": plain(at_points.confidence),
+            "prediction_95": plain(at_points.prediction),
             "unit": fitted.points.y_unit,
         },
     }
 
 
-def validation(found: Validation) -> Json:
+def validation(result: Validation) -> Json:
     """Return both checks of a method's result."""
-    equation, pipeline = found.equation, found.pipeline
+    equation, pipeline = result.equation, result.pipeline
     return {
-        "method": found.method,
-        "agrees": found.agrees,
-        "statements": list(found.statements),
-        "significant_digits": found.digits,
-        "seed": found.seed,
+        "method": result.method,
+        "agrees": result.agrees,
+        "statements": list(result.statements),
+        "significant_digits": result.digits,
+        "seed": result.seed,
         "equation": {
             "trials": equation.trials,
             "stable": equation.stable,
             "mean": _agreement(equation.mean),
-            "points": [_agreement(each) for each in equation.points],
+            "points": [_agreement(agreement) for agreement in equation.points],
         },
         "pipeline": {
             "draws": pipeline.draws,
@@ -155,23 +157,23 @@ def validation(found: Validation) -> Json:
             "through_the_data": list(pipeline.through_the_data),
             "as_effects": list(pipeline.as_effects),
             "mean": _agreement(pipeline.mean),
-            "points": [_agreement(each) for each in pipeline.points],
+            "points": [_agreement(agreement) for agreement in pipeline.points],
         },
     }
 
 
-def _agreement(found: Agreement) -> Json:
-    frequency = found.set_frequency_hz
+def _agreement(agreement: Agreement) -> Json:
+    frequency = agreement.set_frequency_hz
     return {
         "set_frequency": None if frequency is None else quantity(frequency, "Hz"),
-        "gum": estimate(found.gum),
-        "mean": quantity(found.mean, TORQUE),
-        "standard_uncertainty": quantity(found.u, TORQUE),
-        "interval_95": {"low": found.low, "high": found.high, "unit": TORQUE},
-        "ends_differ_by": quantity(found.apart, TORQUE),
-        "tolerance": quantity(found.tolerance, TORQUE),
-        "resolution": quantity(found.resolution, TORQUE),
-        "agrees": found.agrees,
+        "gum": estimate(agreement.gum),
+        "mean": quantity(agreement.mean, TORQUE),
+        "standard_uncertainty": quantity(agreement.u, TORQUE),
+        "interval_95": {"low": agreement.low, "high": agreement.high, "unit": TORQUE},
+        "ends_differ_by": quantity(agreement.apart, TORQUE),
+        "tolerance": quantity(agreement.tolerance, TORQUE),
+        "resolution": quantity(agreement.resolution, TORQUE),
+        "agrees": agreement.agrees,
     }
 
 
@@ -185,16 +187,16 @@ class DocumentedTorque(TorqueDetails):
     def settings(self) -> Mapping[str, object]:
         """Return the settings as every result records them, with the defaults of the plugins."""
         spec, plugins = self.spec, self.plugins
-        starts, checked = spec.starts, spec.validate_
+        starts, validate = spec.starts, spec.validate_
         fields = set(StartsSpec.model_fields)
         return {
             **({} if starts is None else {"starts": starts.model_dump(include=fields)}),
             "despike": None if spec.despike is None else spec.despike.model_dump(),
             "outliers": None if spec.outliers is None else _resolved(spec.outliers, plugins),
-            "fits": [_resolved(each, plugins) for each in spec.fits],
-            "compensations": [_resolved(each, plugins) for each in spec.compensations],
+            "fits": [_resolved(reference, plugins) for reference in spec.fits],
+            "compensations": [_resolved(reference, plugins) for reference in spec.compensations],
             "primary": spec.primary or None,
-            **({} if checked is None else {"validate": checked.model_dump()}),
+            **({} if validate is None else {"validate": validate.model_dump()}),
         }
 
     def document(self) -> Mapping[str, object]:
@@ -210,8 +212,8 @@ class DocumentedTorque(TorqueDetails):
             },
             "points": [_point(point) for point in self.loaded],
             "no_load_points": [_point(point) for point in self.no_load],
-            "compensations": {name: _compensation(each) for name, each in methods},
-            "fits": [fit(each) for each in self.fits],
+            "compensations": {name: _compensation(compensation) for name, compensation in methods},
+            "fits": [fit(fitted) for fitted in self.fits],
             "validation": None if self.validation is None else validation(self.validation),
         }
 
@@ -220,13 +222,13 @@ class DocumentedTorque(TorqueDetails):
         primary = self.compensations.get(self.primary)
         if primary is None or not primary.points:
             return None
-        found = primary.points
-        raw = [each.peak_nm[each.peak_kept].mean() for each in self.loaded]
+        points = primary.points
+        raw = [point.peak_nm[point.peak_kept].mean() for point in self.loaded]
         columns = {
-            "frequency": ([each.frequency_hz for each in found], "Hz", "frequency"),
-            "compensated": ([each.torque.value for each in found], TORQUE, "compensated torque"),
+            "frequency": ([point.frequency_hz for point in points], "Hz", "frequency"),
+            "compensated": ([point.torque.value for point in points], TORQUE, "compensated torque"),
             "compensated_errors": (
-                [each.torque.u for each in found],
+                [point.torque.u for point in points],
                 TORQUE,
                 "standard uncertainty",
             ),

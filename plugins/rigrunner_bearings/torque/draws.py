@@ -60,18 +60,18 @@ def draw_pipeline(
     Raises DataError where the method refuses all of them.
     """
     maker = _maker(method, sweep, points, zeroed=zeroed)
-    found: list[Array] = []
+    torques: list[Array] = []
     for number in range(draws):
         rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(STREAM, number)))
         with suppress(DataError):  # counted below
-            found.append(maker.draw(rng))
+            torques.append(maker.draw(rng))
         progress(number + 1, draws)
-    if not found:
+    if not torques:
         raise DataError(f"the method refuses each of {draws} draws of its own data")
     lines = dict.fromkeys(part.name for point in points for part in point.components)
     return Drawn(
-        torque_nm=np.array(found),
-        refused=draws - len(found),
+        torque_nm=np.array(torques),
+        refused=draws - len(torques),
         through_the_data=tuple(name for name in lines if name in maker.covers),
         as_effects=tuple(name for name in lines if name not in maker.covers),
     )
@@ -93,27 +93,23 @@ class _Maker:
         return self.torques(other_cycles(changed, rng)) + self._effects(rng)
 
     def _effects(self, rng: Generator) -> Array:
-        """Return what the lines that are no errors of the data add; common ones to all alike."""
+        """Return the effects of lines that are no errors of the data, common ones drawn once."""
         shared: dict[str, float] = {}
         effects = np.zeros(len(self.points))
         for place, point in enumerate(self.points):
             for part in point.components:
                 if part.name in self.covers or part.u == 0:
                     continue
-                own = float(named(part.distribution, 0.0, 1.0, part.dof).draw(rng, 1)[0])
-                drawn = shared.setdefault(part.name, own) if part.common else own
+                fresh = float(named(part.distribution, 0.0, 1.0, part.dof).draw(rng, 1)[0])
+                error = shared.setdefault(part.name, fresh) if part.common else fresh
                 # A common error moves two points against each other where their sensitivities
                 # have two signs.
-                effects[place] += drawn * copysign(part.u, part.sensitivity)
+                effects[place] += error * copysign(part.u, part.sensitivity)
         return effects
 
 
 def _maker(
-    method: CompensationMethod,
-    sweep: Sweep,
-    points: Sequence[CompensatedPoint],
-    *,
-    zeroed: bool,
+    method: CompensationMethod, sweep: Sweep, points: Sequence[CompensatedPoint], *, zeroed: bool
 ) -> _Maker:
     generic = BY_CYCLES | BY_SENSOR
     if isinstance(method, Drawable):
@@ -124,10 +120,10 @@ def _maker(
     def torques(changed: Sweep) -> Array:
         return np.array([point.torque.value for point in method(changed).points])
 
-    return _Maker(torques, sweep, points, _SoundRig(), generic, zeroed)
+    return _Maker(torques, sweep, points, _NoRigErrors(), generic, zeroed)
 
 
-class _SoundRig:
+class _NoRigErrors:
     """Of a method that states no errors of the rig as data."""
 
     covers: Collection[str] = ()

@@ -18,13 +18,7 @@ from rigrunner_bearings.torque.settings import FREQUENCY
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
-    from rigrunner.api import (
-        Component,
-        Estimate,
-        Instrument,
-        ResultDefinition,
-        RunData,
-    )
+    from rigrunner.api import Component, Estimate, Instrument, ResultDefinition, RunData
     from rigrunner_bearings.api.compensations import CompensatedPoint, Compensation
     from rigrunner_bearings.api.points import PeakPoint
 
@@ -85,10 +79,10 @@ def torque_at(
     raw: Callable[[Sequence[PeakPoint]], Estimate | None],
 ) -> Iterator[MeasurementResult]:
     """Yield the torque of each set-point, in the order of the run; `raw` is without correction."""
-    recorded = {each.name: each for each in run.recordings}
-    for point, found in zip(loaded, compensated, strict=False):
+    recordings = {recording.name: recording for recording in run.recordings}
+    for point, compensated_point in zip(loaded, compensated, strict=False):
         coordinates = {FREQUENCY: CoordinateValue(point.set_frequency_hz, "Hz")}
-        source = None if isinstance(point, StartPoint) else recorded.get(point.recording)
+        source = None if isinstance(point, StartPoint) else recordings.get(point.recording)
         if source is not None:
             coordinates |= {
                 name: CoordinateValue.of_si(
@@ -98,8 +92,8 @@ def torque_at(
             }
         yield MeasurementResult(
             of=definition,
-            estimate=found.torque,
-            components=found.components,
+            estimate=compensated_point.torque,
+            components=compensated_point.components,
             coordinates=coordinates,
             readings=int(point.peak_kept.sum()),
             uncorrected=raw([point]),

@@ -37,11 +37,11 @@ if TYPE_CHECKING:
     from rigrunner_bearings.torque.settings import TorqueSettings
 
 KEPT_CYCLES = LEAST_CYCLES + 5
-"""Cycles of the latest samples to analyse, at least: a gross error among as few is still told."""
+"""Cycles of the latest samples to analyse, at least: as few still show a gross error."""
 KEPT_SAMPLES = 200_000
 """Number of the latest samples to analyse, at least; a shorter recording is analysed as a whole."""
 MOST_SAMPLES = 12_000_000
-"""Of the latest samples, at most: a slower swing has a value once it is recorded."""
+"""Of the latest samples, at most: a slower swing has a value once its recording has ended."""
 SEEN = 10_000
 """Samples that the checks see of a recording that was prepared before."""
 TURN_DEG = 360.0
@@ -58,28 +58,28 @@ class LiveTorque:
         interim = replace(context, interim=True)
         self._analysis = TorqueAnalysis(settings, interim, prepare=self._prepare)
         self._prepared: dict[Recording, PeakPoint] = {}
-        self._whole: dict[Recording, Recording] = {}
+        self._complete: dict[Recording, Recording] = {}
         self._partners: dict[str, RunData] | None = None
         self._earlier: tuple[Recording, ...] = ()
-        self._points: dict[str, _Shown] = {}
+        self._points: dict[str, _FigurePoint] = {}
         self._results: tuple[MeasurementResult, ...] = ()
-        self._now: _Latest | None = None
+        self._current: _Latest | None = None
         self._finished: tuple[_Latest, ...] = ()
         """Recordings that have to be prepared before the next findings."""
 
     def begin(self, recording: Recording, run: RunData) -> None:
         """Start a recording; one without swings is left out."""
-        if self._now is not None and self._now.recording.name:
-            self._finished = (*self._finished, self._now)
-        self._now = None
+        if self._current is not None and self._current.recording.name:
+            self._finished = (*self._finished, self._current)
+        self._current = None
         with suppress(DataError):
-            self._now = _Latest(recording, run, torque_channel(recording, run.instruments))
+            self._current = _Latest(recording, run, torque_channel(recording, run.instruments))
 
     def take(self, block: Block) -> Sequence[Curve]:
         """Take the next block; return the swings that it completes."""
-        if self._now is None or not block.samples:
+        if self._current is None or not block.samples:
             return ()
-        return [self._now.curve(each) for each in self._now.take(block)]
+        return [self._current.curve(swing) for swing in self._current.take(block)]
 
     def findings(self) -> Findings:
         """Return the torque at each set-point, and its figure."""
@@ -87,78 +87,79 @@ class LiveTorque:
 
     def snapshot(self) -> Callable[[], Findings]:
         """Return a function that makes these findings of the samples so far."""
-        now, finished, window = self._now, self._finished, None
+        current, finished, window = self._current, self._finished, None
         self._finished = ()
-        if now is not None and now.is_new and now.recording.name:
-            now.is_new = False
-            window = now.window()
-        return partial(self._findings, finished, now, window)
+        if current is not None and current.is_new and current.recording.name:
+            current.is_new = False
+            window = current.window()
+        return partial(self._findings, finished, current, window)
 
     def _findings(
-        self, finished: Sequence[_Latest], now: _Latest | None, window: Recording | None
+        self, finished: Sequence[_Latest], current: _Latest | None, window: Recording | None
     ) -> Findings:
-        for each in finished:
-            self._finish(each)
-        if now is not None and window is not None:
+        for samples in finished:
+            self._finish(samples)
+        if current is not None and window is not None:
             with suppress(DataError):  # too few cycles so far, or another kind of recording
-                self._look_at(now, window)
+                self._analyse(current, window)
             self._prepared.pop(window, None)
-        shown = [each for each in self._points.values() if each.frequency_hz > 0]
-        figures = _figures(sorted(shown, key=lambda each: each.frequency_hz))
+        points = [point for point in self._points.values() if point.frequency_hz > 0]
+        figures = _figures(sorted(points, key=lambda point: point.frequency_hz))
         return Findings(results=self._results, figures=figures)
 
-    def _look_at(self, now: _Latest, window: Recording) -> None:
-        point = self._prepare_latest(now, window)
-        self._points[window.name] = _Shown(point)
+    def _analyse(self, current: _Latest, window: Recording) -> None:
+        point = self._prepare_latest(current, window)
+        self._points[window.name] = _FigurePoint(point)
         spec = self._analysis.spec
-        is_missing = spec.no_load is not None and not (now.run.partners or spec.has_own_no_load)
+        is_missing = spec.no_load is not None and not (current.run.partners or spec.has_own_no_load)
         if is_missing or not spec.compensations:
             return
         if self._partners is None:
             self._partners = {}
-            for name, partner in now.run.partners.items():
+            for name, partner in current.run.partners.items():
                 # Their beginnings alone: the checks would read all of their recordings.
-                seen = tuple(map(_beginning, partner.recordings))
-                self._whole |= dict(zip(seen, partner.recordings, strict=True))
-                self._partners[name] = replace(partner, recordings=seen)
+                beginnings = tuple(map(_beginning, partner.recordings))
+                self._complete |= dict(zip(beginnings, partner.recordings, strict=True))
+                self._partners[name] = replace(partner, recordings=beginnings)
         recordings = (*self._earlier, window)
-        found = self._analysis(replace(now.run, recordings=recordings, partners=self._partners))
-        self._results = found.results
-        for point, compensated in self._analysis.compensated(found):
-            self._points[point.recording] = _Shown(point, compensated)
+        run = replace(current.run, recordings=recordings, partners=self._partners)
+        findings = self._analysis(run)
+        self._results = findings.results
+        for point, compensated in self._analysis.compensated(findings):
+            self._points[point.recording] = _FigurePoint(point, compensated)
             if point.recording == window.name:
-                now.correct(compensated)
+                current.correct(compensated)
 
-    def _prepare_latest(self, now: _Latest, window: Recording) -> PeakPoint:
-        point = self._analysis.prepared(window, now.plain_run)
+    def _prepare_latest(self, samples: _Latest, window: Recording) -> PeakPoint:
+        point = self._analysis.prepared(window, samples.plain_run)
         self._prepared[window] = point
         return point
 
-    def _finish(self, now: _Latest) -> None:
+    def _finish(self, samples: _Latest) -> None:
         """Keep of a finished recording its point, and what the checks see of its samples."""
-        window = now.window()
+        window = samples.window()
         with suppress(DataError):
-            point = self._prepare_latest(now, window)
+            point = self._prepare_latest(samples, window)
             del self._prepared[window]
-            seen = _beginning(window)
-            self._prepared[seen] = point
-            self._earlier = (*self._earlier, seen)
+            beginning = _beginning(window)
+            self._prepared[beginning] = point
+            self._earlier = (*self._earlier, beginning)
 
     def _prepare(
         self, recording: Recording, run: RunData, spec: TorqueSettings, rule: OutlierRule
     ) -> PeakPoint:
         """Return a recording prepared, each but once; raise DataError."""
-        known = self._prepared.get(recording)
-        if known is None:
-            whole = self._whole.get(recording, recording)
-            known = prepare_point(whole, run, spec, rule)
-            if whole is not recording:
-                self._prepared[recording] = known
-        return known
+        point = self._prepared.get(recording)
+        if point is None:
+            complete = self._complete.get(recording, recording)
+            point = prepare_point(complete, run, spec, rule)
+            if complete is not recording:
+                self._prepared[recording] = point
+        return point
 
 
 @dataclass(frozen=True, eq=False)
-class _Shown:
+class _FigurePoint:
     """A point of the figure."""
 
     point: PeakPoint
@@ -186,13 +187,13 @@ class _Latest:
         self._torque = torque
         is_angle = bool(motion) and recording.units.get(motion) == "rad"
         self._angle = motion if is_angle else ""
-        wanted = KEPT_CYCLES * rate_hz / set_hz
-        self._kept = min(max(wanted, KEPT_SAMPLES), MOST_SAMPLES)
+        wanted_samples = KEPT_CYCLES * rate_hz / set_hz
+        self._kept_samples = min(max(wanted_samples, KEPT_SAMPLES), MOST_SAMPLES)
         self.is_new = False
         """Whether a block came since the findings were made."""
         self._blocks: deque[dict[str, Array]] = deque()
         self._samples = self._next = 0
-        self._swinging = rate_hz, set_hz
+        self._cutter_rates = rate_hz, set_hz
         self._cutter = SwingCutter(rate_hz, set_hz)
         self._names = [name for name in (motion, torque) if name]
         self._correction: Array | None = None
@@ -202,14 +203,14 @@ class _Latest:
         if block.first_sample != self._next:
             self._blocks.clear()
             self._samples = 0
-            self._cutter = SwingCutter(*self._swinging, block.first_sample)
+            self._cutter = SwingCutter(*self._cutter_rates, block.first_sample)
         self._next = block.first_sample + block.samples
         channels = {name: np.asarray(block.channels[name]) for name in self._names}
         self.is_new = True
         if self.recording.name:
             self._blocks.append(channels)
             self._samples += block.samples
-        while self._blocks and self._samples - self._length_of_first >= self._kept:
+        while self._blocks and self._samples - self._length_of_first >= self._kept_samples:
             self._samples -= self._length_of_first
             self._blocks.popleft()
         return self._cutter.take(channels[self._torque], channels.get(self._angle))
@@ -220,16 +221,18 @@ class _Latest:
 
     def window(self) -> Recording:
         """Return the recording with its latest samples."""
-        parts = [dict.fromkeys(self._names, np.empty(0)), *self._blocks]
-        channels = {name: np.concatenate([each[name] for each in parts]) for name in self._names}
+        blocks = [dict.fromkeys(self._names, np.empty(0)), *self._blocks]
+        channels = {name: np.concatenate([block[name] for block in blocks]) for name in self._names}
         return replace(self.recording, channels=channels)
 
-    def correct(self, found: CompensatedPoint) -> None:
+    def correct(self, compensated: CompensatedPoint) -> None:
         """Subtract what a method subtracts from the swings that follow."""
-        if found.trace is not None:
-            taken = found.trace.raw_nm - found.trace.compensated_nm
-            at = np.arange(PHASES) * len(taken) / PHASES
-            self._correction = np.interp(at, np.arange(len(taken) + 1), np.append(taken, taken[0]))
+        if compensated.trace is not None:
+            correction = compensated.trace.raw_nm - compensated.trace.compensated_nm
+            phases = np.arange(PHASES) * len(correction) / PHASES
+            self._correction = np.interp(
+                phases, np.arange(len(correction) + 1), np.append(correction, correction[0])
+            )
 
     def curve(self, swing: Swing) -> Curve:
         """Return a swing as it is drawn."""
@@ -248,29 +251,32 @@ class _Latest:
 
 
 def _beginning(recording: Recording) -> Recording:
-    channels = {name: np.asarray(each[:SEEN]) for name, each in recording.channels.items()}
+    channels = {name: np.asarray(samples[:SEEN]) for name, samples in recording.channels.items()}
     return replace(recording, channels=channels)
 
 
-def _figures(shown: Sequence[_Shown]) -> tuple[Figure, ...]:
+def _figures(figure_points: Sequence[_FigurePoint]) -> tuple[Figure, ...]:
     """Return the torque over the frequency, measured and compensated; none without a point."""
-    if not shown:
+    if not figure_points:
         return ()
     measured = tuple(
-        Point(each.frequency_hz, float(each.point.peak_nm[each.point.peak_kept].mean()))
-        for each in shown
+        Point(shown.frequency_hz, float(shown.point.peak_nm[shown.point.peak_kept].mean()))
+        for shown in figure_points
     )
     series = [Series("measured", measured)]
-    known = [each for each in shown if each.compensated is not None]
-    if known:
-        estimates = [each.compensated.torque for each in known if each.compensated is not None]
+    compensated = [
+        (shown.frequency_hz, shown.compensated.torque)
+        for shown in figure_points
+        if shown.compensated is not None
+    ]
+    if compensated:
         series.insert(
             0,
             Series.over(
-                [each.frequency_hz for each in known],
-                [each.value for each in estimates],
+                [hz for hz, _ in compensated],
+                [torque.value for _, torque in compensated],
                 "compensated",
-                U=[expanded(each) for each in estimates],
+                U=[expanded(torque) for _, torque in compensated],
             ),
         )
     x, y = Axis("frequency", "Hz"), Axis("torque", "N·m")

@@ -1,4 +1,4 @@
-"""What a recording tells of its motion: cycles and frequency, and the phase if anything shows it.
+"""What a recording shows of its motion: cycles and frequency, and the phase if anything shows it.
 
 The angle channel shows all. The swing's angular velocity or one index pulse in every cycle show
 frequency and phase too, the phase with a doubt of its own. Without any of them cycles are cut by
@@ -56,7 +56,7 @@ class Motion:
     phase_common_u_rad: float = 0.0
     """Of the crank phase, the same in all recordings of the rig."""
     channel: str = ""
-    """Where it was found; empty where nothing shows it."""
+    """The channel that shows it; empty where nothing does."""
 
 
 def find_motion(recording: Recording, run: RunData, torque_nm: Samples) -> Motion:
@@ -131,8 +131,8 @@ def _edge_u(edges: Array) -> float:
     """
     turns = np.arange(len(edges))
     residual = edges - np.polyval(np.polyfit(turns, edges, 1), turns)
-    seen = float(residual @ residual) / (len(edges) - 2)
-    return sqrt(max(HALF_SAMPLE**2 - seen, 0.0) + seen / len(edges))
+    visible = float(residual @ residual) / (len(edges) - 2)
+    return sqrt(max(HALF_SAMPLE**2 - visible, 0.0) + visible / len(edges))
 
 
 def entered_frequency(entered_hz: float) -> Estimate:

@@ -1,6 +1,6 @@
 """Whether two runs can be taken from each other: one transducer and filter, one swing, no load.
 
-What the difference of a loaded and a no-load run is worth rests on this. A gain that both share
+The difference of a loaded and a no-load run depends on this. A gain that both share
 scales their difference; two gains leave their own difference times the torque of the whole rig,
 which is several times that of the bearing.
 """
@@ -46,26 +46,27 @@ def setup_differences(
     needed_rig: RigDescription,
     needed: Mapping[str, Instrument],
 ) -> Iterator[str]:
-    """Yield in words what of a no-load run's set-up is not as the loaded run needs it.
+    """Yield in words how a no-load run's set-up differs from that of the loaded run.
 
     Transducers by channel; one that only one of the runs has is not compared.
     """
-    for each in transducers:
-        if each.channel not in needed:
+    for transducer in transducers:
+        if transducer.channel not in needed:
             continue
-        own = needed[each.channel]
+        counterpart = needed[transducer.channel]
         for what, theirs, ours in (
-            ("torque transducer", each.serial, own.serial),
-            ("transducer's certificate", each.certificate, own.certificate),
-            ("full scale", f"{each.full_scale:g} N·m", f"{own.full_scale:g} N·m"),
-            ("low-pass filter", _filter(each), _filter(own)),
+            ("torque transducer", transducer.serial, counterpart.serial),
+            ("transducer's certificate", transducer.certificate, counterpart.certificate),
+            ("full scale", f"{transducer.full_scale:g} N·m", f"{counterpart.full_scale:g} N·m"),
+            ("low-pass filter", _filter(transducer), _filter(counterpart)),
         ):
             if theirs != ours:
                 yield f"its {what} is '{theirs}', but '{ours}' is needed"
     for what in ("eccentric", "centre_distance"):
         lengths_m = (getattr(rig, what), getattr(needed_rig, what))
         theirs, ours = (
-            "not stated" if each is None else f"{1000 * each:.6g} mm" for each in lengths_m
+            "not stated" if length_m is None else f"{1000 * length_m:.6g} mm"
+            for length_m in lengths_m
         )
         if theirs != ours:
             yield f"its {what.replace('_', ' ')} is {theirs}, but {ours} is needed"
@@ -73,10 +74,10 @@ def setup_differences(
 
 def setup_check(run: RunData, no_load: RunData) -> Check:
     """Check that the no-load run was made with the transducer, filter and swing of the run."""
-    theirs, ours = (torque_instruments(each.instruments.values()) for each in (no_load, run))
+    theirs, ours = (torque_instruments(one_run.instruments.values()) for one_run in (no_load, run))
     differences = setup_differences(rig_of(no_load), theirs.values(), rig_of(run), ours)
-    found = [(1.0, f"of the no-load run, {words}") for words in differences]
-    return ONE_SETUP.check(found or [(0.0, "")])
+    failures = [(1.0, f"of the no-load run, {words}") for words in differences]
+    return ONE_SETUP.check(failures or [(0.0, "")])
 
 
 def unloaded_check(
@@ -92,21 +93,21 @@ def unloaded_check(
     least = min((point.load_n for point in loaded), default=0.0)
     if least <= 0:
         return skipped(UNLOADED.name, "the run has no load")
-    left = [(abs(point.load_n) / least, point) for point in no_load]
+    shares = [(abs(point.load_n) / least, point) for point in no_load]
     check = UNLOADED.check(
         (100 * share, f"{point.recording} was made under {point.load_n:.4g} N")
-        for share, point in left
+        for share, point in shares
     )
-    most = max(share for share, _ in left)
+    most = max(share for share, _ in shares)
     return replace(
         check,
         biases=tuple(
             Bias(
-                f"{each.frequency_hz:.4g} Hz",
-                -most * each.torque.value,
-                most * abs(each.torque.value) / 2,
+                f"{point.frequency_hz:.4g} Hz",
+                -most * point.torque.value,
+                most * abs(point.torque.value) / 2,
             )
-            for each in compensated
+            for point in compensated
         ),
     )
 

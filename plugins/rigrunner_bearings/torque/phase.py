@@ -1,7 +1,7 @@
-"""What a doubt about the crank phase makes of a method's torque.
+"""The effect of an uncertain crank phase on a method's torque.
 
-Where an index pulse or a tacho stands for the angle, or another clock than the torque's sampled it,
-the phase is known less well than methods take it to be. Each method is asked again with the swings
+Where an index pulse or a tacho replaces the angle, or another clock than the torque's sampled it,
+the phase is known less well than methods take it to be. Each method is run again with the swings
 shifted by that much: the change of its result is its uncertainty, for any use of the swings
 (GUM 5.1.3, a sensitivity found by trial).
 """
@@ -55,42 +55,42 @@ shift by a whole cycle would seem to have none."""
 Doubt = Callable[[SwingPoint], float]
 """A standard uncertainty of the crank phase, in rad."""
 Pattern = tuple[int, ...]
-ALIKE, OPPOSITE, NOT = (1,), (-1,), (0,)
+ALIKE, OPPOSITE, UNSHIFTED = (1,), (-1,), (0,)
 ALTERNATING = ((1, -1), (-1, 1))
 """Which way the points of a run are shifted, over and over."""
 
 
 def compensated(method: CompensationMethod, sweep: Sweep) -> Compensation:
-    """Return what the method says of the sweep, with the doubt about the phase in its uncertainty.
+    """Return the method's result, with the uncertainty of the phase in its own.
 
     Raises DataError where the method does.
     """
     sources = (*sweep.loaded, *sweep.no_load)
     try:
-        found = method(sweep)
+        compensation = method(sweep)
     except DataError as error:
         raise with_clocks(error, sources) from error
     doubts = (_own_u_rad, _common_u_rad, shift_rad)
-    if not any(_has(point, doubt) for point in sources for doubt in doubts):
-        return found
-    effects = _Trial(method, sweep, _torques(found)).effects()
+    if not any(_is_doubtful(point, doubt) for point in sources for doubt in doubts):
+        return compensation
+    effects = _Trial(method, sweep, _torques(compensation)).effects()
     if not any(np.any(effect) for effect in effects.values()):
-        return found
+        return compensation
     notes = [NOTE] if np.any(effects[COMMON]) or np.any(effects[OWN]) else []
     if np.any(effects[ALIGNMENT]):
-        aligned = alignments(found.points, sources, effects[ALIGNMENT])
+        aligned = alignments(compensation.points, sources, effects[ALIGNMENT])
         check = alignment_check(aligned)
         if not check.ok:
             # Without a result, what was learned of the rig is of no use either.
-            nothing = replace(found, points=(), curve=None, parameters={}, checks=(check,))
-            return replace(nothing, not_applicable=refusal(aligned))
-        found = replace(found, checks=(*found.checks, check))
+            empty = replace(compensation, points=(), curve=None, parameters={}, checks=(check,))
+            return replace(empty, not_applicable=refusal(aligned))
+        compensation = replace(compensation, checks=(*compensation.checks, check))
         notes.append(CLOCK_NOTE)
     points = tuple(
-        _with(point, {name: float(effect[i]) for name, effect in effects.items()})
-        for i, point in enumerate(found.points)
+        _with_doubts(point, {name: float(effect[i]) for name, effect in effects.items()})
+        for i, point in enumerate(compensation.points)
     )
-    return replace(found, points=points, notes=(*found.notes, *notes))
+    return replace(compensation, points=points, notes=(*compensation.notes, *notes))
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,28 +104,30 @@ class _Trial:
     def effects(self) -> dict[str, Array]:
         """Return what each kind of doubt moves the torques by, each of shape (points,).
 
-        A common error shifts both runs alike, and its sign matters. Each recording's own shifts it
-        against the other run, and against its neighbours.
+        A common error shifts both runs by the same, and its sign matters. A recording's own error
+        shifts it against the other run, and against its neighbours.
         """
         return {
-            COMMON: self._worse(_common_u_rad, (ALIKE, ALIKE), (OPPOSITE, OPPOSITE)),
-            OWN: self._own(_own_u_rad),
-            ALIGNMENT: self._aligned(),
+            COMMON: self._greater_effect(_common_u_rad, (ALIKE, ALIKE), (OPPOSITE, OPPOSITE)),
+            OWN: self._separate_effect(_own_u_rad),
+            ALIGNMENT: self._alignment_effect(),
         }
 
-    def _aligned(self) -> Array:
+    def _alignment_effect(self) -> Array:
         points = (*self.sweep.loaded, *self.sweep.no_load)
         times = max(1.0, max(shift_rad(point) for point in points) / STEP_RAD)
-        return times * self._own(lambda point: shift_rad(point) / times)
+        return times * self._separate_effect(lambda point: shift_rad(point) / times)
 
-    def _own(self, doubt: Doubt) -> Array:
-        loaded = self._worse(doubt, *((way, NOT) for way in ALTERNATING))
-        no_load = self._worse(doubt, *((NOT, way) for way in ALTERNATING))
+    def _separate_effect(self, doubt: Doubt) -> Array:
+        loaded = self._greater_effect(doubt, *((way, UNSHIFTED) for way in ALTERNATING))
+        no_load = self._greater_effect(doubt, *((UNSHIFTED, way) for way in ALTERNATING))
         return np.asarray(np.hypot(loaded, no_load))
 
-    def _worse(self, doubt: Doubt, *ways: tuple[Pattern, Pattern]) -> Array:
-        """Return the greater effect of shifts either way: a maximum need not take them alike."""
-        if not any(_has(point, doubt) for point in (*self.sweep.loaded, *self.sweep.no_load)):
+    def _greater_effect(self, doubt: Doubt, *ways: tuple[Pattern, Pattern]) -> Array:
+        """Return the greater effect of shifts either way: a maximum may not be symmetric."""
+        if not any(
+            _is_doubtful(point, doubt) for point in (*self.sweep.loaded, *self.sweep.no_load)
+        ):
             return np.zeros(len(self.torque_nm))
         moved = [np.abs(self._moved_by(*way, doubt)) for way in ways]
         return np.asarray(np.max(moved, axis=0))
@@ -147,7 +149,7 @@ def _all_shifted(
     )
 
 
-def _has(point: PeakPoint, doubt: Doubt) -> bool:
+def _is_doubtful(point: PeakPoint, doubt: Doubt) -> bool:
     return isinstance(point, SwingPoint) and doubt(point) > 0
 
 
@@ -169,11 +171,11 @@ def _shifted(point: PeakPoint, sign: int, doubt: Doubt) -> PeakPoint:
     return replace(point, torque_nm=torque)
 
 
-def _torques(found: Compensation) -> Array:
-    return np.array([point.torque.value for point in found.points])
+def _torques(compensation: Compensation) -> Array:
+    return np.array([point.torque.value for point in compensation.points])
 
 
-def _with(point: CompensatedPoint, effects_nm: dict[str, float]) -> CompensatedPoint:
+def _with_doubts(point: CompensatedPoint, effects_nm: dict[str, float]) -> CompensatedPoint:
     """Return the point with more in its model: of errors whose size is known, not their sign."""
     effects = [
         Effect(replace(limited(name, 1.0, "1"), common=name == COMMON), sqrt(3) * effect)

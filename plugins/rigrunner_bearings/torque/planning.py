@@ -1,4 +1,4 @@
-"""Whether a run will give the analysis of torque what it needs, asked before the rig moves."""
+"""Checks before the rig moves that a run will give the analysis of torque what it needs."""
 
 from __future__ import annotations
 
@@ -6,13 +6,7 @@ from math import asin
 from typing import TYPE_CHECKING
 
 from rigrunner.api import Member, unit
-from rigrunner.api.coordinates import (
-    CoordinateValue,
-    coordinate_text,
-    in_si,
-    matches,
-    mixed_labels,
-)
+from rigrunner.api.coordinates import CoordinateValue, coordinate_text, in_si, matches, mixed_labels
 from rigrunner.api.errors import did_you_mean
 from rigrunner.api.places import matches as is_place
 from rigrunner.api.planned import ExpectedReading, PlanProblem, StationPart
@@ -24,13 +18,7 @@ from rigrunner_bearings.torque.contradictions import contradictions
 from rigrunner_bearings.torque.definition import kind_of
 from rigrunner_bearings.torque.one_setup import setup_differences
 from rigrunner_bearings.torque.requirements_of_plan import unmet_requirements
-from rigrunner_bearings.torque.requirers import (
-    TORQUE,
-    analysed,
-    channels_of,
-    points_of,
-    requirers,
-)
+from rigrunner_bearings.torque.requirers import TORQUE, analysed, channels_of, points_of, requirers
 from rigrunner_bearings.torque.sources import sources
 
 if TYPE_CHECKING:
@@ -53,19 +41,22 @@ def plan_problems(
 ) -> list[PlanProblem]:
     """Return why the torque of a planned run cannot be analysed; raise PluginError.
 
-    What a no-load run of its own must have is asked when that run is chosen.
+    What a separate no-load run must have is checked when that run is chosen.
     """
-    if found := list(contradictions(spec)):
-        return found
+    if problems := list(contradictions(spec)):
+        return problems
     if not (spec.fits or spec.compensations):
         message = "the analysis names neither a fit nor a compensation, so it has no result"
         hint = "add 'fits: [polynomial]', or leave 'analysis' out to record only"
         return [PlanProblem(message=message, hint=hint)]
     chosen = analysed(planned, spec)
-    found = [*_recorded(spec, planned, chosen), *_limits(spec, chosen, context)]
-    # Only now: a mistake above that leaves a frequency unset would be told twice.
-    found = found or list(_motion(spec, chosen))
-    return found or list(unmet_requirements(spec, chosen, requirers(spec, context.plugins)))
+    problems = [
+        *_recording_problems(spec, planned, chosen),
+        *_limit_problems(spec, chosen, context),
+    ]
+    # Only now: a mistake above that leaves a frequency unset would be reported twice.
+    problems = problems or list(_motion_problems(spec, chosen))
+    return problems or list(unmet_requirements(spec, chosen, requirers(spec, context.plugins)))
 
 
 def entering(spec: TorqueSettings, planned: PlannedRun, context: AnalysisContext) -> Iterator[str]:
@@ -75,15 +66,15 @@ def entering(spec: TorqueSettings, planned: PlannedRun, context: AnalysisContext
     torque; and the load that is read beside, with which the torque scales. The torque comes first.
     """
     del spec, context
-    for each in planned.recordings:
-        role, units = each.record.role, each.record.units
-        names = [Member(role, name) for name in each.record.channels if name != INDEX]
+    for recording in planned.recordings:
+        role, units = recording.record.role, recording.record.units
+        names = [Member(role, name) for name in recording.record.channels if name != INDEX]
         yield from sorted(names, key=lambda name: units.get(name) != "N·m")
         if "load" in planned.devices.get(role, ()):
             yield Member(role, "load")
-    for rows in planned.rows:
-        units = rows.rows.units
-        yield from (n for n in rows.rows.channels if unit(units[n]).dimension == "torque")
+    for table in planned.rows:
+        units = table.rows.units
+        yield from (n for n in table.rows.channels if unit(units[n]).dimension == "torque")
 
 
 def expects(
@@ -92,21 +83,21 @@ def expects(
     """Yield the torque and the angle to be expected in each recording of a swing."""
     del context
     rig = planned_rig(planned)
-    highest = (each.highest for each in planned.limits if each.of == spec.name)
-    bearing_nm = max((each.si for each in highest if each is not None), default=0.0)
-    for each in planned.recordings:
-        record = each.record
+    highest = (limit.highest for limit in planned.limits if limit.of == spec.name)
+    bearing_nm = max((bound.si for bound in highest if bound is not None), default=0.0)
+    for recording in planned.recordings:
+        record = recording.record
         if not record.cycle_frequency_hz:
             continue
         rig_nm = rig_torque_nm(rig, record.cycle_frequency_hz)
         if rig_nm is not None:
             text = f"recording {record.name} is expected to reach"
             for name in channels_of(record, "torque"):
-                yield _up_to(record, name, rig_nm + bearing_nm, text)
+                yield _plus_minus(record, name, rig_nm + bearing_nm, text)
         if rig.swings:
             half_swing = asin(rig.eccentric_ratio)
             for name in channels_of(record, "angle"):
-                yield _up_to(record, name, half_swing, "the swing goes to")
+                yield _plus_minus(record, name, half_swing, "the swing goes to")
 
 
 def rig_torque_nm(rig: RigDescription, frequency_hz: float) -> float | None:
@@ -127,20 +118,20 @@ def rig_torque_nm(rig: RigDescription, frequency_hz: float) -> float | None:
     return inertia_nm + rig.support_friction + damping_nm
 
 
-def _up_to(record: RecordingAction, name: str, value: float, text: str) -> ExpectedReading:
+def _plus_minus(record: RecordingAction, name: str, value: float, text: str) -> ExpectedReading:
     return ExpectedReading(
         recording=record.name, channel=Member(record.role, name), low=-value, high=value, text=text
     )
 
 
-def _recorded(
+def _recording_problems(
     spec: TorqueSettings, planned: PlannedRun, chosen: PlannedRun
 ) -> Iterator[PlanProblem]:
     if not (planned.recordings or planned.rows):
         yield PlanProblem(message="there is no recording to analyse", hint="add a record step")
-    for each in chosen.recordings:
-        yield from _channels(each)
-    yield from _selection(spec, planned, chosen)
+    for recording in chosen.recordings:
+        yield from _channel_problems(recording)
+    yield from _selection_problems(spec, planned, chosen)
     if spec.starts is None and chosen.recordings:
         # By the law of the crank swings are read.
         rig = planned_rig(planned)
@@ -148,61 +139,61 @@ def _recorded(
             if getattr(rig, key) is None:
                 message = f"the analysis needs the key '{key}' of the rig, which is missing"
                 yield PlanProblem(message=message, key=(key,), of=StationPart.RIG, at_key=True)
-    for each in chosen.recordings:
-        for name in channels_of(each.record, "torque"):
-            yield from _instrument(planned, Member(each.record.role, name), each)
+    for recording in chosen.recordings:
+        for name in channels_of(recording.record, "torque"):
+            yield from _instrument_problems(planned, Member(recording.record.role, name), recording)
 
 
-def _channels(recorded: PlannedRecording) -> Iterator[PlanProblem]:
+def _channel_problems(recording: PlannedRecording) -> Iterator[PlanProblem]:
     """Ask for one torque, and for no more than one angle: without any there are fallbacks."""
-    record = recorded.record
-    for dimension, least, wanted in (
+    record = recording.record
+    for dimension, least, expected in (
         ("torque", 1, "one channel"),
         ("angle", 0, "at most one channel"),
         ("angular velocity", 0, "at most one channel"),
     ):
-        found = channels_of(record, dimension)
-        if not least <= len(found) <= 1:
-            got = " and ".join(found) or "none"
-            message = f"the analysis needs {wanted} of {dimension} in each recording, got {got}"
-            yield PlanProblem(message=message, key=("channels",), of=recorded)
-        for name in found:
-            given = record.units[Member(record.role, name)]
-            if given != _ANALYSED_IN[dimension]:
+        names = channels_of(record, dimension)
+        if not least <= len(names) <= 1:
+            got = " and ".join(names) or "none"
+            message = f"the analysis needs {expected} of {dimension} in each recording, got {got}"
+            yield PlanProblem(message=message, key=("channels",), of=recording)
+        for name in names:
+            symbol = record.units[Member(record.role, name)]
+            if symbol != _ANALYSED_IN[dimension]:
                 hint = f"the analysis takes a device whose {dimension} is in "
                 yield PlanProblem(
-                    message=f"the device gives {name} in {given}",
+                    message=f"the device gives {name} in {symbol}",
                     hint=hint + _ANALYSED_IN[dimension],
                     key=("channels",),
-                    of=recorded,
+                    of=recording,
                 )
 
 
-def _selection(
+def _selection_problems(
     spec: TorqueSettings, planned: PlannedRun, chosen: PlannedRun
 ) -> Iterator[PlanProblem]:
     """Yield what a `where` chooses that is not there, and labels that would be averaged."""
-    places = [each.coordinates for each in planned.recordings]
-    places += [each.coordinates for each in planned.rows]
+    places = [recording.coordinates for recording in planned.recordings]
+    places += [row.coordinates for row in planned.rows]
     for name, written in spec.where.items():
         value, symbol = in_si(written)
-        there = {each[name] for each in places if name in each}
-        if not there:
-            known = dict.fromkeys(key for each in places for key in each)
-            listed = f"counters and labels: {', '.join(known) or 'none'}"
+        values = {place[name] for place in places if name in place}
+        if not values:
+            names = dict.fromkeys(key for place in places for key in place)
+            listed = f"counters and labels: {', '.join(names) or 'none'}"
             yield PlanProblem(
                 message=f"nothing that is recorded or measured has '{name}'",
-                hint=did_you_mean(name, known, listed),
+                hint=did_you_mean(name, names, listed),
                 key=("where", name),
                 at_key=True,
             )
-        elif not any(matches({name: each}, {name: written}) for each in there):
-            texts = ", ".join(sorted(coordinate_text(each, symbol) for each in there))
+        elif not any(matches({name: coordinate}, {name: written}) for coordinate in values):
+            texts = ", ".join(sorted(coordinate_text(coordinate, symbol) for coordinate in values))
             message = f"nothing has {name} {coordinate_text(value, symbol)}"
             yield PlanProblem(message=message, hint=f"there are: {texts}", key=("where", name))
     mixed = mixed_labels(
-        (each.record.setpoints, each.coordinates, each.coordinate_units)
-        for each in chosen.recordings
+        (recording.record.setpoints, recording.coordinates, recording.coordinate_units)
+        for recording in chosen.recordings
     )
     if mixed:
         hint = "say which ones it is of, such as 'where: {phase: final}' in the analysis"
@@ -210,43 +201,43 @@ def _selection(
         yield PlanProblem(message=message, hint=hint)
 
 
-def _instrument(
-    planned: PlannedRun, channel: Member, recorded: PlannedRecording
+def _instrument_problems(
+    planned: PlannedRun, channel: Member, recording: PlannedRecording
 ) -> Iterator[PlanProblem]:
-    register = [each.channel for each in planned.instruments]
+    channels = [instrument.channel for instrument in planned.instruments]
     part = StationPart.INSTRUMENTS
-    if channel not in register:
-        hint = did_you_mean(channel, register, f"registered: {', '.join(register) or 'none'}")
+    if channel not in channels:
+        hint = did_you_mean(channel, channels, f"registered: {', '.join(channels) or 'none'}")
         message = f"there is no instrument for the channel {channel}"
-        yield PlanProblem(message=message, hint=hint, of=part, at_key=True, needed_by=recorded)
+        yield PlanProblem(message=message, hint=hint, of=part, at_key=True, needed_by=recording)
         return
-    index = register.index(channel)
+    index = channels.index(channel)
     if planned.instruments[index].low_pass is None:
         yield PlanProblem(
             message=f"the low_pass of the instrument for {channel} is missing",
             hint="the filter shapes the torque at the reversals",
             key=(index,),
             of=part,
-            needed_by=recorded,
+            needed_by=recording,
         )
 
 
-def _motion(spec: TorqueSettings, chosen: PlannedRun) -> Iterator[PlanProblem]:
+def _motion_problems(spec: TorqueSettings, chosen: PlannedRun) -> Iterator[PlanProblem]:
     """Yield every recording without the cyclic motion that the analysis needs."""
-    for each in () if spec.starts is not None else chosen.recordings:
-        role = each.record.role
-        if not each.record.cycle_frequency_hz:
+    for recording in () if spec.starts is not None else chosen.recordings:
+        role = recording.record.role
+        if not recording.record.cycle_frequency_hz:
             message = "the analysis needs a cycle frequency, and none is set here"
             hint = "set the drive before"
-        elif Member(role, _FREQUENCY) not in each.record.setpoints:
+        elif Member(role, _FREQUENCY) not in recording.record.setpoints:
             message = f"the analysis needs the set frequency of '{role}' itself"
             hint = f"set {role}.frequency, also where another device drives it"
         else:
             continue
-        yield PlanProblem(message=message, hint=hint, of=each, at_key=True)
+        yield PlanProblem(message=message, hint=hint, of=recording, at_key=True)
 
 
-def _limits(
+def _limit_problems(
     spec: TorqueSettings, chosen: PlannedRun, context: AnalysisContext
 ) -> Iterator[PlanProblem]:
     """Yield each limit of another torque than the planned one, or of one that is not recorded.
@@ -270,27 +261,27 @@ def _missing_frequencies(limit: PlannedLimit, chosen: PlannedRun) -> Iterator[Pl
     """Yield the named frequencies of a limit at which nothing is recorded."""
     if chosen.rows:
         return
-    there = {
+    recorded_hz = {
         value
-        for each in chosen.recordings
-        for name, value in each.record.setpoints.items()
-        if unit(each.record.units[name]).dimension == "frequency"
+        for recording in chosen.recordings
+        for name, value in recording.record.setpoints.items()
+        if unit(recording.record.units[name]).dimension == "frequency"
     }
-    known = [CoordinateValue(hz, "Hz") for hz in sorted(there)]
-    wanted = limit.where.get(_FREQUENCY, ())
-    missing = [each for each in wanted if not any(is_place(each, hz) for hz in known)]
+    recorded = [CoordinateValue(hz, "Hz") for hz in sorted(recorded_hz)]
+    places = limit.where.get(_FREQUENCY, ())
+    missing = [place for place in places if not any(is_place(place, hz) for hz in recorded)]
     if missing:
-        hint = f"recorded: {', '.join(map(str, known)) or 'nothing'}"
+        hint = f"recorded: {', '.join(map(str, recorded)) or 'nothing'}"
         message = f"nothing is recorded at {', '.join(map(str, missing))}"
         yield PlanProblem(message=message, hint=hint, key=("where", _FREQUENCY), of=limit)
 
 
 def _loads(spec: TorqueSettings, chosen: PlannedRun) -> list[float]:
     """Return the set loads of what is judged, as far as the procedure sets them, in N."""
-    records = [each.record for each in chosen.recordings]
-    loads = [each.setpoints.get(Member(each.role, "load")) for each in records]
-    known = [load for load in loads if load is not None]
-    return [load for load in known if load > 0] if spec.has_own_no_load else known
+    records = [recording.record for recording in chosen.recordings]
+    loads = [record.setpoints.get(Member(record.role, "load")) for record in records]
+    set_loads = [load for load in loads if load is not None]
+    return [load for load in set_loads if load > 0] if spec.has_own_no_load else set_loads
 
 
 _FREQUENCY_TOLERANCE = 0.005
@@ -302,35 +293,41 @@ def partner_problems(
 ) -> Iterator[str]:
     """Yield what speaks against a no-load run: another set-up, or what its recordings lack."""
     transducers = torque_instruments(partner.instruments.values()).values()
-    ours = torque_instruments(planned.instruments)
+    needed_transducers = torque_instruments(planned.instruments)
     rig = planned_rig(planned)
-    yield from setup_differences(rig_of(partner), transducers, rig, ours)
-    found = sources(partner)
-    there = [each.setpoints.get(planned.cycle_drive or "", 0.0) for each in found]
-    wanted_hz = {each.frequency_hz for each in points_of(analysed(planned, spec))}
+    yield from setup_differences(rig_of(partner), transducers, rig, needed_transducers)
+    recordings = sources(partner)
+    drive = planned.cycle_drive or ""
+    recorded_hz = [recording.setpoints.get(drive, 0.0) for recording in recordings]
+    needed_hz = {point.frequency_hz for point in points_of(analysed(planned, spec))}
     missing = [
         hz
-        for hz in sorted(wanted_hz - {0.0})
-        if not any(abs(has - hz) <= _FREQUENCY_TOLERANCE * hz for has in there)
+        for hz in sorted(needed_hz - {0.0})
+        if not any(abs(other - hz) <= _FREQUENCY_TOLERANCE * hz for other in recorded_hz)
     ]
     if missing:
         yield f"it has no recording at {', '.join(f'{hz:g} Hz' for hz in missing)}"
-    needed = requirers(spec, context.plugins)
-    yield from _unmet(needed, there, found)
-    least = max(each.needs.cycles for each in needed)
-    for hz, each in zip(there, found, strict=True):
-        whole = int(each.samples / each.rate_hz * hz) - 1 if each.samples > 1 else least
-        if whole < least:
-            yield f"its recording {each.name} has {whole} cycles, but {least} are needed"
+    parts = requirers(spec, context.plugins)
+    yield from _unmet(parts, recorded_hz, recordings)
+    least = max(part.needs.cycles for part in parts)
+    for hz, recording in zip(recorded_hz, recordings, strict=True):
+        cycles = (
+            int(recording.samples / recording.rate_hz * hz) - 1 if recording.samples > 1 else least
+        )
+        if cycles < least:
+            yield f"its recording {recording.name} has {cycles} cycles, but {least} are needed"
 
 
 def _unmet(
-    needed: Sequence[Requirer], there: Sequence[float], found: Sequence[Recording]
+    parts: Sequence[Requirer], recorded_hz: Sequence[float], recordings: Sequence[Recording]
 ) -> Iterator[str]:
     """Yield which parts need more frequencies, or the crank phase, than the run has."""
-    frequencies = sorted(set(there))
-    shows_phase = all(motion_channel(each)[0] is not MotionSource.ENTERED for each in found)
-    for name, needs in ((each.name, each.needs) for each in needed):
+    frequencies = sorted(set(recorded_hz))
+    shows_phase = all(
+        motion_channel(recording)[0] is not MotionSource.ENTERED for recording in recordings
+    )
+    for part in parts:
+        name, needs = part.name, part.needs
         if len(frequencies) < needs.points:
             got = ", ".join(f"{hz:g} Hz" for hz in frequencies) or "none"
             yield f"{name} needs {needs.points} different frequencies without load, got {got}"

@@ -72,7 +72,8 @@ def prepare_point(
         kept=kept,
         # By the first cycle of each row.
         waveform_rejections=tuple(
-            replace(each, index=-(-each.index * point.cycles // len(kept))) for each in rejections
+            replace(rejection, index=-(-rejection.index * point.cycles // len(kept)))
+            for rejection in rejections
         ),
         phase_u_rad=motion.phase_u_rad,
         phase_common_u_rad=motion.phase_common_u_rad,

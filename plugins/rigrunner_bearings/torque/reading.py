@@ -1,4 +1,4 @@
-"""The torque of a recording: less its zero reading, and corrected where the register says so."""
+"""The torque of a recording: less its zero reading, and corrected where the register states it."""
 
 from __future__ import annotations
 

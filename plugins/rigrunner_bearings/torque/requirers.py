@@ -1,7 +1,7 @@
-"""Which parts of an analysis of torque ask what of a run, and what set-points a plan has.
+"""What each part of an analysis of torque needs of a run, and the set-points of a plan.
 
 The analysis itself, the rule for gross errors, the primary compensation and the fit that it takes
-each say what they need, as `TorqueRequirements`. Another compensation than the primary one may turn
+each state their needs as `TorqueRequirements`. Another compensation than the primary one may turn
 out to be not applicable: the run still has its result.
 """
 
@@ -53,25 +53,25 @@ class Point:
 
 def requirers(spec: TorqueSettings, plugins: Plugins) -> tuple[Requirer, ...]:
     """Return all parts of an analysis that a run cannot do without; raise PluginError."""
-    found = [_analysis(spec, plugins)]
+    parts = [_analysis(spec, plugins)]
     if spec.outliers is not None:
         rule = spec.outliers
         needs = TorqueRequirements.of(plugins.requires("outlier_rule", rule.name, rule.settings))
-        found.append(Requirer(f"the rule '{rule.name}'", ("outliers",), needs))
+        parts.append(Requirer(f"the rule '{rule.name}'", ("outliers",), needs))
     primary = spec.primary_plugin
     if primary is not None:
         needs = TorqueRequirements.of(
             plugins.requires("compensation", primary.name, primary.settings)
         )
         index = spec.compensations.index(primary)
-        found.append(
+        parts.append(
             Requirer(f"the compensation '{primary.label}'", ("compensations", index), needs)
         )
         if needs.fit and spec.fits:
             fit = spec.fits[0]
             of_fit = TorqueRequirements.of(plugins.requires("fit", fit.name, fit.settings))
-            found.append(Requirer(f"the fit '{fit.label}'", ("fits", 0), of_fit))
-    return tuple(found)
+            parts.append(Requirer(f"the fit '{fit.label}'", ("fits", 0), of_fit))
+    return tuple(parts)
 
 
 def _analysis(spec: TorqueSettings, plugins: Plugins) -> Requirer:
@@ -89,13 +89,13 @@ def _analysis(spec: TorqueSettings, plugins: Plugins) -> Requirer:
 
 
 def analysed(planned: PlannedRun, spec: TorqueSettings) -> PlannedRun:
-    """Return of a plan what the analysis looks at."""
+    """Return the part of a plan that is analysed."""
     if not spec.where:
         return planned
     return replace(
         planned,
         recordings=tuple(x for x in planned.recordings if matches(x.coordinates, spec.where)),
-        rows=tuple(each for each in planned.rows if matches(each.coordinates, spec.where)),
+        rows=tuple(x for x in planned.rows if matches(x.coordinates, spec.where)),
     )
 
 
@@ -104,19 +104,19 @@ def points_of(planned: PlannedRun) -> list[Point]:
     if planned.recordings:
         return [
             Point(
-                frequency_hz=each.record.cycle_frequency_hz or 0.0,
-                loaded=each.record.setpoints.get(Member(each.record.role, "load"), 0.0) > 0,
-                shows_phase=bool(motion_channels(each.record)),
+                frequency_hz=record.cycle_frequency_hz or 0.0,
+                loaded=record.setpoints.get(Member(record.role, "load"), 0.0) > 0,
+                shows_phase=bool(motion_channels(record)),
             )
-            for each in planned.recordings
+            for record in (recording.record for recording in planned.recordings)
         ]
     return list(rows_of(planned))
 
 
 def rows_of(planned: PlannedRun) -> Iterator[Point]:
     """Yield the rows of tables that have a torque, in motion."""
-    for each in planned.rows:
-        rows = each.rows
+    for table in planned.rows:
+        rows = table.rows
         roles = {name.role for name in rows.channels if rows.units.get(name) == TORQUE}
         for setpoints in rows.setpoints:
             for role in roles:

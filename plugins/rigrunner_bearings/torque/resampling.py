@@ -37,11 +37,11 @@ class Sensor:
     @classmethod
     def drawn(cls, instrument: Instrument, rng: Generator, *, zeroed: bool) -> Sensor:
         """Return one that is the same in both runs; a zero step takes the offset out."""
-        whole = instrument.full_scale
+        full_scale = instrument.full_scale
         return cls(
             gain=_error(instrument, "gain", rng),
-            nonlinearity=_error(instrument, "nonlinearity", rng) / whole,
-            full_scale_nm=whole,
+            nonlinearity=_error(instrument, "nonlinearity", rng) / full_scale,
+            full_scale_nm=full_scale,
             offset_nm=0.0 if zeroed else _error(instrument, "offset", rng),
         )
 
@@ -54,7 +54,7 @@ class Sensor:
 
 @dataclass(frozen=True)
 class Drift:
-    """By what the zero of one run has moved: alike in all of it, and in each recording's course."""
+    """Drift of the zero of one run: constant over the run, and within each recording."""
 
     constant_nm: float
     course_nm: float
@@ -71,8 +71,8 @@ class Drift:
 
 def _error(instrument: Instrument, name: str, rng: Generator) -> float:
     """Return one draw of an error that the register states."""
-    known = stated(instrument, name, name)
-    return float(named(known.distribution, 0.0, known.u).draw(rng, 1)[0])
+    error = stated(instrument, name, name)
+    return float(named(error.distribution, 0.0, error.u).draw(rng, 1)[0])
 
 
 def another_sensor(sweep: Sweep, rng: Generator, *, zeroed: bool) -> Sweep:
@@ -80,13 +80,13 @@ def another_sensor(sweep: Sweep, rng: Generator, *, zeroed: bool) -> Sweep:
     sensor = Sensor.drawn(sweep.instrument, rng, zeroed=zeroed)
     drifts = Drift.drawn(sweep.instrument, rng), Drift.drawn(sweep.instrument, rng)
     loaded, no_load = (
-        tuple(_shown(point, sensor, drift) for point in points)
+        tuple(_indicated(point, sensor, drift) for point in points)
         for points, drift in zip((sweep.loaded, sweep.no_load), drifts, strict=True)
     )
     return replace(sweep, loaded=loaded, no_load=no_load)
 
 
-def _shown(point: PeakPoint, sensor: Sensor, drift: Drift) -> PeakPoint:
+def _indicated(point: PeakPoint, sensor: Sensor, drift: Drift) -> PeakPoint:
     turns = np.arange(point.cycles, dtype=np.float64)
     peaks = sensor.reads(point.peak_nm) + drift.at(turns + 0.5, point.cycles)
     if not isinstance(point, SwingPoint):
@@ -121,10 +121,10 @@ def _redrawn(point: PeakPoint, rng: Generator) -> PeakPoint:
 
 def _drawn(values: Array, kept: Mask, rng: Generator) -> Array:
     """Return as many rows as are kept, drawn from these."""
-    known = values[kept]
-    n = len(known)
+    rows = values[kept]
+    n = len(rows)
     if n == 1:
-        return known
-    mean = known.mean(axis=0)
-    again = known[rng.integers(n, size=n)]
-    return np.asarray(mean + sqrt(n / (n - 1)) * (again - mean))
+        return rows
+    mean = rows.mean(axis=0)
+    redrawn = rows[rng.integers(n, size=n)]
+    return np.asarray(mean + sqrt(n / (n - 1)) * (redrawn - mean))

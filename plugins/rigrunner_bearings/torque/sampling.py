@@ -1,7 +1,7 @@
-"""What too low a sample rate moves a torque by: asked of the method, with half as many samples.
+"""What too low a sample rate moves a torque by: found by the method, with half as many samples.
 
 What is lost between the samples grows at least in proportion to their distance. So a method that is
-asked again with every swing sampled half as often moves by at least as much as what it has lost
+run again with every swing sampled half as often moves by at least as much as what it has lost
 already (GUM 5.1.3: a sensitivity found by trial).
 """
 
@@ -27,27 +27,25 @@ ENOUGH = 280.0
 
 
 def with_half_the_samples(
-    method: CompensationMethod, sweep: Sweep, found: Compensation
+    method: CompensationMethod, sweep: Sweep, compensation: Compensation
 ) -> tuple[float, ...]:
     """Return what each torque moves by; nothing where all cycles have samples enough.
 
     All of itself, where half of them give no result.
     """
     swings = [p for p in (*sweep.loaded, *sweep.no_load) if isinstance(p, SwingPoint)]
-    if not swings or not found.points or min(map(samples_per_cycle, swings)) >= ENOUGH:
+    if not swings or not compensation.points or min(map(samples_per_cycle, swings)) >= ENOUGH:
         return ()
     fewer = replace(
-        sweep,
-        loaded=tuple(map(_halved, sweep.loaded)),
-        no_load=tuple(map(_halved, sweep.no_load)),
+        sweep, loaded=tuple(map(_halved, sweep.loaded)), no_load=tuple(map(_halved, sweep.no_load))
     )
     try:
         points = method(fewer).points
     except DataError:
-        return tuple(-point.torque.value for point in found.points)
+        return tuple(-point.torque.value for point in compensation.points)
     return tuple(
         after.torque.value - before.torque.value
-        for before, after in zip(found.points, points, strict=True)
+        for before, after in zip(compensation.points, points, strict=True)
     )
 
 
@@ -70,14 +68,14 @@ def _sampled(rows: Array, count: int) -> Array:
         return rows
     spectrum = np.fft.rfft(rows, axis=1)
     turn = np.exp(2j * np.pi * np.outer(np.arange(spectrum.shape[1]), np.arange(count) / count))
-    # All but the first and the last coefficient of a real waveform stand for two.
+    # All but the first and the last coefficient of a real waveform count twice.
     weight = np.full(spectrum.shape[1], 2.0)
     weight[0] = weight[-1] = 1.0
-    taken = ((spectrum * weight) @ turn).real / size
+    samples = ((spectrum * weight) @ turn).real / size
     position = np.arange(size) * count / size
     return np.array(
         [
             scipy.ndimage.map_coordinates(row, position[None], order=SPLINE_ORDER, mode="grid-wrap")
-            for row in taken
+            for row in samples
         ]
     )

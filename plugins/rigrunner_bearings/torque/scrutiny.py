@@ -1,4 +1,4 @@
-"""What a compensation gives, looked at before it is used."""
+"""Checks what a compensation returns, before it is used."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _ROUNDING = 1e-9
 
 @dataclass(frozen=True)
 class ScrutinisedMethod:
-    """A compensation that gets what it cannot change, and gives what can be used."""
+    """A compensation that cannot change its input, and whose output is checked."""
 
     subject: Subject
     method: CompensationMethod
@@ -31,26 +31,28 @@ class ScrutinisedMethod:
     def __call__(self, sweep: Sweep) -> Compensation:
         """Return what the method gives; raise PluginError."""
         for prepared in (*sweep.loaded, *sweep.no_load):
-            protect(*(getattr(prepared, each.name) for each in fields(prepared)))
+            protect(*(getattr(prepared, field.name) for field in fields(prepared)))
         with self.subject.named():
-            found = self.method(sweep)
+            compensation = self.method(sweep)
         need = self.subject.need
-        if not isinstance(found, Compensation):
-            self.subject.refuse(f"{shown(found)}, expected a Compensation")
-        if found.not_applicable:
-            need(not found.points, "points, and says that it is not applicable")
-            return found
-        for point in found.points:
-            if not isinstance(point, CompensatedPoint):  # its arrays are told only where needed
+        if not isinstance(compensation, Compensation):
+            self.subject.refuse(f"{shown(compensation)}, expected a Compensation")
+        if compensation.not_applicable:
+            need(not compensation.points, "points, and says that it is not applicable")
+            return compensation
+        for point in compensation.points:
+            # No `need`: it would format the arrays of each point.
+            if not isinstance(point, CompensatedPoint):
                 self.subject.refuse(f"{shown(point)}, expected a CompensatedPoint")
-        given = [point.set_frequency_hz for point in found.points]
-        due = [point.set_frequency_hz for point in sweep.loaded]
+        frequencies_hz = [point.set_frequency_hz for point in compensation.points]
+        expected_hz = [point.set_frequency_hz for point in sweep.loaded]
         self.subject.need(
-            given == due, f"points at {_hertz(given)}; expected one for each of {_hertz(due)}"
+            frequencies_hz == expected_hz,
+            f"points at {_hertz(frequencies_hz)}; expected one for each of {_hertz(expected_hz)}",
         )
-        for point in found.points:
+        for point in compensation.points:
             self._check(point)
-        return replace(found, points=tuple(found.points))
+        return replace(compensation, points=tuple(compensation.points))
 
     def _check(self, point: CompensatedPoint) -> None:
         need, at = self.subject.need, f"at {point.set_frequency_hz:g} Hz"
@@ -65,15 +67,15 @@ class ScrutinisedMethod:
         if point.model is not None:
             modelled = propagate(point.model).estimate
             for name in ("value", "u", "dof"):
-                given, due = getattr(torque, name), getattr(modelled, name)
-                agrees = math.isclose(given, due, rel_tol=_ROUNDING, abs_tol=_ROUNDING * u)
-                unknown = math.isnan(given) and math.isnan(due)
+                value, expected = getattr(torque, name), getattr(modelled, name)
+                agrees = math.isclose(value, expected, rel_tol=_ROUNDING, abs_tol=_ROUNDING * u)
+                unknown = math.isnan(value) and math.isnan(expected)
                 need(
                     agrees or unknown,
-                    f"a torque {at} whose {name} is {given:g}, by its own model {due:g}",
+                    f"a torque {at} whose {name} is {value:g}, by its own model {expected:g}",
                 )
 
 
 def _hertz(frequencies: Iterable[float]) -> str:
-    named = ", ".join(f"{each:g}" for each in frequencies)
+    named = ", ".join(f"{hz:g}" for hz in frequencies)
     return f"{named} Hz" if named else "no frequency"

@@ -6,14 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Self
 
 from pydantic import Field, model_validator
 
-from rigrunner.api import (
-    Angle,
-    Duration,
-    ListOf,
-    PartnerRun,
-    ResultDefinition,
-    Settings,
-)
+from rigrunner.api import Angle, Duration, ListOf, PartnerRun, ResultDefinition, Settings
 from rigrunner.api.analysis.requirements import LATEST, STATION
 from rigrunner.api.labels import Labels
 from rigrunner.api.names import Identifier, Name, Text
@@ -210,7 +203,9 @@ class TorqueSettings(Settings):
     @property
     def primary_plugin(self) -> CompensationRef | None:
         """The compensation that the headline and the verdict use."""
-        return next((each for each in self.compensations if each.label == self.primary), None)
+        return next(
+            (reference for reference in self.compensations if reference.label == self.primary), None
+        )
 
     def yields(self, symbol: str, text: str, kind: MeasurandKind | None) -> ResultDefinition | None:
         """Return the definition of the compensated torque; None where nothing is compensated."""

@@ -1,4 +1,4 @@
-"""What of a run the analysis looks at: its recordings, or else its single values."""
+"""The sources of an analysis: the recordings of a run, or else its single values."""
 
 from __future__ import annotations
 
@@ -23,17 +23,19 @@ def chosen(run: RunData, where: Mapping[str, Any]) -> RunData:
     """Return a run with the recordings and rows that have these counters and labels alone."""
     if not where:
         return run
-    recordings = tuple(one for one in run.recordings if matches(one.coordinates, where))
-    rows = tuple(one for one in run.measurements if matches(one.coordinates, where))
+    recordings = tuple(x for x in run.recordings if matches(x.coordinates, where))
+    rows = tuple(x for x in run.measurements if matches(x.coordinates, where))
     return replace(run, recordings=recordings, measurements=rows)
 
 
-def require_one_label(found: Iterable[Recording]) -> None:
+def require_one_label(recordings: Iterable[Recording]) -> None:
     """Raise DataError where sources with the same set-points differ by a label.
 
     They are not the same thing measured again, and have no common mean.
     """
-    mixed = mixed_labels((one.setpoints, one.coordinates, one.units) for one in found)
+    mixed = mixed_labels(
+        (recording.setpoints, recording.coordinates, recording.units) for recording in recordings
+    )
     if mixed:
         raise DataError(
             f"recordings with the same set-points would be averaged: {mixed}",
@@ -49,28 +51,28 @@ def sources(run: RunData) -> tuple[Recording, ...]:
     """
     if run.recordings:
         return run.recordings
-    return tuple(one for one in _as_recordings(run.measurements) if is_set(one, "frequency"))
+    return tuple(row for row in _as_recordings(run.measurements) if is_set(row, "frequency"))
 
 
 def of_this_run(run: RunData, *, loaded: bool) -> tuple[Recording, ...]:
     """Return the sources that were set to a load, or those that were set to none."""
-    return tuple(one for one in sources(run) if is_set(one, "load") == loaded)
+    return tuple(recording for recording in sources(run) if is_set(recording, "load") == loaded)
 
 
 def _as_recordings(measurements: Iterable[Measurement]) -> Iterable[Recording]:
     """Yield measurements as recordings of one sample, numbered within their table."""
-    for number, one in enumerate(measurements, 1):
+    for number, measurement in enumerate(measurements, 1):
         yield Recording(
-            name=f"{one.name} {number}",
+            name=f"{measurement.name} {number}",
             rate_hz=nan,
-            started_utc=one.utc,
-            setpoints=one.setpoints,
+            started_utc=measurement.utc,
+            setpoints=measurement.setpoints,
             channels={
                 name: np.array([value])
-                for name, value in one.values.items()
+                for name, value in measurement.values.items()
                 if name == channel_of(name)  # and no statistic of samples
             },
-            units=one.units,
-            conditions=one.values,
-            coordinates=one.coordinates,
+            units=measurement.units,
+            conditions=measurement.values,
+            coordinates=measurement.coordinates,
         )

@@ -30,9 +30,9 @@ if TYPE_CHECKING:
 
 
 def prepare_starts(
-    found: Iterable[Recording],
+    recordings: Iterable[Recording],
     run: RunData,
-    how: StartsSpec,
+    starts_spec: StartsSpec,
     spec: TorqueSettings,
     rule: OutlierRule,
 ) -> tuple[StartPoint, ...]:
@@ -42,17 +42,19 @@ def prepare_starts(
     recording that shows no start, or where there are too few.
     """
     groups: dict[tuple[float, float], list[Recording]] = {}
-    for recording in found:
+    for recording in recordings:
         role = role_of(torque_channel(recording, run.instruments))
         groups.setdefault(place_of_start(recording.setpoints, role), []).append(recording)
     return tuple(
-        _point(place, group, [_start(each, run, how, spec) for each in group], rule)
+        _point(
+            place, group, [_start(recording, run, starts_spec, spec) for recording in group], rule
+        )
         for place, group in groups.items()
     )
 
 
 def _start(
-    recording: Recording, run: RunData, how: StartsSpec, spec: TorqueSettings
+    recording: Recording, run: RunData, starts_spec: StartsSpec, spec: TorqueSettings
 ) -> tuple[Start, int]:
     """Return what the recording shows, and how many of its samples were spikes."""
     torque = torque_channel(recording, run.instruments)
@@ -68,7 +70,7 @@ def _start(
         torque_nm, spikes = hampel(torque_nm, spec.despike.window, spec.despike.threshold)
     rate_hz, angle_rad = recording.rate_hz, np.asarray(finite(recording, angle))
     try:
-        start = find_start(angle_rad, torque_nm, rate_hz, how.window, how.smoothing)
+        start = find_start(angle_rad, torque_nm, rate_hz, starts_spec.window, starts_spec.smoothing)
     except DataError as error:
         where = f"recording {recording.name}, {angle}"
         raise DataError(f"{where}: {error.message}", hint=error.hint) from error

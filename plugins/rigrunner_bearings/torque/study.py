@@ -17,11 +17,11 @@ if TYPE_CHECKING:
     from rigrunner_bearings.api.rig import NamedStudy
 
 
-def with_study(found: Compensation, study: NamedStudy | None) -> Compensation:
+def with_study(compensation: Compensation, study: NamedStudy | None) -> Compensation:
     """Return a compensation with the scatter of the study in each point; as it is without one."""
     if study is None:
-        return found
-    known = (
+        return compensation
+    scatters = (
         ("scatter between mountings", study.between_mountings),
         ("reproducibility", study.reproducibility),
     )
@@ -37,9 +37,11 @@ def with_study(found: Compensation, study: NamedStudy | None) -> Compensation:
             ),
             1.0,
         )
-        for name, scatter in known
+        for name, scatter in scatters
         if scatter is not None and scatter.u > 0
     )
     if not effects:
-        return found
-    return replace(found, points=tuple(with_effects(each, effects) for each in found.points))
+        return compensation
+    return replace(
+        compensation, points=tuple(with_effects(point, effects) for point in compensation.points)
+    )

@@ -1,7 +1,7 @@
 """Validates the GUM's result by Monte Carlo: of the measurement equation, and of the pipeline.
 
 The trials of the equation show what the law of propagation neglects: distributions that are not
-Gaussian, an equation that is not linear. The draws of the recorded data show besides whether the
+Gaussian, an equation that is not linear. The draws of the recorded data also show whether the
 budget states what its errors do to the torque.
 """
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 P = 0.95
 CONFIDENCE = 0.999
-"""That an end of an interval is not said to disagree only because of the chance of the draws."""
+"""Confidence that an end of an interval does not disagree by the chance of the draws alone."""
 
 TRIALS, DRAWS = "Monte Carlo trials", "Monte Carlo draws"
 
@@ -42,7 +42,7 @@ def validate(
     headline: Estimate,
     *,
     name: str,
-    how: MonteCarloSpec,
+    spec: MonteCarloSpec,
     zeroed: bool,
     progress: Callable[[str, int, int], None],
 ) -> Validation:
@@ -55,19 +55,19 @@ def validate(
         sweep,
         points,
         zeroed=zeroed,
-        draws=how.draws,
-        seed=how.seed,
+        draws=spec.draws,
+        seed=spec.seed,
         progress=lambda done, of: progress(DRAWS, done, of),
     )
     return Validation(
         method=name,
-        digits=how.digits,
-        seed=how.seed,
-        equation=_equation(points, headline, how, progress),
+        digits=spec.digits,
+        seed=spec.seed,
+        equation=_equation(points, headline, spec, progress),
         pipeline=PipelineDraws(
-            mean=_by_draws(None, headline, drawn.torque_nm.mean(axis=1), how.digits),
+            mean=_by_draws(None, headline, drawn.torque_nm.mean(axis=1), spec.digits),
             points=tuple(
-                _by_draws(point.set_frequency_hz, point.torque, torques, how.digits)
+                _by_draws(point.set_frequency_hz, point.torque, torques, spec.digits)
                 for point, torques in zip(points, drawn.torque_nm.T, strict=True)
             ),
             draws=len(drawn.torque_nm),
@@ -81,34 +81,34 @@ def validate(
 def _equation(
     points: Sequence[CompensatedPoint],
     headline: Estimate,
-    how: MonteCarloSpec,
+    spec: MonteCarloSpec,
     progress: Callable[[str, int, int], None],
 ) -> EquationTrials:
     adaptive = Adaptive(
-        digits=how.digits,
-        least_trials=how.trials,
-        most_trials=max(how.most_trials, how.trials),
+        digits=spec.digits,
+        least_trials=spec.trials,
+        most_trials=max(spec.most_trials, spec.trials),
         p=P,
-        seed=how.seed,
+        seed=spec.seed,
     )
     groups = [tuple(points), *((point,) for point in points)]
-    found: list[Propagated] = []
+    propagated: list[Propagated] = []
     for done, group in enumerate(groups, 1):
-        found.append(propagate(output_of(mean_model(group)), adaptive))
+        propagated.append(propagate(output_of(mean_model(group)), adaptive))
         progress(TRIALS, done, len(groups))
     return EquationTrials(
-        mean=_by_trials(None, headline, found[0], how.digits),
+        mean=_by_trials(None, headline, propagated[0], spec.digits),
         points=tuple(
-            _by_trials(point.set_frequency_hz, point.torque, each, how.digits)
-            for point, each in zip(points, found[1:], strict=True)
+            _by_trials(point.set_frequency_hz, point.torque, trials, spec.digits)
+            for point, trials in zip(points, propagated[1:], strict=True)
         ),
-        trials=max(each.trials for each in found),
-        stable=all(each.stable for each in found),
+        trials=max(trials.trials for trials in propagated),
+        stable=all(trials.stable for trials in propagated),
     )
 
 
 def _by_trials(
-    set_frequency_hz: float | None, gum: Estimate, found: Propagated, digits: int
+    set_frequency_hz: float | None, gum: Estimate, propagated: Propagated, digits: int
 ) -> Agreement:
     """Return the comparison of JCGM 101:2008, 8.1.3."""
     interval, allowed = gum_interval(gum, P), tolerance(gum, digits)
@@ -117,13 +117,13 @@ def _by_trials(
         gum=gum,
         gum_low=interval.low,
         gum_high=interval.high,
-        mean=found.mean,
-        u=found.u,
-        low=found.symmetric.low,
-        high=found.symmetric.high,
+        mean=propagated.mean,
+        u=propagated.u,
+        low=propagated.symmetric.low,
+        high=propagated.symmetric.high,
         tolerance=allowed,
         resolution=allowed / 5,
-        agrees=difference(interval, found.symmetric).within(allowed),
+        agrees=difference(interval, propagated.symmetric).within(allowed),
     )
 
 
@@ -137,8 +137,8 @@ def _by_draws(
     numerical tolerance.
     """
     ordered, allowed = np.sort(torques_nm), tolerance(gum, digits)
-    interval, found = gum_interval(gum, P), symmetric(ordered, P)
-    low, high = (_open(ordered, share) for share in ((1 - P) / 2, (1 + P) / 2))
+    interval, drawn_interval = gum_interval(gum, P), symmetric(ordered, P)
+    low, high = (_quantile_interval(ordered, share) for share in ((1 - P) / 2, (1 + P) / 2))
     return Agreement(
         set_frequency_hz=set_frequency_hz,
         gum=gum,
@@ -146,15 +146,15 @@ def _by_draws(
         gum_high=interval.high,
         mean=float(ordered.mean()),
         u=float(ordered.std(ddof=1)),
-        low=found.low,
-        high=found.high,
+        low=drawn_interval.low,
+        high=drawn_interval.high,
         tolerance=allowed,
         resolution=max(low.high - low.low, high.high - high.low) / 2,
         agrees=_within(interval.low, low, allowed) and _within(interval.high, high, allowed),
     )
 
 
-def _open(ordered: Array, share: float) -> Interval:
+def _quantile_interval(ordered: Array, share: float) -> Interval:
     """Return between which of the ordered draws their quantile lies, at the confidence."""
     n = len(ordered)
     below = int(scipy.stats.binom.ppf((1 - CONFIDENCE) / 2, n, share))

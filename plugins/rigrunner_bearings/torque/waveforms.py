@@ -1,8 +1,8 @@
 """Every cycle on the crank phase: its torque, and the mean of its angle.
 
 Of very many cycles neighbours are averaged, so that memory does not grow with the recording. A row
-of several scatters less, as a mean does, and what rows say of the mean over all stays the same, for
-every row is of equally many cycles; where that does not come out even, a few have one less.
+of several scatters less, as a mean does, and the uncertainty of the mean over all rows is the same,
+for every row is of equally many cycles; where that does not come out even, a few have one less.
 
 A gross error in one cycle of a row of m is m times smaller there, against a scatter that is sqrt(m)
 smaller. Where it is still seen, its neighbours go with it; where not, it is one of thousands.
@@ -49,18 +49,18 @@ def waveforms(values: Samples, starts: Array) -> Array:
         return resample(values, starts, PHASES)
     row = row_of(cycles)
     total = np.zeros((rows_of(cycles), PHASES))
-    for some, each in resampled(values, starts, PHASES):
-        rows, first = np.unique(row[some], return_index=True)
-        total[rows] += np.add.reduceat(each, first, axis=0)
+    for part, block in resampled(values, starts, PHASES):
+        rows, first = np.unique(row[part], return_index=True)
+        total[rows] += np.add.reduceat(block, first, axis=0)
     return np.asarray(total / np.bincount(row)[:, None])
 
 
 def mean_of(values: Samples, starts: Array, offset: float, kept: Mask) -> Array:
     """Return the mean of values less an offset over the kept cycles, shape (PHASES,)."""
     total = np.zeros(PHASES)
-    for some, rows in resampled(values, starts, PHASES):
-        mine = (rows - offset)[kept[some]]
-        if len(mine) == kept.sum():
-            return np.asarray(mine.mean(axis=0))
-        total += mine.sum(axis=0)
+    for part, rows in resampled(values, starts, PHASES):
+        kept_rows = (rows - offset)[kept[part]]
+        if len(kept_rows) == kept.sum():
+            return np.asarray(kept_rows.mean(axis=0))
+        total += kept_rows.sum(axis=0)
     return np.asarray(total / kept.sum())

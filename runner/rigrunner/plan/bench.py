@@ -206,7 +206,7 @@ class Bench:
             )
             hint = "report it to the author of the device's plugin"
         elif reading := self.reading(member):
-            message, hint = f"{member} is a {reading.kind}, not a number", "'measure' reads it"
+            message, hint = f"{member} is not a number: {reading.kind}", "'measure' reads it"
         else:
             message = f"the device in the role '{role}' has no {what} '{name}'"
             hint = suggestion(name, by_name, f"{what}s")

@@ -121,7 +121,7 @@ class Scene:
         where = str(self.document.where(path))
         first, at = self.draft.coordinates.setdefault(name, (kind, where))
         if first != kind:
-            message = f"'{name}' is a {kind} here, and a {first} at {at}"
+            message = f"the kind of '{name}' is {kind} here and {first} at {at}"
             self.complain(path, message, "values of one name must be comparable: use two names")
         elif name in place.coordinates:
             message = f"a step around this one gives '{name}' already"

@@ -34,16 +34,16 @@ def run(tmp_path):
 
 
 def test_it_is_analysed_by_the_methods_of_today(run):
-    found = call("analyse", run, "--json")
-    document = json.loads(found.out)
-    peaks = [each["raw_peak"]["mean"]["value"] for each in document["points"]]
+    output = call("analyse", run, "--json")
+    document = json.loads(output.out)
+    peaks = [point["raw_peak"]["mean"]["value"] for point in document["points"]]
     assert peaks == pytest.approx(RAW_PEAKS_NM, rel=1e-12)
     points = document["compensations"]["energy"]["points"]
-    torques = [each["torque"]["value"] for each in points]
+    torques = [point["torque"]["value"] for point in points]
     unloaded_nm = points[0]["raw"]["value"] - ENERGY_NM[0]  # at the slowest set-point
-    loads = [each["load"]["value"] for each in document["points"]]
+    loads = [point["load"]["value"] for point in document["points"]]
     growth_nm = GROWTH * sum(loads) / len(loads) / 1000 * unloaded_nm
-    assert torques == pytest.approx([each - growth_nm for each in ENERGY_NM], rel=2e-5)
+    assert torques == pytest.approx([torque - growth_nm for torque in ENERGY_NM], rel=2e-5)
 
 
 def test_it_is_verified_and_reported(run, tmp_path):
@@ -54,16 +54,18 @@ def test_it_is_verified_and_reported(run, tmp_path):
 
 
 def test_its_set_points_are_read_from_its_result(run):
-    found = dict(estimates_of_packages(read(run / "run.h5").result_document))
-    assert list(found) == ["at 15 Hz", "at 35 Hz"]
-    assert [each["value"] for each in found.values()] == pytest.approx(RAW_PEAKS_NM, rel=1e-12)
+    estimates = dict(estimates_of_packages(read(run / "run.h5").result_document))
+    assert list(estimates) == ["at 15 Hz", "at 35 Hz"]
+    assert [estimate["value"] for estimate in estimates.values()] == pytest.approx(
+        RAW_PEAKS_NM, rel=1e-12
+    )
 
 
 def test_the_torques_of_a_run_of_0_1_0_are_results(tmp_path):
     unpack(OLD.parents[1] / "0.1.0" / "run.zip", tmp_path)
     (folder,) = tmp_path.iterdir()
-    found = results_in(read(folder).result_document)
-    places = [each["coordinates"]["frequency"]["value"] for each in found]
+    results = results_in(read(folder).result_document)
+    places = [result["coordinates"]["frequency"]["value"] for result in results]
     assert places == [8.0, 15.0, 25.0, 35.0]
-    mean = sum(each["estimate"]["value"] for each in found) / len(found)
+    mean = sum(result["estimate"]["value"] for result in results) / len(results)
     assert f"{mean:.3f}" == "0.729"  # as the certificate of that time prints it

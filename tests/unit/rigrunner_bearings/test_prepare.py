@@ -23,8 +23,8 @@ def test_all_problems_are_told_at_once_whatever_finds_them(tmp_path):
         ("channel: tester.torque", "channel: tester.torqe"),
         ("- template_inverse", "- template_invers"),
     )
-    found = problems_of(procedure, station_file(tmp_path))
-    assert set(found) == {
+    problems = problems_of(procedure, station_file(tmp_path))
+    assert set(problems) == {
         "setup[4].zero.channel",
         "main[0].set.tester.load",
         "analysis[0].swing_torque.compensations[1]",

@@ -58,9 +58,13 @@ def test_kinds_are_done_in_their_order_and_their_events_name_them(tmp_path):
         "zero", "note", "confirm", "set", "ramp", "wait", "scan", *read, *read, "set", "settle",
         "record", "set", "set",
     ]  # fmt: skip
-    assert [one.action for one in listener.of(StepStarted)] == kinds
-    assert [(one.action, one.ok) for one in listener.of(StepEnded)] == [(k, True) for k in kinds]
+    assert [event.action for event in listener.of(StepStarted)] == kinds
+    assert [(event.action, event.ok) for event in listener.of(StepEnded)] == [
+        (k, True) for k in kinds
+    ]
     loads = [
-        dict(one.setpoints)["tester.load"] for one in listener.of(StepEnded) if one.measurement
+        dict(event.setpoints)["tester.load"]
+        for event in listener.of(StepEnded)
+        if event.measurement
     ]
     assert loads == [10.0, 10.0, 20.0, 20.0]

@@ -19,33 +19,33 @@ def swinging(seconds, frequency_hz=5.0, start_s=0.0):
 
 def blocks(*arrays, size=200):
     for first in range(0, len(arrays[0]), size):
-        yield tuple(each[first : first + size] for each in arrays)
+        yield tuple(array[first : first + size] for array in arrays)
 
 
 def test_swings_are_cut_once_each_and_begin_where_the_angle_rises():
     angle, torque = swinging(3.0)
     angle = angle + np.random.default_rng(1).normal(0, 4e-4, len(angle))
     cutter = SwingCutter(RATE_HZ, 5.0)
-    swings = [one for a, t in blocks(angle, torque) for one in cutter.take(t, a)]
-    ends = [one.end_s for one in swings]
+    swings = [swing for a, t in blocks(angle, torque) for swing in cutter.take(t, a)]
+    ends = [swing.end_s for swing in swings]
     assert len(swings) == 14  # of 15 periods the first one has begun before the recording
     assert np.diff(ends) == pytest.approx(0.2, abs=3e-3)
-    for one in swings:
-        assert one.frequency_hz == pytest.approx(5.0, rel=0.02)
-        assert one.torque_nm[PHASES // 4] == pytest.approx(2.0, abs=0.01)
-        assert one.torque_nm[3 * PHASES // 4] == pytest.approx(-1.0, abs=0.01)
+    for swing in swings:
+        assert swing.frequency_hz == pytest.approx(5.0, rel=0.02)
+        assert swing.torque_nm[PHASES // 4] == pytest.approx(2.0, abs=0.01)
+        assert swing.torque_nm[3 * PHASES // 4] == pytest.approx(-1.0, abs=0.01)
 
 
 def test_noise_of_a_rig_at_rest_is_no_swing():
     noise = np.random.default_rng(2).normal(0, 1e-3, 20_000)
     cutter = SwingCutter(RATE_HZ, 5.0)
-    assert not [one for a, t in blocks(noise, noise) for one in cutter.take(t, a)]
+    assert not [swing for a, t in blocks(noise, noise) for swing in cutter.take(t, a)]
 
 
 def test_without_an_angle_the_set_frequency_tells_how_long_a_swing_is():
     _, torque = swinging(2.0)
     cutter = SwingCutter(RATE_HZ, 5.0)
-    swings = [one for (t,) in blocks(torque) for one in cutter.take(t, None)]
+    swings = [swing for (t,) in blocks(torque) for swing in cutter.take(t, None)]
     assert len(swings) == 9
 
 
@@ -64,5 +64,5 @@ def test_a_cutter_keeps_little_of_what_it_was_given():
 def test_after_a_gap_the_time_is_that_of_the_recording():
     angle, torque = swinging(1.0)
     cutter = SwingCutter(RATE_HZ, 5.0, 10_000)
-    swings = [one for a, t in blocks(angle, torque) for one in cutter.take(t, a)]
+    swings = [swing for a, t in blocks(angle, torque) for swing in cutter.take(t, a)]
     assert 5.0 < swings[0].end_s < 5.45

@@ -150,7 +150,7 @@ REFUSED = [
     ("box.spectrum]\n", "box.spectrum]\n      duration: 2 s\n", "what is not a number has no mean"),
     ("box.door, box.spectrum]", "box.door, box.door]", "a channel is listed twice"),
     ("  - measure:", "  - zero: {channel: box.door, within: 1 N}\n  - measure:",
-     "box.door is a boolean, not a number"),
+     "box.door is not a number: boolean"),
 ]  # fmt: skip
 
 

@@ -80,7 +80,7 @@ def start(time_s: Array, speed_rad_s: float, acceleration_rad_s2: float) -> tupl
 
 
 class History:
-    """Turns since the bearing was new, and when it last moved, by the clock that is told."""
+    """Turns since the bearing was new, and when it last moved, by the times passed in."""
 
     def __init__(self, now_s: float) -> None:
         self._turns = 0.0
@@ -102,7 +102,7 @@ class History:
         self._turns = self.turns(now_s)
         self._since_s, self._frequency_hz = now_s, frequency_hz
 
-    def moved(self, until_s: float, turns: float) -> None:
+    def add_start(self, until_s: float, turns: float) -> None:
         """Add a start that was over at that time."""
         self._turns += turns
         self._since_s = until_s
@@ -168,17 +168,17 @@ class RotationTester:
     def make_safe(self) -> Mapping[str, float]:
         """Stop the rotation; later streams are no starts."""
         actual = self._drives.make_safe()
-        self._turn()
+        self._update_history()
         return actual
 
     def set(self, drive: str, value: float) -> None:
         """Move a drive at its rate; return when it is there."""
         self._connection.need()
         self._drives.set(drive, value)
-        self._turn()
+        self._update_history()
 
     def read_back(self, drive: str) -> float:
-        """Return where a drive stands."""
+        """Return the present value of a drive."""
         self._connection.need()
         return self._drives.read_back(drive)
 
@@ -200,8 +200,8 @@ class RotationTester:
         self._truth = {}
         starts = actual["start_frequency"] > 0 and actual["frequency"] == 0
         values = self._sample(time_s, starts=starts)
-        wanted = {name: values[name] for name in channels}
-        return paced_blocks(wanted, self.sample_rate_hz, self._clock, stop)
+        streamed = {name: values[name] for name in channels}
+        return paced_blocks(streamed, self.sample_rate_hz, self._clock, stop)
 
     def continue_after(self, streams: Sequence[Mapping[str, float]]) -> None:
         """Give no later stream the noise of a stream that the run already has."""
@@ -229,15 +229,15 @@ class RotationTester:
         """Return angle and torque of even rotation, or of rest."""
         frequency_hz = self._drives.actual["frequency"]
         angle = TURN_RAD * (self._history.turns(now_s) + frequency_hz * time_s)
-        bench = self._loaded()
+        bench = self._bench_under_load()
         torque = (bench.kinetic_torque_nm + bench.fixture_friction_nm) * (frequency_hz > 0)
         return angle, np.full(len(time_s), torque)
 
     def _starting(
         self, time_s: Array, now_s: float, rng: np.random.Generator
     ) -> tuple[Array, Array]:
-        """Return angle and torque of a start, and note that it has been."""
-        bench, history = self._loaded(), self._history
+        """Return angle and torque of a start, and add it to the history."""
+        bench, history = self._bench_under_load(), self._history
         speed = TURN_RAD * self._drives.actual["start_frequency"]
         travel, acceleration = start(time_s, speed, bench.acceleration_rad_s2)
         turns, rest_s = history.turns(now_s), history.rest_s(now_s) + REST_S
@@ -247,15 +247,15 @@ class RotationTester:
         moving = bench.fixture_friction_nm * (travel > 0)
         torque = friction_nm(bench, travel, breakaway) + moving + bench.inertia_kgm2 * acceleration
         duration_s = len(time_s) / self.sample_rate_hz
-        history.moved(now_s + duration_s, float(travel[-1]) / TURN_RAD)
+        history.add_start(now_s + duration_s, float(travel[-1]) / TURN_RAD)
         return TURN_RAD * turns + travel, torque
 
-    def _loaded(self) -> BenchParameters:
+    def _bench_under_load(self) -> BenchParameters:
         """Return the bench under the load that is set."""
         return self._bench.under_load(self._drives.actual.get("load", 0.0))
 
-    def _turn(self) -> None:
-        """Tell the history how the bearing turns now."""
+    def _update_history(self) -> None:
+        """Pass on how fast the bearing turns now."""
         self._history.change(self._clock.monotonic_s(), self._drives.actual["frequency"])
 
 

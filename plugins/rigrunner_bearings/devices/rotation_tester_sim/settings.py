@@ -1,4 +1,4 @@
-"""Settings of the simulated bench. What the defaults are stands with `BenchParameters`."""
+"""Settings of the simulated bench. `BenchParameters` explains the defaults."""
 
 from __future__ import annotations
 

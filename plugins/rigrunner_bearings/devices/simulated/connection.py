@@ -1,4 +1,4 @@
-"""What stands for a connection to a device that exists only in the program."""
+"""The connection to a device that exists only in the program."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 class Connectable(Protocol):
-    """Settings that say who answers."""
+    """Settings with the identity of the device."""
 
     @property
     def seed(self) -> int:

@@ -72,7 +72,7 @@ def sample(
     rng: np.random.Generator,
 ) -> tuple[Array, Array]:
     """Return angle in rad and torque in N·m as recorded, both of shape (samples,)."""
-    channels = sample_channels(rig, state, samples, errors, rng, wanted=())
+    channels = sample_channels(rig, state, samples, errors, rng, names=())
     return channels["angle"], channels["torque"]
 
 
@@ -83,11 +83,11 @@ def sample_channels(
     errors: ConstantErrors,
     rng: np.random.Generator,
     *,
-    wanted: Collection[str] = ("velocity", "index"),
+    names: Collection[str] = ("velocity", "index"),
 ) -> dict[str, Array]:
     """Return angle, torque, velocity and index as recorded, each of shape (samples,), SI units.
 
-    Velocity and index only where they are wanted: most recordings are without them.
+    Velocity and index only where `names` has them: most recordings are without them.
     The recording starts at a random phase. The true frequency is the set one times
     1 + frequency_error; at 0 Hz the rig rests in mid-stroke, without torque.
     """
@@ -98,22 +98,22 @@ def sample_channels(
         phase, deviation = _turn(time_s, frequency_hz, rig.sensors.speed_jitter, rng)
         angle = swing_angle(phase, rig.eccentric_ratio)
         torque = _torque(rig, frequency_hz, state.load_n, phase, deviation)
-        if "velocity" in wanted:
+        if "velocity" in names:
             turning_hz = frequency_hz * (1 + deviation)
             velocity = turning_hz * angular_velocity(phase, 1.0, rig.eccentric_ratio)
-        if "index" in wanted:
+        if "index" in names:
             index = read_index(phase, rig.sensors)
     # A source of its own: the noise of torque and angle stays what it is without the tacho's.
     tacho = rng.spawn(1)[0]
-    found = {
+    channels = {
         "torque": read_torque(torque, state.elapsed_s + time_s, rig.sensors, errors, rng),
         "angle": read_angle(angle, rig.sensors, rng),
         "index": index,
     }
-    if "velocity" in wanted:
+    if "velocity" in names:
         noise = rig.sensors.tacho_noise_rad_s * tacho.standard_normal(samples)
-        found["velocity"] = velocity + noise
-    return found
+        channels["velocity"] = velocity + noise
+    return channels
 
 
 def true_frequency_hz(rig: SimulatedRig, state: RigState) -> float:
@@ -145,7 +145,7 @@ def _torque(
     beyond = position - before
 
     def at(hz: float) -> Array:
-        cycle = _amplified(rig.steady_state(load_n, hz), hz, rig.sensors)
+        cycle = _filtered_cycle(rig.steady_state(load_n, hz), hz, rig.sensors)
         values: Array = cycle[before] + beyond * (cycle[before + 1] - cycle[before])
         return values
 
@@ -158,7 +158,7 @@ def _torque(
 
 
 @lru_cache(maxsize=4)  # single readings follow each other at one set-point
-def _amplified(steady: SteadyState, frequency_hz: float, sensors: SensorParameters) -> Array:
+def _filtered_cycle(steady: SteadyState, frequency_hz: float, sensors: SensorParameters) -> Array:
     """Pass a cycle through a second-order Butterworth low-pass and the delay.
 
     Return it at GRID points and at the first of the next cycle, not to be written to.

@@ -72,7 +72,7 @@ class SimulatedTester:
         self._repetitions: Counter[tuple[float, float]] = Counter()
         self._readings: Counter[tuple[object, ...]] = Counter()
         self._truth: Mapping[str, float] = {}
-        self._held_hz: float | None = None
+        self._paused_hz: float | None = None
 
     @property
     def channels(self) -> Sequence[ChannelInfo]:
@@ -104,22 +104,22 @@ class SimulatedTester:
 
     def make_safe(self) -> Mapping[str, float]:
         """Stop the swing, then take the load away; a pause cannot be resumed."""
-        self._held_hz = None
+        self._paused_hz = None
         self._wear()
         return self._drives.make_safe()
 
     def pause(self) -> None:
         """Stop the swing under its load."""
         self._connection.need()
-        self._held_hz = self._drives.actual["frequency"]
+        self._paused_hz = self._drives.actual["frequency"]
         self.set("frequency", 0.0)
 
     def resume(self) -> None:
         """Swing again as before the pause."""
         self._connection.need()
-        held_hz, self._held_hz = self._held_hz, None
-        if held_hz is not None:
-            self.set("frequency", held_hz)
+        paused_hz, self._paused_hz = self._paused_hz, None
+        if paused_hz is not None:
+            self.set("frequency", paused_hz)
 
     def set(self, drive: str, value: float) -> None:
         """Move a drive at its rate; return when it is there."""
@@ -158,8 +158,8 @@ class SimulatedTester:
         swinging_hz = true_frequency_hz(self._rig, state)
         steady = self._worn.steady_state(state.load_n, swinging_hz) if swinging_hz else None
         self._truth = {} if steady is None else steady.truth
-        wanted = {name: values[name] for name in channels}
-        return paced_blocks(wanted, self.sample_rate_hz, self._clock, stop)
+        streamed = {name: values[name] for name in channels}
+        return paced_blocks(streamed, self.sample_rate_hz, self._clock, stop)
 
     def continue_after(self, streams: Sequence[Mapping[str, float]]) -> None:
         """Give no later stream the noise of a stream that the run already has."""
@@ -171,21 +171,21 @@ class SimulatedTester:
         return dict(self._truth)
 
     def _sample(
-        self, state: RigState, samples: int, repetition: int, wanted: Collection[str]
+        self, state: RigState, samples: int, repetition: int, names: Collection[str]
     ) -> Mapping[str, Array]:
-        """Return the samples of the wanted channels, and of others."""
+        """Return the samples of at least the named channels."""
         rng = noise_source(self._settings.seed, state, repetition)
         rise_k = 0.0 if self._specimen is None else self._specimen.rise_k
-        found = sample_channels(self._worn, state, samples, self._errors, rng, wanted=wanted)
+        channels = sample_channels(self._worn, state, samples, self._errors, rng, names=names)
         for name, mean, noise in (
             ("load", state.load_n, LOAD_NOISE_N),
             ("temperature", TEMPERATURE_K + rise_k, TEMPERATURE_NOISE_K),
             ("humidity", HUMIDITY, HUMIDITY_NOISE),
         ):
-            if found.keys() >= set(wanted):
+            if channels.keys() >= set(names):
                 break  # only now: these three share one source of random numbers
-            found[name] = rng.normal(mean, noise, samples)
-        return found
+            channels[name] = rng.normal(mean, noise, samples)
+        return channels
 
     @property
     def _worn(self) -> SimulatedRig:

@@ -33,7 +33,7 @@ def time_domain_rig(rig: OdeParameters) -> SimulatedRig:
 def steady_state(rig: OdeParameters, load_n: float, frequency_hz: float) -> SteadyState:
     """Return one cycle of the torque in the transducer's shaft, and what is true of it.
 
-    Remembered, whatever the sensors are, as the integration takes long and knows none of them.
+    Cached for any sensors, as the integration takes long and does not depend on them.
     """
     return _steady_state(replace(rig, sensors=SensorParameters()), load_n, frequency_hz)
 

@@ -130,7 +130,7 @@ def closed_form_rig(rig: RigParameters) -> SimulatedRig:
 def steady_state(rig: RigParameters, load_n: float, frequency_hz: float) -> SteadyState:
     """Return one cycle of the torque in the transducer's shaft, and what is true of it.
 
-    Remembered, as a stream needs it twice, and a repeated one again; it knows no noise.
+    Cached, as a stream needs it twice, and a repeated one again; it has no noise.
     """
     phase = 2 * np.pi * np.arange(GRID) / GRID
     motion = swing(phase, frequency_hz, rig.eccentric_ratio)

@@ -20,8 +20,8 @@ def write(report: ReportInput) -> bytes:
     text = io.StringIO()
     rows = csv.writer(text)
     rows.writerow(HEADER)
-    for method, found in TorqueDetails.of(report.result).compensations.items():
-        for point in found.points:
+    for method, compensation in TorqueDetails.of(report.result).compensations.items():
+        for point in compensation.points:
             torque = point.torque
             rows.writerow([method, point.frequency_hz, point.raw_nm, torque.value, torque.u])
     return text.getvalue().encode("utf-8")

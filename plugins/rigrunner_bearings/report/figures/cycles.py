@@ -20,14 +20,14 @@ if TYPE_CHECKING:
 MILLI = 1e3
 FILLED = 0.8
 """Of the room of a set-point, what its cycles take."""
-MOST_SAID, SAID = 60, 16
-"""Of more set-points than the one, the text that stands for the figure names but the other."""
+MOST_NAMED, NAMED = 60, 16
+"""Of more set-points than MOST_NAMED, the text alternative of the figure lists only NAMED."""
 KINDS: dict[str, tuple[SeriesKind, int]] = {
     "peak kept": ("points", 700),
     "peak rejected": ("excluded", 150),
     "swing rejected": ("marked", 150),
 }
-"""How each kind of mark is drawn, and how many a panel has at most: no eye tells more apart."""
+"""How each kind of mark is drawn, and how many a panel has at most: more would overlap."""
 MOST_KEPT = KINDS["peak kept"][1]
 THINNED = (
     " Of more swings than can be told apart, the least and the greatest peak of equal stretches of "
@@ -55,26 +55,26 @@ def _panel(title: str, points: Sequence[PeakPoint]) -> Figure:
         ]
     )
     y = np.concatenate(
-        [MILLI * (each.peak_nm - each.peak_nm[each.peak_kept].mean()) for each in points]
+        [MILLI * (point.peak_nm - point.peak_nm[point.peak_kept].mean()) for point in points]
     )
     kept = np.concatenate([point.peak_kept for point in points])
     # All swings take part where no shape was judged.
-    whole = np.concatenate(
+    swing_kept = np.concatenate(
         [
             kept_cycles(point) if isinstance(point, SwingPoint) else np.ones(point.cycles, bool)
             for point in points
         ]
     )
     drawn = []
-    for which, (name, (kind, most)) in zip((kept, ~kept, ~whole), KINDS.items(), strict=True):
-        shown = np.flatnonzero(which)[places_of_extremes(y[which], most=most)]
+    for mask, (name, (kind, most)) in zip((kept, ~kept, ~swing_kept), KINDS.items(), strict=True):
+        shown = np.flatnonzero(mask)[places_of_extremes(y[mask], most=most)]
         drawn.append(Series.over(x[shown], y[shown], name, kind))
     names = tuple((float(i), f"{p.set_frequency_hz:g} Hz") for i, p in enumerate(points))
     return Figure(
         title,
         Axis("set frequency", ticks=names),
         Axis("peak \N{MINUS SIGN} mean", "mN·m"),
-        tuple(each for each in drawn if each.points),
+        tuple(series for series in drawn if series.points),
         (Mark("y", 0.0),),
     )
 
@@ -84,15 +84,15 @@ def _cycles(points: Sequence[PeakPoint]) -> int:
 
 
 def _alt(title: str, points: Sequence[PeakPoint]) -> str:
-    said = points
-    if len(points) > MOST_SAID:
+    named_points = points
+    if len(points) > MOST_NAMED:
         kept = sum(int(point.peak_kept.sum()) for point in points)
         title += f", peaks kept: {kept} of {_cycles(points)}; the most were rejected at"
-        said = sorted(points, key=lambda point: point.peak_kept.mean())[:SAID]
+        named_points = sorted(points, key=lambda point: point.peak_kept.mean())[:NAMED]
     else:
         title += ", peaks kept:"
     counts = ", ".join(
         f"{point.set_frequency_hz:g} Hz {int(point.peak_kept.sum())} of {point.cycles}"
-        for point in said
+        for point in named_points
     )
     return f"{title} {counts}."

@@ -38,7 +38,7 @@ def fitted_peaks(fits: Sequence[FittedTorque]) -> Picture:
     )
     frequency = Axis("frequency", "Hz", low=0.0)
     peaks = Series.over(points.x[shown], points.y[shown], PEAKS)
-    left = (
+    residuals = (
         Series.over(points.x[shown], MILLI * curve.residuals[shown], name, "joined")
         for name, curve in curves
     )
@@ -50,17 +50,12 @@ def fitted_peaks(fits: Sequence[FittedTorque]) -> Picture:
         drawn.append(Series.over(x, value, name, "line", U=u * k))
         about_zero.append(Series.over(x, 0 * x, name, "line", U=MILLI * u * k))
     panels = (
-        Figure(
-            "Peaks and fits",
-            frequency,
-            Axis("no-load peak", "N·m"),
-            (*drawn, peaks),
-        ),
+        Figure("Peaks and fits", frequency, Axis("no-load peak", "N·m"), (*drawn, peaks)),
         Figure(
             "Peaks minus fit",
             frequency,
             Axis("residual", "mN·m"),
-            (*about_zero, *left),
+            (*about_zero, *residuals),
             (Mark("y", 0.0),),
         ),
     )
@@ -71,10 +66,10 @@ def fitted_peaks(fits: Sequence[FittedTorque]) -> Picture:
 def _alt(points: Points, curves: Sequence[tuple[str, Curve]], shown: Places) -> str:
     drawn = zip(points.x[shown], points.y[shown], strict=True)
     peaks = ", ".join(f"{x:.4g} Hz {fixed(y, 3)}" for x, y in drawn)
-    left = " ".join(
+    residuals = " ".join(
         f"Residuals of {name} in mN·m: "
-        + ", ".join(with_sign(MILLI * each, 0) for each in curve.residuals[shown])
+        + ", ".join(with_sign(MILLI * residual, 0) for residual in curve.residuals[shown])
         + "."
         for name, curve in curves
     )
-    return f"No-load peaks in N·m: {peaks}. {left}"
+    return f"No-load peaks in N·m: {peaks}. {residuals}"

@@ -30,30 +30,30 @@ RIGHT = 1.045
 def over_frequency(result: Result, points: Sequence[SetPoint]) -> Picture:
     """Return the picture of raw and compensated torque, with truth and limits where there are."""
     torque = TorqueDetails.of(result)
-    ordered = _shown(torque, by_frequency(points))
-    names = [name for name, each in torque.compensations.items() if each.points]
+    ordered = _points_to_draw(torque, by_frequency(points))
+    names = [name for name, compensation in torque.compensations.items() if compensation.points]
     names.sort(key=lambda name: name != torque.primary)
     primary = names[:1] if torque.primary in names else []
     raw = Series.over(
-        [each.frequency_hz for each in ordered],
-        (p.raw_peak_nm for p in ordered),
+        [point.frequency_hz for point in ordered],
+        (point.raw_peak_nm for point in ordered),
         "raw peak",
         "joined",
     )
     compensated = [_method(ordered, name) for name in primary]
-    lowest = min(p.y for each in (raw, *compensated) for p in each.points)
+    lowest = min(p.y for series in (raw, *compensated) for p in series.points)
     methods = (
         _method(ordered, name, (place - (len(names) - 1) / 2) * DODGE * _highest_hz(ordered))
         for place, name in enumerate(names)
     )
     true = tuple(
-        Point(each.frequency_hz, each.truth_nm) for each in ordered if each.truth_nm is not None
+        Point(point.frequency_hz, point.truth_nm) for point in ordered if point.truth_nm is not None
     )
     truth = [Series("simulated truth", true, "line")] if true else []
-    known = None if result.decision is None else result.decision.deciding.limits
+    bounds = None if result.decision is None else result.decision.deciding.limits
     limits = tuple(
-        Mark("y", value, name=f"limit {known}", is_limit=True)
-        for value in ((known.lower, known.upper) if known else ())
+        Mark("y", value, name=f"limit {bounds}", is_limit=True)
+        for value in ((bounds.lower, bounds.upper) if bounds else ())
         if isfinite(value)
     )
     frequency = Axis("frequency", "Hz", low=0.0, high=RIGHT * _highest_hz(ordered) or None)
@@ -77,14 +77,14 @@ def over_frequency(result: Result, points: Sequence[SetPoint]) -> Picture:
     return Picture(caption, _alt(torque, ordered), panels, in_a_row=True)
 
 
-def _shown(torque: TorqueDetails, points: Sequence[SetPoint]) -> list[SetPoint]:
+def _points_to_draw(torque: TorqueDetails, points: Sequence[SetPoint]) -> list[SetPoint]:
     """Return the set-points to draw: all, or of very many those where a torque is an extreme."""
-    raw = np.array([each.raw_peak_nm for each in points])
+    raw = np.array([point.raw_peak_nm for point in points])
     methods = [
         np.array(
             [
-                each.by_method[name].torque.value if name in each.by_method else nan
-                for each in points
+                point.by_method[name].torque.value if name in point.by_method else nan
+                for point in points
             ]
         )
         for name, method in torque.compensations.items()
@@ -94,24 +94,24 @@ def _shown(torque: TorqueDetails, points: Sequence[SetPoint]) -> list[SetPoint]:
 
 
 def _method(points: Sequence[SetPoint], name: str, dodge_hz: float = 0.0) -> Series:
-    found = [(each, each.by_method[name].torque) for each in points if name in each.by_method]
+    torques = [(point, point.by_method[name].torque) for point in points if name in point.by_method]
     return Series.over(
-        (each.frequency_hz + dodge_hz for each, _ in found),
-        (torque.value for _, torque in found),
+        (point.frequency_hz + dodge_hz for point, _ in torques),
+        (torque.value for _, torque in torques),
         name,
         "joined",
-        U=(expanded(torque) for _, torque in found),
+        U=(expanded(torque) for _, torque in torques),
     )
 
 
 def _highest_hz(points: Sequence[SetPoint]) -> float:
-    return max(each.frequency_hz for each in points)
+    return max(point.frequency_hz for point in points)
 
 
 def _caption(torque: TorqueDetails, points: Sequence[SetPoint]) -> str:
     truth = (
         " The thin line is the simulated truth, which the analysis cannot see."
-        if any(each.truth_nm is not None for each in points)
+        if any(point.truth_nm is not None for point in points)
         else ""
     )
     return (
@@ -122,14 +122,14 @@ def _caption(torque: TorqueDetails, points: Sequence[SetPoint]) -> str:
 
 
 def _alt(torque: TorqueDetails, points: Sequence[SetPoint]) -> str:
-    raw = ", ".join(f"{each.frequency_hz:.4g} Hz {fixed(each.raw_peak_nm, 3)}" for each in points)
+    raw = ", ".join(f"{p.frequency_hz:.4g} Hz {fixed(p.raw_peak_nm, 3)}" for p in points)
     methods = [f"Raw peak in N·m: {raw}."]
     for name, compensation in torque.compensations.items():
         if compensation.points:
             values = ", ".join(
-                f"{each.frequency_hz:.4g} Hz {stated(each.by_method[name].torque).interval}"
-                for each in points
-                if name in each.by_method
+                f"{point.frequency_hz:.4g} Hz {stated(point.by_method[name].torque).interval}"
+                for point in points
+                if name in point.by_method
             )
             methods.append(f"{name} in N·m: {values}.")
     return " ".join(methods)

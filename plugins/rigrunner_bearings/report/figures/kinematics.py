@@ -35,7 +35,7 @@ def motion(point: SwingPoint, eccentric_ratio: float) -> Picture:
     )
     angle = curves[0][2]
     reversals = (np.degrees(phase[place]) for place in (np.argmax(angle), np.argmin(angle)))
-    marks = (Mark("y", 0.0), *(Mark("x", float(each)) for each in reversals))
+    marks = (Mark("y", 0.0), *(Mark("x", float(reversal)) for reversal in reversals))
     step = max(1, len(point.angle_rad) // SHOWN)
     at_deg = np.linspace(0, 360, len(point.angle_rad), endpoint=False)[::step]
     shown = Series.over(at_deg, np.degrees(point.angle_rad)[::step], "measured")

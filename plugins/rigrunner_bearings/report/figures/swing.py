@@ -24,7 +24,7 @@ CRANK_PHASE = Axis(
     "crank phase",
     low=0.0,
     high=TURN_DEG,
-    ticks=tuple((float(each), f"{each}°") for each in range(0, 361, 90)),
+    ticks=tuple((float(degrees), f"{degrees}°") for degrees in range(0, 361, 90)),
 )
 
 
@@ -63,17 +63,17 @@ def recorded_swings(points: Sequence[SetPoint]) -> list[Swing]:
     """Return the mean of the kept cycles at low, middle and high frequency, where swings are."""
     return [
         Swing(
-            each.frequency_hz,
-            each.swing.angle_rad,
+            set_point.frequency_hz,
+            set_point.swing.angle_rad,
             (
                 (
                     "mean of the kept swings",
-                    robust_mean(each.swing.torque_nm, each.swing.kept)[0],
+                    robust_mean(set_point.swing.torque_nm, set_point.swing.kept)[0],
                 ),
             ),
         )
-        for each in low_middle_high([each for each in points if each.swing])
-        if each.swing
+        for set_point in low_middle_high([set_point for set_point in points if set_point.swing])
+        if set_point.swing
     ]
 
 
@@ -115,7 +115,7 @@ def _phase_panel(swing: Swing) -> Figure:
             Series.over(phase, torque, name, "line")
             for name, torque in (*swing.torques_nm[-1:], *swing.torques_nm[:-1])
         ),
-        (Mark("y", 0.0), *(Mark("x", each) for each in reversals)),
+        (Mark("y", 0.0), *(Mark("x", phase_deg) for phase_deg in reversals)),
     )
 
 

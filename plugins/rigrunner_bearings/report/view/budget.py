@@ -9,14 +9,7 @@ from typing import TYPE_CHECKING
 from rigrunner.signal.coverage import expanded, factor
 from rigrunner.signal.uncertainty import share_percent
 from rigrunner_bearings.report.view.points import low_middle_high
-from rigrunner_reports.numbers import (
-    MANY_DOF,
-    UNKNOWN,
-    fixed,
-    plain,
-    significant,
-    to_place_of,
-)
+from rigrunner_reports.numbers import MANY_DOF, UNKNOWN, fixed, plain, significant, to_place_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -100,16 +93,16 @@ class _Column:
 
 def budget(torque: TorqueDetails, points: Sequence[SetPoint]) -> Budget | None:
     """Return the primary method's budget, or None where it gave no points."""
-    shown = low_middle_high([each for each in points if torque.primary in each.by_method])
-    if not shown:
+    compensated = [point for point in points if torque.primary in point.by_method]
+    if not compensated:
         return None
     columns = []
-    for each in shown:
-        point = each.by_method[torque.primary]
+    for set_point in low_middle_high(compensated):
+        point = set_point.by_method[torque.primary]
         name = f"{plain(point.set_frequency_hz)} Hz"
         columns.append(_Column(name, point.components, point.torque))
-    whole = columns[-1]
-    shares = share_percent(whole.components)
+    detailed = columns[-1]
+    shares = share_percent(detailed.components)
     if torque.headline is not None and torque.headline_components:
         columns.append(_Column("Mean", torque.headline_components, torque.headline))
     names = dict.fromkeys(part.name for column in columns for part in column.components)
@@ -126,7 +119,7 @@ def budget(torque: TorqueDetails, points: Sequence[SetPoint]) -> Budget | None:
             )
             for column in columns
         ),
-        at=whole.name,
+        at=detailed.name,
         lines=tuple(
             Line(
                 name=part.name,
@@ -141,7 +134,7 @@ def budget(torque: TorqueDetails, points: Sequence[SetPoint]) -> Budget | None:
                 dof=degrees_of_freedom(part.dof),
                 share=_share(share),
             )
-            for part, share in zip(whole.components, shares, strict=True)
+            for part, share in zip(detailed.components, shares, strict=True)
         ),
     )
 
@@ -161,14 +154,14 @@ def _row(name: str, columns: Sequence[_Column]) -> BudgetRow:
     same = [
         next((part for part in column.components if part.name == name), None) for column in columns
     ]
-    known = [part for part in same if part is not None]
-    dofs = [part.dof for part in known]
-    low_dof, high_dof = (degrees_of_freedom(each) for each in (min(dofs), max(dofs)))
+    present = [part for part in same if part is not None]
+    dofs = [part.dof for part in present]
+    low_dof, high_dof = (degrees_of_freedom(dof) for dof in (min(dofs), max(dofs)))
     return BudgetRow(
         name=name,
-        distribution=known[0].distribution,
+        distribution=present[0].distribution,
         dof=low_dof if low_dof == high_dof else f"{low_dof} to {high_dof}",
-        common="all points" if known[0].common else "each point",
+        common="all points" if present[0].common else "each point",
         parts=tuple(
             _part(part, column.components) for part, column in zip(same, columns, strict=True)
         ),

@@ -53,31 +53,31 @@ def rejections(torque: TorqueDetails) -> RejectionTable:
     """Return the table of rejected cycles."""
     runs = named_runs(torque)
     points = [point for _, run in runs for point in run]
-    found: list[_Judged] = []
+    judged: list[_Judged] = []
     for name, run in runs:
         for point in run:
-            found += [(name, point, "raw peak", each) for each in point.peak_rejections]
+            judged += [(name, point, "raw peak", rejection) for rejection in point.peak_rejections]
             shapes = point.waveform_rejections if isinstance(point, SwingPoint) else ()
-            found += [(name, point, "shape of the swing", each) for each in shapes]
+            judged += [(name, point, "shape of the swing", rejection) for rejection in shapes]
     # Those that are farthest beyond their critical values, in their order.
-    excess = [each.statistic / each.critical if each.critical else inf for *_, each in found]
-    places = sorted(range(len(found)), key=excess.__getitem__, reverse=True)[:MOST_ROWS]
-    shown = [found[place] for place in sorted(places)]
+    excess = [cycle.statistic / cycle.critical if cycle.critical else inf for *_, cycle in judged]
+    places = sorted(range(len(judged)), key=excess.__getitem__, reverse=True)[:MOST_ROWS]
+    shown = [judged[place] for place in sorted(places)]
     return RejectionTable(
         rows=tuple(
             RejectionRow(
                 run=run,
                 frequency=plain(point.set_frequency_hz),
-                cycle=str(each.index),
+                cycle=str(rejection.index),
                 judged_by=judged_by,
-                value=fixed(each.value, 4),
-                rule=each.rule,
-                statistic=significant(each.statistic),
-                critical=significant(each.critical),
+                value=fixed(rejection.value, 4),
+                rule=rejection.rule,
+                statistic=significant(rejection.statistic),
+                critical=significant(rejection.critical),
             )
-            for run, point, judged_by, each in shown
+            for run, point, judged_by, rejection in shown
         ),
-        left_out=len(found) - len(shown),
+        left_out=len(judged) - len(shown),
         cycles=sum(point.cycles for point in points),
         spikes=sum(point.spikes for point in points),
         starts=are_starts(torque),

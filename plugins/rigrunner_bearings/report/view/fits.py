@@ -75,13 +75,13 @@ def _view(name: str, curve: Curve) -> FitView:
         criterion=curve.criterion if isinstance(curve, Chosen) else "",
         candidates=tuple(
             CandidateView(
-                formula=each.formula,
-                residual_s=significant(MILLI * each.residual_s, 3),
-                score=fixed(each.score, 1),
-                chosen=each.chosen,
-                problem=each.problem,
+                formula=candidate.formula,
+                residual_s=significant(MILLI * candidate.residual_s, 3),
+                score=fixed(candidate.score, 1),
+                chosen=candidate.chosen,
+                problem=candidate.problem,
             )
-            for each in (curve.candidates if isinstance(curve, Chosen) else ())
+            for candidate in (curve.candidates if isinstance(curve, Chosen) else ())
         ),
     )
 

@@ -1,4 +1,4 @@
-"""The table of all set-points: what was measured, and what each method makes of it."""
+"""The table of all set-points: what was measured, and the result of each method."""
 
 from __future__ import annotations
 
@@ -65,21 +65,21 @@ class FrequencyTable:
 
 def frequency_table(torque: TorqueDetails, points: Sequence[SetPoint]) -> FrequencyTable:
     """Return the table of a run, in the order of the recordings."""
-    methods = [name for name, each in torque.compensations.items() if each.points]
-    # As many decimals as the primary method's uncertainty bears at every set-point.
-    bears = [each.by_method[torque.primary] for each in points if torque.primary in each.by_method]
-    digits = min((_digits(each.torque) for each in bears), default=DEFAULT_PLACES)
+    methods = [name for name, compensation in torque.compensations.items() if compensation.points]
+    # As many decimals as the primary method's uncertainty justifies at every set-point.
+    results = [p.by_method[torque.primary] for p in points if torque.primary in p.by_method]
+    digits = min((_digits(result.torque) for result in results), default=DEFAULT_PLACES)
     return FrequencyTable(
         methods=tuple(methods),
         measurands=tuple((name, torque.compensations[name].measurand) for name in methods),
         primary=torque.primary,
-        rows=tuple(_row(torque, methods, each, digits) for each in points),
+        rows=tuple(_row(torque, methods, set_point, digits) for set_point in points),
         raw_peak=OF_STARTS if are_starts(torque) else OF_CYCLES,
-        simulated=any(each.truth_nm is not None for each in points),
+        simulated=any(set_point.truth_nm is not None for set_point in points),
         excluded=tuple(
-            (name, each.not_applicable or "it gave no points")
-            for name, each in torque.compensations.items()
-            if not each.points
+            (name, compensation.not_applicable or "it gave no points")
+            for name, compensation in torque.compensations.items()
+            if not compensation.points
         ),
     )
 
@@ -89,30 +89,31 @@ def are_starts(torque: TorqueDetails) -> bool:
     return any(isinstance(point, StartPoint) for point in torque.loaded)
 
 
-def _row(torque: TorqueDetails, methods: Sequence[str], each: SetPoint, digits: int) -> Row:
-    primary = each.by_method.get(torque.primary)
-    point = each.point
-    raw = Estimate(each.raw_peak_nm, each.raw_peak_u_nm, len(each.kept_peaks_nm) - 1.0)
+def _row(torque: TorqueDetails, methods: Sequence[str], set_point: SetPoint, digits: int) -> Row:
+    primary = set_point.by_method.get(torque.primary)
+    point, swing = set_point.point, set_point.swing
+    peaks = len(set_point.kept_peaks_nm)
+    raw = Estimate(set_point.raw_peak_nm, set_point.raw_peak_u_nm, peaks - 1.0)
     return Row(
         set_hz=plain(point.set_frequency_hz),
         measured_hz=MISSING
         if point.motion is MotionSource.ENTERED
         else fixed(point.frequency_hz.value, _digits(point.frequency_hz)),
-        raw=fixed(each.raw_peak_nm, digits) if methods else stated(raw).interval,
+        raw=fixed(set_point.raw_peak_nm, digits) if methods else stated(raw).interval,
         rig=fixed(primary.rig_nm, digits) if primary else MISSING,
-        cells=tuple(_cell(torque, name, each) for name in methods),
-        truth=MISSING if each.truth_nm is None else fixed(each.truth_nm, MOST_PLACES),
-        peaks=_kept(int(point.peak_kept.sum()), point.cycles),
-        swings=_kept(int(kept_cycles(each.swing).sum()), point.cycles) if each.swing else MISSING,
+        cells=tuple(_cell(torque, name, set_point) for name in methods),
+        truth=MISSING if set_point.truth_nm is None else fixed(set_point.truth_nm, MOST_PLACES),
+        peaks=_kept(peaks, point.cycles),
+        swings=_kept(int(kept_cycles(swing).sum()), point.cycles) if swing else MISSING,
     )
 
 
-def _cell(torque: TorqueDetails, name: str, each: SetPoint) -> Cell:
-    found = each.by_method.get(name)
-    if found is None:
+def _cell(torque: TorqueDetails, name: str, set_point: SetPoint) -> Cell:
+    result = set_point.by_method.get(name)
+    if result is None:
         return Cell(MISSING)
-    off = error(each, name, torque.compensations[name])
-    return Cell(stated(found.torque).interval, "" if off is None else with_sign(MILLI * off, 1))
+    off = error(set_point, name, torque.compensations[name])
+    return Cell(stated(result.torque).interval, "" if off is None else with_sign(MILLI * off, 1))
 
 
 def _digits(estimate: Estimate) -> int:

@@ -74,9 +74,9 @@ def raw(torque: TorqueDetails) -> Raw | None:
 def truth(torque: TorqueDetails, points: Sequence[SetPoint]) -> Truth | None:
     """Return the mean truth over the set-points of the headline, and the headline's error."""
     true = [
-        each.truth_nm
-        for each in points
-        if each.truth_nm is not None and torque.primary in each.by_method
+        set_point.truth_nm
+        for set_point in points
+        if set_point.truth_nm is not None and torque.primary in set_point.by_method
     ]
     if torque.headline is None or len(true) < len(points):
         return None
@@ -91,10 +91,10 @@ def truth(torque: TorqueDetails, points: Sequence[SetPoint]) -> Truth | None:
 
 def _span(points: Sequence[SetPoint]) -> str:
     ordered = by_frequency(points)
-    loads_n = [each.point.load_n for each in ordered]
+    loads_n = [set_point.point.load_n for set_point in ordered]
     least, most = min(loads_n), max(loads_n)
-    kept = most - least <= LOAD_KEPT * most
-    load = f"{float(np.mean(loads_n)):.0f} N" if kept else f"{least:.0f} N to {most:.0f} N"
+    is_steady = most - least <= LOAD_KEPT * most
+    load = f"{float(np.mean(loads_n)):.0f} N" if is_steady else f"{least:.0f} N to {most:.0f} N"
     if len(ordered) == 1:
         return f"One set-point, {ordered[0].frequency_hz:.4g} Hz, under {load}"
     low, high = (plain(ordered[i].point.set_frequency_hz) for i in (0, -1))

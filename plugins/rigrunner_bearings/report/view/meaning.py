@@ -49,4 +49,4 @@ def meaning(torque: TorqueDetails) -> tuple[str, ...]:
         return ()
     allowed = torque.support_allowance
     allowance = "" if allowed is None else f" of {fixed(allowed[0], 1)} {allowed[1]}"
-    return tuple(SENTENCES[each].format(allowance=allowance) for each in torque.kind.validity)
+    return tuple(SENTENCES[code].format(allowance=allowance) for code in torque.kind.validity)

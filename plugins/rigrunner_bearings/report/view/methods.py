@@ -31,7 +31,7 @@ PLACES = 3
 
 @dataclass(frozen=True)
 class At:
-    """A value and the set frequency in Hz at which it stands."""
+    """A value and its set frequency in Hz."""
 
     value: str
     frequency: str
@@ -95,75 +95,84 @@ class Error:
 
 def methods(torque: TorqueDetails, points: Sequence[SetPoint]) -> tuple[MethodView, ...]:
     """Return every method of the run, the primary one first."""
-    views = [_view(torque, name, each, points) for name, each in torque.compensations.items()]
+    views = [
+        _view(torque, name, compensation, points)
+        for name, compensation in torque.compensations.items()
+    ]
     return tuple(sorted(views, key=lambda view: not view.primary))
 
 
 def torques(points: Sequence[SetPoint], name: str) -> list[tuple[float, Estimate]]:
     """Return (set frequency, torque) of a method in the order of frequency."""
     return [
-        (each.point.set_frequency_hz, each.by_method[name].torque)
-        for each in by_frequency(points)
-        if name in each.by_method
+        (set_point.point.set_frequency_hz, set_point.by_method[name].torque)
+        for set_point in by_frequency(points)
+        if name in set_point.by_method
     ]
 
 
-def spread(found: Sequence[tuple[float, Estimate]]) -> float:
+def spread(method_torques: Sequence[tuple[float, Estimate]]) -> float:
     """Return the largest minus the smallest value in N·m."""
-    values = [torque.value for _, torque in found]
+    values = [torque.value for _, torque in method_torques]
     return max(values) - min(values)
 
 
-def largest_expanded(found: Sequence[tuple[float, Estimate]]) -> float:
+def largest_expanded(method_torques: Sequence[tuple[float, Estimate]]) -> float:
     """Return the largest U in N·m."""
-    return max(expanded(torque) for _, torque in found)
+    return max(expanded(torque) for _, torque in method_torques)
 
 
 def errors(points: Sequence[SetPoint], name: str, compensation: Compensation) -> list[Error]:
     """Return the error at every set-point of which the truth is known, in order of frequency."""
     return [
-        Error(each.point.set_frequency_hz, off, expanded(each.by_method[name].torque))
-        for each in by_frequency(points)
-        if (off := error(each, name, compensation)) is not None
+        Error(set_point.point.set_frequency_hz, off, expanded(set_point.by_method[name].torque))
+        for set_point in by_frequency(points)
+        if (off := error(set_point, name, compensation)) is not None
     ]
 
 
 def _view(
     torque: TorqueDetails, name: str, compensation: Compensation, points: Sequence[SetPoint]
 ) -> MethodView:
-    found = torques(points, name)
-    off = errors(points, name, compensation)
+    method_torques = torques(points, name)
+    method_errors = errors(points, name, compensation)
     return MethodView(
         name=name,
         primary=name == torque.primary,
         measurand=compensation.measurand,
-        not_applicable="" if found else compensation.not_applicable or "it gave no points",
+        not_applicable="" if method_torques else compensation.not_applicable or "it gave no points",
         notes=compensation.notes,
         parameters=tuple(
-            _parameter(name, each, points) for name, each in compensation.parameters.items()
+            _parameter(name, parameter, points)
+            for name, parameter in compensation.parameters.items()
         ),
-        evenness=_evenness(found) if found else None,
-        accuracy=_accuracy(off) if off else None,
+        evenness=_evenness(method_torques) if method_torques else None,
+        accuracy=_accuracy(method_errors) if method_errors else None,
     )
 
 
-def _evenness(found: Sequence[tuple[float, Estimate]]) -> Evenness:
-    low, high = (pick(found, key=lambda each: each[1].value) for pick in (min, max))
+def _evenness(method_torques: Sequence[tuple[float, Estimate]]) -> Evenness:
+    low, high = (pick(method_torques, key=lambda pair: pair[1].value) for pick in (min, max))
     return Evenness(
         lowest=At(fixed(low[1].value, PLACES), plain(low[0])),
         highest=At(fixed(high[1].value, PLACES), plain(high[0])),
-        spread=fixed(MILLI * spread(found), 0),
-        largest_u=fixed(MILLI * largest_expanded(found), 0),
+        spread=fixed(MILLI * spread(method_torques), 0),
+        largest_u=fixed(MILLI * largest_expanded(method_torques), 0),
     )
 
 
-def _accuracy(found: Sequence[Error]) -> Accuracy:
-    worst = max(found, key=lambda each: abs(each.value))
-    rms = float(np.sqrt(np.mean([each.value**2 for each in found])))
+def covered_points(method_errors: Sequence[Error]) -> str:
+    """Return at how many of the set-points the interval holds the truth: '7 of 8'."""
+    return f"{sum(error.covered for error in method_errors)} of {len(method_errors)}"
+
+
+def _accuracy(method_errors: Sequence[Error]) -> Accuracy:
+    worst = max(method_errors, key=lambda error: abs(error.value))
+    rms = float(np.sqrt(np.mean([error.value**2 for error in method_errors])))
     return Accuracy(
         rms=fixed(MILLI * rms, 1),
         worst=At(with_sign(MILLI * worst.value, 1), plain(worst.set_frequency_hz)),
-        covered=f"{sum(each.covered for each in found)} of {len(found)}",
+        covered=covered_points(method_errors),
     )
 
 

@@ -1,4 +1,4 @@
-"""The set-points of a run, each with what every method and, in a simulation, the truth says."""
+"""The set-points of a run, each with the results of all methods and the simulated truth."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class SetPoint:
 
     @property
     def swing(self) -> SwingPoint | None:
-        """The point with its whole swings; None where there was nothing to take a phase from."""
+        """The point with its whole swings; None where nothing shows the phase."""
         return self.point if isinstance(self.point, SwingPoint) else None
 
     @property
@@ -59,25 +59,25 @@ def set_points(report: ReportInput) -> tuple[SetPoint, ...]:
     torque = TorqueDetails.of(report.result)
     result = report.result
     primary = torque.compensations.get(torque.primary)
-    measured = result.measurand if primary is None else primary.measurand
+    measurand = result.measurand if primary is None else primary.measurand
     return tuple(
         SetPoint(
             point=point,
             by_method={
-                name: found
-                for name, each in torque.compensations.items()
-                if (found := _of_recording(point, each.points)) is not None
+                name: compensation.points[place]
+                for name, compensation in torque.compensations.items()
+                if compensation.points
             },
             truth=report.truth.get(point.recording, {}),
-            truth_nm=true_torque(report.truth.get(point.recording, {}), measured),
+            truth_nm=true_torque(report.truth.get(point.recording, {}), measurand),
         )
-        for point in torque.loaded
+        for place, point in enumerate(torque.loaded)
     )
 
 
 def by_frequency(points: Iterable[SetPoint]) -> list[SetPoint]:
     """Return the set-points in the order of their measured frequency."""
-    return sorted(points, key=lambda each: each.frequency_hz)
+    return sorted(points, key=lambda set_point: set_point.frequency_hz)
 
 
 def low_middle_high(points: Sequence[SetPoint]) -> list[SetPoint]:
@@ -88,11 +88,11 @@ def low_middle_high(points: Sequence[SetPoint]) -> list[SetPoint]:
 
 def traces(points: Sequence[SetPoint], method: str) -> list[tuple[float, Trace]]:
     """Return (frequency, trace) of a method at low, middle and high frequency."""
-    traced = [each for each in points if _trace(each, method) is not None]
+    traced = [set_point for set_point in points if _trace(set_point, method) is not None]
     return [
-        (each.frequency_hz, trace)
-        for each in low_middle_high(traced)
-        if (trace := _trace(each, method)) is not None
+        (set_point.frequency_hz, trace)
+        for set_point in low_middle_high(traced)
+        if (trace := _trace(set_point, method)) is not None
     ]
 
 
@@ -116,32 +116,22 @@ def true_parameter(points: Iterable[SetPoint], name: str) -> float | None:
     The truth's names end in the unit: natural_frequency_hz.
     """
     stem = name.lower().replace(" ", "_")
-    found = {
+    values = {
         value
-        for each in points
-        for key, value in each.truth.items()
+        for set_point in points
+        for key, value in set_point.truth.items()
         if key == stem or key.startswith(f"{stem}_")
     }
-    return found.pop() if len(found) == 1 else None
+    return values.pop() if len(values) == 1 else None
 
 
-def error(each: SetPoint, name: str, compensation: Compensation) -> float | None:
+def error(set_point: SetPoint, name: str, compensation: Compensation) -> float | None:
     """Return a method's value minus the truth of what it measures, in N·m, or None."""
-    truth = true_torque(each.truth, compensation.measurand)
-    found = each.by_method.get(name)
-    return None if truth is None or found is None else found.torque.value - truth
+    truth = true_torque(set_point.truth, compensation.measurand)
+    result = set_point.by_method.get(name)
+    return None if truth is None or result is None else result.torque.value - truth
 
 
-def _trace(each: SetPoint, method: str) -> Trace | None:
-    found = each.by_method.get(method)
-    return found.trace if found else None
-
-
-def _of_recording(
-    point: PeakPoint, candidates: Sequence[CompensatedPoint]
-) -> CompensatedPoint | None:
-    """Return the candidate of this recording: the same set-point, the nearest in frequency."""
-    same = [each for each in candidates if each.set_frequency_hz == point.set_frequency_hz]
-    return min(
-        same, key=lambda each: abs(each.frequency_hz - point.frequency_hz.value), default=None
-    )
+def _trace(set_point: SetPoint, method: str) -> Trace | None:
+    result = set_point.by_method.get(method)
+    return result.trace if result else None

@@ -41,23 +41,23 @@ class ValidationView:
 
 def validation(torque: TorqueDetails) -> ValidationView | None:
     """Return the section, or None where the procedure asks for no validation."""
-    found = torque.validation
-    if found is None:
+    result = torque.validation
+    if result is None:
         return None
-    trials = (found.equation.mean, *found.equation.points)
-    draws = (found.pipeline.mean, *found.pipeline.points)
+    trials = (result.equation.mean, *result.equation.points)
+    draws = (result.pipeline.mean, *result.pipeline.points)
     return ValidationView(
-        method=found.method,
+        method=result.method,
         ways=WAYS,
-        statements=found.statements,
-        rows=tuple(_row(*each) for each in zip(trials, draws, strict=True)),
-        notes=tuple(_notes(found)),
+        statements=result.statements,
+        rows=tuple(_row(*agreements) for agreements in zip(trials, draws, strict=True)),
+        notes=tuple(_notes(result)),
     )
 
 
 def _row(by_trials: Agreement, by_draws: Agreement) -> ValidationRow:
     frequency = by_trials.set_frequency_hz
-    both = (by_trials, by_draws)
+    agreements = (by_trials, by_draws)
     return ValidationRow(
         of="mean" if frequency is None else f"{plain(frequency)} Hz",
         u=tuple(
@@ -65,9 +65,9 @@ def _row(by_trials: Agreement, by_draws: Agreement) -> ValidationRow:
         ),
         intervals=(
             _interval(by_trials.gum_low, by_trials.gum_high),
-            *(_interval(each.low, each.high) for each in both),
+            *(_interval(agreement.low, agreement.high) for agreement in agreements),
         ),
-        agree=tuple("yes" if each.agrees else "no" for each in both),
+        agree=tuple("yes" if agreement.agrees else "no" for agreement in agreements),
     )
 
 
@@ -75,14 +75,14 @@ def _interval(low_nm: float, high_nm: float) -> str:
     return f"{fixed(low_nm, 4)} to {fixed(high_nm, 4)}"
 
 
-def _notes(found: Validation) -> Iterator[str]:
-    pipeline = found.pipeline
+def _notes(result: Validation) -> Iterator[str]:
+    pipeline = result.pipeline
     if pipeline.through_the_data:
         yield f"Drawn as errors of the recorded data: {'; '.join(pipeline.through_the_data)}."
     if pipeline.as_effects:
         yield f"Drawn as the effect that the budget states: {'; '.join(pipeline.as_effects)}."
     if pipeline.refused:
         yield f"The method refused {pipeline.refused} draws, which are not among them."
-    if not found.equation.stable:
+    if not result.equation.stable:
         yield "The trials had not settled to a fifth of the tolerance when they ended."
-    yield f"Random numbers of seed {found.seed}: the same seed gives the same values."
+    yield f"Random numbers of seed {result.seed}: the same seed gives the same values."

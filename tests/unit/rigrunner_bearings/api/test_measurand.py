@@ -42,7 +42,9 @@ def test_a_spoiled_key_is_refused_at_its_place(case):
     old, new, finger, field, message, hint = case
     text = edited(PROCEDURE, (old, new))
     at = f"acceptance.limits[0].measurand{field}"
-    (problem,) = (each for each in problems_of(parse_procedure, text, "p.yaml") if each.field == at)
+    (problem,) = (
+        problem for problem in problems_of(parse_procedure, text, "p.yaml") if problem.field == at
+    )
     assert message in problem.message
     assert hint in problem.hint
     assert str(problem.location) == f"p.yaml:{place_of(text, finger)}"
@@ -51,9 +53,9 @@ def test_a_spoiled_key_is_refused_at_its_place(case):
 def test_every_other_nature_and_condition_is_another_torque():
     for nature in Nature:
         for condition in Condition:
-            wanted = LimitMeasurand(nature=str(nature), condition=str(condition))
-            same = wanted.kind == STARTING
-            assert (wanted.objection(STARTING, [1000.0]) == "") is same
+            measurand = LimitMeasurand(nature=str(nature), condition=str(condition))
+            same = measurand.kind == STARTING
+            assert (measurand.objection(STARTING, [1000.0]) == "") is same
 
 
 def test_what_is_no_torque_at_all_is_another_quantity():
@@ -65,9 +67,7 @@ def test_what_is_no_torque_at_all_is_another_quantity():
 @given(st.sampled_from(Nature), st.sampled_from(Condition), st.none() | st.floats(0.1, 1e5))
 def test_it_reads_back_as_it_was_written(nature, condition, load):
     stated = LimitMeasurand(
-        nature=str(nature),
-        condition=str(condition),
-        load=None if load is None else f"{load!r} N",
+        nature=str(nature), condition=str(condition), load=None if load is None else f"{load!r} N"
     )
     limit = {"of": "torque", "mean": True, "max": "1 N·m", "source": "a test"}
     accepted = Acceptance.model_validate({"limits": [limit | {"measurand": stated.as_written()}]})
@@ -78,7 +78,7 @@ def details(kind, *loads):
     return TorqueDetails(
         primary="template_inverse",
         kind=kind,
-        loaded=tuple(SimpleNamespace(load_n=each) for each in loads),
+        loaded=tuple(SimpleNamespace(load_n=load_n) for load_n in loads),
     )
 
 

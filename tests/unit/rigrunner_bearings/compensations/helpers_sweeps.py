@@ -31,14 +31,14 @@ def prepared(parameters, load_n, frequencies=FREQUENCIES, seed=0):
 
 
 @lru_cache(maxsize=16)  # the rigs of both studies, which two modules compensate
-def sweep(parameters, frequencies=FREQUENCIES, seed=0, instrument=INSTRUMENT):
+def sweep_of(parameters, frequencies=FREQUENCIES, seed=0, instrument=INSTRUMENT):
     """Return loaded and no-load run of one rig."""
     loaded = prepared(parameters, 1000.0, frequencies, seed)
     return Sweep(loaded, prepared(parameters, 0.0, frequencies, seed), RIG, instrument, no_fit)
 
 
-def compensate(made, **settings):
-    return TemplateInverse(TemplateInverseSettings.model_validate(settings))(made)
+def compensate(sweep, **settings):
+    return TemplateInverse(TemplateInverseSettings.model_validate(settings))(sweep)
 
 
 def errors_nm(parameters, compensation):

@@ -104,8 +104,8 @@ def test_what_is_remembered_of_a_pair_has_the_bits_of_what_is_worked_out():
             for pair in (Pair(runs[0], runs[1]), Pair(runs[2], runs[1])):
                 for change in VARIED:
                     line = replace(LINE, **change)
-                    found = bearing_torque(line, friction, pair)
-                    wanted = plain(line, friction, pair.loaded) - plain(
+                    torque = bearing_torque(line, friction, pair)
+                    expected = plain(line, friction, pair.loaded) - plain(
                         line, friction, pair.no_load
                     )
-                    np.testing.assert_array_equal(found, wanted)
+                    np.testing.assert_array_equal(torque, expected)

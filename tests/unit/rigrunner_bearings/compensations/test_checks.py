@@ -4,14 +4,14 @@ import pytest
 from rigrunner.api.data import Estimate
 from rigrunner_bearings.api.compensations import CompensatedPoint
 from rigrunner_bearings.compensations.checks import (
-    independent,
+    coupling,
+    delay,
+    drive_line,
+    independent_cycles,
     no_growth,
     positive,
     same_inertia,
-    simultaneous,
     symmetry,
-    tight,
-    understood,
 )
 from rigrunner_bearings.compensations.effects import BySpeed, Mismatch
 
@@ -25,12 +25,12 @@ def points(torques):
     ]
 
 
-def left(values, u):
+def mismatches(values, u):
     """Return what of each torque follows the acceleration; the rig is worth 5 N·m at 35 Hz."""
     inertial = 5.0 * (FREQUENCIES / 35.0) ** 2
     return [
-        Mismatch(value, each, by, by + 1.0)
-        for value, each, by in zip(values, u, inertial, strict=True)
+        Mismatch(value, u_point, by, by + 1.0)
+        for value, u_point, by in zip(values, u, inertial, strict=True)
     ]
 
 
@@ -38,37 +38,37 @@ def test_a_changed_inertia_is_told_from_scatter_and_moves_fast_points():
     rng = np.random.default_rng(1)
     u = np.full(8, 0.003)
     flat = 0.003 * rng.standard_normal(8)
-    assert same_inertia(points([0.7] * 8), left(flat, u)).ok
-    found = same_inertia(points([0.7] * 8), left(flat + 0.02, u))
-    assert not found.ok
-    assert found.text.startswith("+2.")
-    fast = found.biases[-1]
+    assert same_inertia(points([0.7] * 8), mismatches(flat, u)).ok
+    check = same_inertia(points([0.7] * 8), mismatches(flat + 0.02, u))
+    assert not check.ok
+    assert check.text.startswith("+2.")
+    fast = check.biases[-1]
     assert fast.value == pytest.approx(0.02 * 5.5, rel=0.15), "of inertia 0.10, of gain 0.12 N·m"
-    assert abs(found.biases[0].value) < 0.02
+    assert abs(check.biases[0].value) < 0.02
 
 
 def test_gains_that_scatter_move_each_point_by_its_own():
     scatter = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.01, -0.01])
-    found = same_inertia(points([0.7] * 8), left(scatter, np.full(8, 0.0005)))
-    assert not found.ok
-    assert found.biases[-1].value == pytest.approx(-0.055, rel=0.05)
-    assert found.biases[-2].value == pytest.approx(0.01 * (2 * 3.67 + 1) / 2, rel=0.05)
+    check = same_inertia(points([0.7] * 8), mismatches(scatter, np.full(8, 0.0005)))
+    assert not check.ok
+    assert check.biases[-1].value == pytest.approx(-0.055, rel=0.05)
+    assert check.biases[-2].value == pytest.approx(0.01 * (2 * 3.67 + 1) / 2, rel=0.05)
 
 
 def test_false_alarms_are_as_rare_as_said():
     rng = np.random.default_rng(2)
     u = np.full(8, 0.02)
     alarms = sum(
-        not same_inertia(points([0.7] * 8), left(0.02 * rng.standard_normal(8), u)).ok
+        not same_inertia(points([0.7] * 8), mismatches(0.02 * rng.standard_normal(8), u)).ok
         for _ in range(400)
     )
     assert alarms <= 16, "2 % of 400, for two tests, and what chance may add"
 
 
 def test_two_frequencies_tell_nothing():
-    found = same_inertia(points([0.7] * 8)[:2], left([0.0] * 8, [0.01] * 8)[:2])
-    assert found.ok
-    assert found.text == "not checked: too few frequencies to tell"
+    check = same_inertia(points([0.7] * 8)[:2], mismatches([0.0] * 8, [0.01] * 8)[:2])
+    assert check.ok
+    assert check.text == "not checked: too few frequencies to tell"
 
 
 def under_way(torques):
@@ -81,15 +81,15 @@ def test_a_viscous_support_makes_torques_grow_and_a_falling_friction_does_not():
     falling = 0.9 - 0.004 * FREQUENCIES + noise
     assert no_growth(points(falling), under_way(falling)).ok
     growing = 0.7 + 0.005 * FREQUENCIES + noise
-    found = no_growth(points(growing), under_way(growing))
-    assert not found.ok
-    assert found.biases[-1].value == pytest.approx(0.005 * 35, rel=0.4)
+    check = no_growth(points(growing), under_way(growing))
+    assert not check.ok
+    assert check.biases[-1].value == pytest.approx(0.005 * 35, rel=0.4)
 
 
 def test_zero_torque_is_impossible():
-    found = positive(points([0.7, 0.0, 0.7, 0.7, 0.7, 0.7, 0.7, -0.1]), [0.6] * 8)
-    assert not found.ok
-    assert found.text == "5 Hz: 0.000 N·m; 35 Hz: -0.100 N·m"
+    check = positive(points([0.7, 0.0, 0.7, 0.7, 0.7, 0.7, 0.7, -0.1]), [0.6] * 8)
+    assert not check.ok
+    assert check.text == "5 Hz: 0.000 N·m; 35 Hz: -0.100 N·m"
     assert positive(points([0.7] * 8), [0.6] * 8).ok
 
 
@@ -100,26 +100,26 @@ def test_asymmetry_either_way(asymmetry, ok):
 
 @pytest.mark.parametrize(("misfit", "ok"), [(0.8, True), (1.2, False)])
 def test_a_sweep_that_the_equations_do_not_explain(misfit, ok):
-    assert understood(misfit, ()).ok is ok
+    assert drive_line(misfit, ()).ok is ok
 
 
 @pytest.mark.parametrize(("natural_hz", "ok"), [(380.0, True), (361.0, True), (359.0, False)])
 def test_a_resonance_that_came_down_means_a_loose_coupling(natural_hz, ok):
-    found = tight(natural_hz, 400.0)
-    assert found.ok is ok
-    assert found.value == pytest.approx(natural_hz / 4)
-    assert bool(found.advice) is not ok
+    check = coupling(natural_hz, 400.0)
+    assert check.ok is ok
+    assert check.value == pytest.approx(natural_hz / 4)
+    assert bool(check.advice) is not ok
 
 
 def test_without_a_resonance_in_the_station_the_coupling_is_not_judged():
-    found = tight(300.0, None)
-    assert found.ok
-    assert "natural_frequency" in found.text
+    check = coupling(300.0, None)
+    assert check.ok
+    assert "natural_frequency" in check.text
 
 
 @pytest.mark.parametrize(("delay_s", "ok"), [(1e-4, True), (-1.6e-4, False), (2e-4, False)])
 def test_torque_and_angle_of_the_same_instant(delay_s, ok):
-    assert simultaneous(delay_s).ok is ok
+    assert delay(delay_s).ok is ok
 
 
 def walk(seed, step_nm):
@@ -132,13 +132,13 @@ def test_cycles_that_wander_show_no_mean_where_it_matters(step_nm, ok):
     """Against u = 5 mN·m; a random walk of 0.1 mN·m a cycle can do no harm."""
     noise = 0.01 * np.random.default_rng(3).standard_normal((8, 30))
     scattered = [[row, row[::-1]] for row in noise]
-    assert independent(points([0.7] * 8), scattered).ok
+    assert independent_cycles(points([0.7] * 8), scattered).ok
     scattered[2] = [noise[2], walk(5, step_nm)]
-    found = independent(points([0.7] * 8), scattered)
-    assert found.ok == ok
+    check = independent_cycles(points([0.7] * 8), scattered)
+    assert check.ok == ok
     if not ok:
-        assert found.biases[2].u == pytest.approx(np.std(walk(5, step_nm), ddof=1))
-        assert found.biases[1].u == 0
-        assert found.text.startswith("10 Hz: ")
-        assert found.text.endswith(" of 30 cycles")
-        assert found.value < 5
+        assert check.biases[2].u == pytest.approx(np.std(walk(5, step_nm), ddof=1))
+        assert check.biases[1].u == 0
+        assert check.text.startswith("10 Hz: ")
+        assert check.text.endswith(" of 30 cycles")
+        assert check.value < 5

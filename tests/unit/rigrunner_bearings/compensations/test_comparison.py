@@ -9,7 +9,7 @@ import pytest
 
 from rigrunner.signal.coverage import expanded
 from rigrunner_bearings.compensations import hum
-from rigrunner_bearings.compensations.comparison import LINE, compared
+from rigrunner_bearings.compensations.comparison import LINE, comparable_runs
 from rigrunner_bearings.compensations.inverse import TemplateInverse
 from rigrunner_bearings.compensations.settings import TemplateInverseSettings
 from rigrunner_bearings.devices.swing_tester_sim.parameters import RigParameters
@@ -17,7 +17,7 @@ from unit.rigrunner_bearings.compensations.helpers_sweeps import (
     compensate,
     errors_nm,
     prepared,
-    sweep,
+    sweep_of,
 )
 
 HERTZ = (3.0, 5.0, 8.0, 10.0, 15.0, 20.0, 25.0, 30.0, 35.0)
@@ -28,23 +28,23 @@ HUM_NM = 0.01
 
 @pytest.fixture(scope="module")
 def healthy():
-    return sweep(RIG, HERTZ)
+    return sweep_of(RIG, HERTZ)
 
 
-def scaled(made, gains):
+def scaled(sweep, gains):
     """Return a sweep whose loaded recordings have those relative errors of the gain."""
     loaded = (
         replace(point, torque_nm=(1 + gain) * point.torque_nm)
-        for point, gain in zip(made.loaded, gains, strict=True)
+        for point, gain in zip(sweep.loaded, gains, strict=True)
     )
-    return replace(made, loaded=tuple(loaded))
+    return replace(sweep, loaded=tuple(loaded))
 
 
-def comparison(made, **settings):
+def comparison(sweep, **settings):
     chosen = TemplateInverseSettings.model_validate(settings)
     method = TemplateInverse(chosen)
-    rig = method._learned(made)
-    return compared(rig, made, method.templates(made, rig), chosen)
+    rig = method._identified_rig(sweep)
+    return comparable_runs(rig, sweep, method.templates(sweep, rig), chosen)
 
 
 def line_of(point, name):
@@ -63,28 +63,28 @@ def test_gains_that_scatter_are_found_where_the_inertia_is_large(healthy):
 
 
 def test_gains_that_scatter_are_taken_out_and_the_rest_is_in_the_budget(healthy):
-    found, plain = compensate(scaled(healthy, GAINS)), compensate(healthy)
-    errors = errors_nm(RIG, found)
+    outcome, plain = compensate(scaled(healthy, GAINS)), compensate(healthy)
+    errors = errors_nm(RIG, outcome)
     inertial = 0.002324 * 1.7563 * np.array(HERTZ) ** 2
     assert np.abs(GAINS * inertial)[-1] > 0.014
     assert np.abs(errors)[-4:].max() < 0.009
-    assert all(abs(e) < expanded(p.torque) for e, p in zip(errors, found.points, strict=True))
-    assert line_of(found.points[-1], LINE) > line_of(plain.points[-1], LINE)
+    assert all(abs(e) < expanded(p.torque) for e, p in zip(errors, outcome.points, strict=True))
+    assert line_of(outcome.points[-1], LINE) > line_of(plain.points[-1], LINE)
 
 
 def test_an_inertia_is_told_from_gains_that_scatter(healthy):
-    changed = sweep(RigParameters(loaded_inertia_change=-0.02), HERTZ)
+    changed = sweep_of(RigParameters(loaded_inertia_change=-0.02), HERTZ)
     assert comparison(changed).gains.inertia == pytest.approx(-0.02, abs=0.001)
     assert comparison(healthy).gains.inertia == pytest.approx(0, abs=0.001)
 
 
 def test_one_frequency_is_enough_to_be_compared(healthy):
-    one = replace(healthy, loaded=healthy.loaded[-1:])
-    gains = comparison(one).gains
+    single = replace(healthy, loaded=healthy.loaded[-1:])
+    gains = comparison(single).gains
     assert gains.loaded.shape == gains.no_load.shape == (1,)
     assert gains.covariance.shape == (3, 3)
-    (point,) = compensate(one).points
-    assert abs(errors_nm(RIG, compensate(one))[0]) < expanded(point.torque)
+    (point,) = compensate(single).points
+    assert abs(errors_nm(RIG, compensate(single))[0]) < expanded(point.torque)
 
 
 def with_hum(points, begins_turns):
@@ -105,13 +105,15 @@ def test_hum_that_is_a_harmonic_of_the_swing_is_taken_out(healthy):
         healthy, loaded=with_hum(healthy.loaded, 0.0), no_load=with_hum(healthy.no_load, 0.5)
     )
     plain = compensate(healthy)
-    found = compensate(hums)
+    outcome = compensate(hums)
     elsewhere = compensate(hums, mains_frequency="61 Hz")
-    moved, without = (errors_nm(RIG, each) - errors_nm(RIG, plain) for each in (found, elsewhere))
+    moved, without = (
+        errors_nm(RIG, shown) - errors_nm(RIG, plain) for shown in (outcome, elsewhere)
+    )
     locked = [HERTZ.index(hz) for hz in (5.0, 10.0, 25.0)]
     assert np.abs(without[locked]).max() > 0.012
     assert np.abs(moved[locked]).max() < 0.0025
-    has = [line_of(point, "hum of the mains") > 0 for point in found.points]
+    has = [line_of(point, "hum of the mains") > 0 for point in outcome.points]
     assert [hz for hz, hum in zip(HERTZ, has, strict=True) if hum] == [5.0, 10.0, 25.0]
 
 
@@ -126,11 +128,11 @@ def test_a_known_growth_of_the_support_s_friction_is_taken_out():
     Half of what it may matter whether the slip grows too, 6 mN·m, is left and in U.
     """
     rig = RigParameters(support_growth_per_kn=0.03)
-    made = replace(sweep(RIG, HERTZ), loaded=prepared(rig, 1000.0, HERTZ))
-    known = made.rig.model_copy(
+    sweep = replace(sweep_of(RIG, HERTZ), loaded=prepared(rig, 1000.0, HERTZ))
+    described = sweep.rig.model_copy(
         update={"support_load_growth": 0.03, "support_load_dependence": 0.003}
     )
-    wrong, right = compensate(made), compensate(replace(made, rig=known))
+    wrong, right = compensate(sweep), compensate(replace(sweep, rig=described))
     assert errors_nm(rig, wrong).mean() > 0.012
     for error, point in zip(errors_nm(rig, right), right.points, strict=True):
         assert abs(error) < expanded(point.torque)
@@ -163,14 +165,16 @@ def test_the_power_of_hum_is_that_of_its_fourier_sum_over_all_cycles(size):
 
 def test_gains_do_not_depend_on_the_rounding_of_a_processor(healthy):
     """Sums of another order differ by 1e-15; of the weights of standard deviations, by nothing."""
-    made = scaled(healthy, GAINS)
+    sweep = scaled(healthy, GAINS)
     rng = np.random.default_rng(20261129)
     rounded = [
         replace(point, torque_nm=point.torque_nm * (1 + 1e-15 * rng.standard_normal(
             point.torque_nm.shape)))
-        for point in made.loaded
+        for point in sweep.loaded
     ]  # fmt: skip
-    one, other = (comparison(each).gains for each in (made, replace(made, loaded=tuple(rounded))))
+    one, other = (
+        comparison(variant).gains for variant in (sweep, replace(sweep, loaded=tuple(rounded)))
+    )
     u = np.sqrt(np.diag(one.covariance))
     assert (np.abs(other.loaded - one.loaded) / u[len(HERTZ) : -1]).max() < 1e-7
     assert np.sqrt(np.diag(other.covariance)) == pytest.approx(u, rel=1e-7)

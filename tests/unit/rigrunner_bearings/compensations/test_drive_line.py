@@ -49,9 +49,9 @@ def driven_with_friction_pulse():
 def test_undoes_what_an_oscillator_in_the_time_domain_does():
     sensor, twist, friction = driven_with_friction_pulse()
     line = replace(LINE, harmonics=60)
-    found = line.at_load(Waveform(sensor), FREQUENCY)
+    load_nm = line.at_load(Waveform(sensor), FREQUENCY)
     inertial = line.inertia_kgm2 * SWING.acceleration_per_hz2 * FREQUENCY**2
-    low = np.abs(np.fft.rfft(found - inertial - friction))[:20] * 2 / SWING.size
+    low = np.abs(np.fft.rfft(load_nm - inertial - friction))[:20] * 2 / SWING.size
     assert np.abs(sensor - inertial - friction).max() > 0.2, "there is something to undo"
     assert low.max() < 1e-3
     np.testing.assert_allclose(line.twist(Waveform(sensor), FREQUENCY), twist, atol=2e-6)

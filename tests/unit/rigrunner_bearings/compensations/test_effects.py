@@ -19,7 +19,7 @@ FREQUENCIES = (1.0, 5.0, 8.0, 10.0, 15.0, 20.0, 25.0, 28.0, 32.0, 35.0)
 SOUND = RigParameters()
 
 
-def found(loaded):
+def compensated_with(loaded):
     no_load = prepared(SOUND, 0.0, FREQUENCIES, seed=1)
     return compensate(Sweep(loaded, no_load, DESCRIBED, INSTRUMENT, no_fit))
 
@@ -30,11 +30,11 @@ def runs_of(parameters):
 
 @pytest.fixture(scope="module")
 def sound():
-    return found(runs_of(SOUND))
+    return compensated_with(runs_of(SOUND))
 
 
 def check_of(compensation, name):
-    return next(each for each in compensation.checks if each.name == name)
+    return next(check for check in compensation.checks if check.name == name)
 
 
 def moved(compensation, sound):
@@ -43,7 +43,7 @@ def moved(compensation, sound):
 
 
 def with_gain(points, gain):
-    return tuple(replace(each, torque_nm=(1 + gain) * each.torque_nm) for each in points)
+    return tuple(replace(point, torque_nm=(1 + gain) * point.torque_nm) for point in points)
 
 
 @pytest.mark.thorough
@@ -64,14 +64,16 @@ def test_inertia_and_gain_of_one_run_alone_are_taken_out_and_the_rest_is_in_u(
     Which of the two changed the runs do not show: the inertia's torque is taken out. That another
     inertia has another resonance is left, 20 mN·m.
     """
-    changed = found(loaded())
+    changed = compensated_with(loaded())
     did = np.abs(moved(changed, sound))
     assert did.max() < left_nm
-    assert all(each < 1.1 * expanded(p.torque) for each, p in zip(did, changed.points, strict=True))
+    assert all(
+        shift < 1.1 * expanded(p.torque) for shift, p in zip(did, changed.points, strict=True)
+    )
     assert changed.parameters["change of the inertia"].value == pytest.approx(0.02, abs=0.001)
     assert check_of(changed, "inertia of both runs").ok, "nothing of it is left"
 
 
 def test_a_sound_rig_has_none_of_it(sound):
     _, checks = bind(sound, sound.checks)
-    assert [each.name for each in checks if not each.ok] == []
+    assert [check.name for check in checks if not check.ok] == []

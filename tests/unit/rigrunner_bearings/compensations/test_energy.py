@@ -8,7 +8,7 @@ from rigrunner_bearings.compensations.energy import Energy
 from rigrunner_bearings.compensations.settings import EnergySettings
 from rigrunner_bearings.compensations.swing import make_swing, running_torque
 from rigrunner_bearings.devices.swing_tester_sim.parameters import RigParameters
-from unit.rigrunner_bearings.compensations.helpers_sweeps import FEW, sweep
+from unit.rigrunner_bearings.compensations.helpers_sweeps import FEW, sweep_of
 
 SWING = make_swing(2 / 45, 1024)
 
@@ -25,7 +25,7 @@ def test_inertia_spring_and_offset_do_no_work():
 
 @pytest.fixture(scope="module")
 def outcome():
-    return Energy(EnergySettings())(sweep(RigParameters(), FEW))
+    return Energy(EnergySettings())(sweep_of(RigParameters(), FEW))
 
 
 def test_is_the_kinetic_torque_at_every_frequency(outcome):
@@ -37,24 +37,24 @@ def test_is_the_kinetic_torque_at_every_frequency(outcome):
 
 def test_a_load_raises_the_dry_part_alone():
     """Of a support without viscosity all of the running torque is dry, while nothing twists."""
-    made = sweep(RigParameters(), FEW)
+    sweep = sweep_of(RigParameters(), FEW)
     off = []
     for growth in (0.0, 0.02):
-        known = {"support_load_growth": growth, "support_load_dependence": 0.0}
-        grown = replace(made, rig=made.rig.model_copy(update=known))
-        found = Energy(EnergySettings())(grown)
-        off.append([point.torque.value for point in found.points])
+        stated = {"support_load_growth": growth, "support_load_dependence": 0.0}
+        grown = replace(sweep, rig=sweep.rig.model_copy(update=stated))
+        compensation = Energy(EnergySettings())(grown)
+        off.append([point.torque.value for point in compensation.points])
     dry = (np.array(off[0]) - off[1]) / 0.02
-    without = sweep(replace(RigParameters(), support_damping_nms=0.0), FEW).no_load
+    without = sweep_of(replace(RigParameters(), support_damping_nms=0.0), FEW).no_load
     slowest = running_torque(SWING, np.mean(without[0].torque_nm, axis=0))
     assert dry == pytest.approx(np.full(len(FEW), slowest), rel=0.01)
 
 
 def test_dry_friction_that_may_have_changed_between_the_runs_is_in_u():
     """8 % of it, most likely none: as a triangle (JCGM 101, 6.4.5)."""
-    made = sweep(RigParameters(), FEW)
+    sweep = sweep_of(RigParameters(), FEW)
     unstated = replace(
-        made, rig=made.rig.model_copy(update={"support_load_dependence": None}), apart=True
+        sweep, rig=sweep.rig.model_copy(update={"support_load_dependence": None}), apart=True
     )
     for point in Energy(EnergySettings())(unstated).points:
         (drift,) = (part for part in point.components if part.name.startswith("drift of the"))

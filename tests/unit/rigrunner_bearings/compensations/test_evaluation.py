@@ -25,12 +25,12 @@ def test_flat_torque_reads_high_by_the_expected_extreme(u):
     The errors are in the curve once, and are added once more: so of a flat one sqrt 2 - 1 more.
     """
     flat = np.where(np.arange(N) < N / 2, 0.7, -0.7)
-    found = []
+    biases = []
     for seed in range(20):
         noise = cycles(seed, u)
         curve = flat + noise.mean(axis=0)
-        found.append(noise_bias(curve, [flat + without_each(noise)], WHERE))
-    assert np.mean(found) == pytest.approx((np.sqrt(2) - 1) * 2.508 * u, rel=0.15)
+        biases.append(noise_bias(curve, [flat + without_each(noise)], WHERE))
+    assert np.mean(biases) == pytest.approx((np.sqrt(2) - 1) * 2.508 * u, rel=0.15)
 
 
 def test_a_smooth_maximum_has_next_to_none():
@@ -43,9 +43,9 @@ def test_a_smooth_maximum_has_next_to_none():
 def test_both_runs_count_and_nothing_is_left_to_chance():
     flat = np.where(np.arange(N) < N / 2, 0.7, -0.7)
     one, other = (flat + without_each(cycles(seed, 0.01)) for seed in (1, 2))
-    both = noise_bias(flat, [one, other], WHERE)
-    assert both == pytest.approx(np.sqrt(2) * noise_bias(flat, [one], WHERE), rel=0.15)
-    assert both == noise_bias(flat, [one, other], WHERE)
+    combined = noise_bias(flat, [one, other], WHERE)
+    assert combined == pytest.approx(np.sqrt(2) * noise_bias(flat, [one], WHERE), rel=0.15)
+    assert combined == noise_bias(flat, [one, other], WHERE)
 
 
 def test_without_noise_there_is_none():

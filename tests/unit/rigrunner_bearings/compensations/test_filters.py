@@ -15,7 +15,7 @@ FILTER = TypeAdapter(AnyFilter)
 HZ = np.array([0.0, 1.0, 35.0, 210.0, 499.0, 500.0, 800.0, 2500.0])
 
 
-def made(**described):
+def filter_of(**described):
     return FILTER.validate_python(described)
 
 
@@ -23,7 +23,7 @@ def made(**described):
 def test_bessel_equals_scipy(order):
     numerator, denominator = signal.bessel(order, 1.0, analog=True, norm="mag")
     expected = signal.freqs(numerator, denominator, HZ / 500)[1]
-    low_pass = made(type="bessel", order=order, corner="500 Hz")
+    low_pass = filter_of(type="bessel", order=order, corner="500 Hz")
     np.testing.assert_allclose(response_of(low_pass, HZ), expected, atol=1e-10)
 
 
@@ -32,20 +32,20 @@ def test_bessel_equals_scipy(order):
 def test_chebyshev_equals_scipy(order, ripple_db):
     """Scipy's has its corner where the ripple ends: so its own 3 dB point is searched for."""
     numerator, denominator = signal.cheby1(order, ripple_db, 1.0, analog=True)
-    rest = abs(signal.freqs(numerator, denominator, [0.0])[1][0])
+    at_rest = abs(signal.freqs(numerator, denominator, [0.0])[1][0])
 
     def above_half(w):
-        return abs(signal.freqs(numerator, denominator, [w])[1][0]) - rest / np.sqrt(2)
+        return abs(signal.freqs(numerator, denominator, [w])[1][0]) - at_rest / np.sqrt(2)
 
     half = brentq(above_half, 0.999, 1000, xtol=1e-15)
-    expected = signal.freqs(numerator, denominator, HZ / 500 * half)[1] / rest
-    low_pass = made(type="chebyshev", order=order, corner="500 Hz", ripple_db=ripple_db)
+    expected = signal.freqs(numerator, denominator, HZ / 500 * half)[1] / at_rest
+    low_pass = filter_of(type="chebyshev", order=order, corner="500 Hz", ripple_db=ripple_db)
     np.testing.assert_allclose(response_of(low_pass, HZ), expected, atol=1e-9)
 
 
 @pytest.mark.parametrize("kind", [{}, {"type": "bessel"}, {"type": "chebyshev", "ripple_db": 1.0}])
 def test_the_corner_is_where_the_gain_is_down_by_3_db(kind):
-    low_pass = made(order=4, corner="500 Hz", **kind)
+    low_pass = filter_of(order=4, corner="500 Hz", **kind)
     assert abs(response_of(low_pass, HZ))[5] == pytest.approx(1 / np.sqrt(2), rel=1e-9)
     assert corner_hz(low_pass) == 500
     assert corner_hz(low_pass.scaled(1.02)) == pytest.approx(510)
@@ -53,7 +53,7 @@ def test_the_corner_is_where_the_gain_is_down_by_3_db(kind):
 
 def test_taps_are_a_filter_with_its_delay():
     """The mean of four samples: Dirichlet's kernel, and a delay of one and a half samples."""
-    low_pass = made(type="fir", taps=[2.0, 2.0, 2.0, 2.0], rate="8 kHz")
+    low_pass = filter_of(type="fir", taps=[2.0, 2.0, 2.0, 2.0], rate="8 kHz")
     hertz = np.array([50.0, 900.0, 3000.0])
     turn = np.pi * hertz / 8000
     expected = np.sin(4 * turn) / (4 * np.sin(turn)) * np.exp(-3j * turn)
@@ -67,13 +67,13 @@ def test_taps_are_a_filter_with_its_delay():
 
 def test_a_measured_response_goes_through_its_points():
     """A Butterworth filter, measured every 20 Hz, is that filter between the points and beyond."""
-    truth = made(order=2, corner="500 Hz")
+    truth = filter_of(order=2, corner="500 Hz")
     hertz = np.arange(20.0, 2001.0, 20.0)
     table = [
         {"frequency": f"{f} Hz", "gain": float(abs(h)), "phase": f"{float(np.angle(h))!r} rad"}
         for f, h in zip(hertz, response_of(truth, hertz), strict=True)
     ]
-    low_pass = made(type="measured", response=table, source="own measurement of 2026-11-02")
+    low_pass = filter_of(type="measured", response=table, source="own measurement of 2026-11-02")
     np.testing.assert_allclose(response_of(low_pass, hertz), response_of(truth, hertz), rtol=1e-12)
     between = np.array([7.0, 333.0, 1234.0, 3000.0])
     np.testing.assert_allclose(
@@ -105,4 +105,4 @@ POINT = {"frequency": "10 Hz", "gain": 1.0, "phase": "0 rad"}
 )
 def test_what_is_no_filter_is_refused(described, message):
     with pytest.raises(ValidationError, match=message):
-        made(**described)
+        filter_of(**described)

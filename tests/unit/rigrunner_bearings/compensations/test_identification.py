@@ -35,22 +35,22 @@ def identified(parameters, seed=0):
 def test_learns_the_rig_and_where_its_friction_acts(model, share, natural_hz):
     """On the closed form friction follows the drive, on the ODE the load: by construction."""
     rig = model(natural_hz=natural_hz)
-    found = identified(rig)
-    u = np.sqrt(np.diag(found.covariance))
-    assert found.line.natural_hz == pytest.approx(natural_hz, rel=0.005)
-    assert found.line.damping_ratio == pytest.approx(rig.damping_ratio, abs=0.015)
+    learned = identified(rig)
+    u = np.sqrt(np.diag(learned.covariance))
+    assert learned.line.natural_hz == pytest.approx(natural_hz, rel=0.005)
+    assert learned.line.damping_ratio == pytest.approx(rig.damping_ratio, abs=0.015)
     gain = rig.sensors.gain_limit
-    assert found.line.inertia_kgm2 == pytest.approx(rig.inertia_kgm2, rel=gain + 0.001)
-    assert found.line.share == pytest.approx(share, abs=3.5 * u[3])
-    assert found.line.delay_s == pytest.approx(0, abs=2e-5)
-    assert found.misfit < 1.5
+    assert learned.line.inertia_kgm2 == pytest.approx(rig.inertia_kgm2, rel=gain + 0.001)
+    assert learned.line.share == pytest.approx(share, abs=3.5 * u[3])
+    assert learned.line.delay_s == pytest.approx(0, abs=2e-5)
+    assert learned.misfit < 1.5
 
 
 def test_learns_a_delay():
     sensors = replace(RigParameters().sensors, torque_delay_s=2e-4)
-    found = identified(RigParameters(sensors=sensors))
-    assert found.line.delay_s == pytest.approx(2e-4, abs=1e-5)
-    assert found.line.share == pytest.approx(0, abs=0.15)
+    learned = identified(RigParameters(sensors=sensors))
+    assert learned.line.delay_s == pytest.approx(2e-4, abs=1e-5)
+    assert learned.line.share == pytest.approx(0, abs=0.15)
 
 
 def test_friction_level_is_the_supports():
@@ -89,11 +89,13 @@ def test_the_quick_misfit_of_many_lines_is_the_sum_of_squares_of_each():
         for hertz in (60.0, 400.0, 2500.0)
         for damping in (0.02, 0.15)
     ]
-    hertz, known = observed.harmonic_hz, identification.inertial_torque(observed, lines[0])
-    found = identification._misfit(observed, np.array([x.sensor(hertz) for x in lines]), known)
+    hertz, inertial_nm = observed.harmonic_hz, identification.inertial_torque(observed, lines[0])
+    misfits = identification._misfit(
+        observed, np.array([x.sensor(hertz) for x in lines]), inertial_nm
+    )
     nothing = np.zeros_like(observed.harmonics)
-    wanted = [np.sum(identification._residual(observed, x, nothing)[:-1] ** 2) for x in lines]
-    np.testing.assert_allclose(found, wanted, rtol=1e-9)
+    expected = [np.sum(identification._residual(observed, x, nothing)[:-1] ** 2) for x in lines]
+    np.testing.assert_allclose(misfits, expected, rtol=1e-9)
 
 
 @pytest.mark.parametrize("delay_s", [0.0, 3e-4])
@@ -113,10 +115,10 @@ def test_tells_the_torque_at_a_frequency_that_was_not_recorded():
     (there,) = (point for point in points if point.set_frequency_hz == 15.0)
     others = tuple(point for point in points if point is not there)
     rig = identify(others, make_swing(measured_ratio(others)), INSTRUMENT.low_pass)
-    told = no_load_model(others, rig).template(15.0)
-    recorded = mean_swing(there, len(told.torque_nm))
+    template = no_load_model(others, rig).template(15.0)
+    recorded = mean_swing(there, len(template.torque_nm))
     assert np.abs(recorded.torque_nm).max() > 1.5
-    np.testing.assert_allclose(told.torque_nm, recorded.torque_nm, atol=0.04)
+    np.testing.assert_allclose(template.torque_nm, recorded.torque_nm, atol=0.04)
 
 
 def test_refuses_too_few_frequencies():
@@ -135,8 +137,8 @@ def test_refuses_too_few_frequencies():
 def test_refuses_a_sensor_that_shows_nothing(noise_nm, message):
     rng = np.random.default_rng(7)
     points = tuple(
-        replace(each, torque_nm=rng.normal(0.0003, noise_nm, each.torque_nm.shape))
-        for each in prepared(RigParameters(), 0.0, (1.0, 10.0, 20.0, 35.0))
+        replace(point, torque_nm=rng.normal(0.0003, noise_nm, point.torque_nm.shape))
+        for point in prepared(RigParameters(), 0.0, (1.0, 10.0, 20.0, 35.0))
     )
     with pytest.raises(DataError, match=message) as refused:
         identify(points, make_swing(2 / 45), INSTRUMENT.low_pass)

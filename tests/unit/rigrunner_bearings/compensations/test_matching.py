@@ -5,23 +5,23 @@ import pytest
 from rigrunner.api.errors import DataError
 from rigrunner_bearings.compensations.matching import pairs
 from rigrunner_bearings.devices.swing_tester_sim.parameters import RigParameters
-from unit.rigrunner_bearings.compensations.helpers_sweeps import FEW, sweep
+from unit.rigrunner_bearings.compensations.helpers_sweeps import FEW, sweep_of
 
 
 @pytest.fixture(scope="module")
-def made():
-    return sweep(RigParameters(), FEW)
+def sweep():
+    return sweep_of(RigParameters(), FEW)
 
 
-def test_pairs_by_measured_frequency_whatever_was_entered(made):
-    mislabelled = tuple(replace(point, set_frequency_hz=99.0) for point in made.no_load)
-    shuffled = replace(made, no_load=mislabelled[::-1])
+def test_pairs_by_measured_frequency_whatever_was_entered(sweep):
+    mislabelled = tuple(replace(point, set_frequency_hz=99.0) for point in sweep.no_load)
+    shuffled = replace(sweep, no_load=mislabelled[::-1])
     for loaded, no_load in pairs(shuffled.loaded, shuffled.no_load, 0.001):
         assert no_load.frequency_hz.value == pytest.approx(loaded.frequency_hz.value, rel=1e-4)
 
 
-def test_names_what_has_no_partner_and_what_there_is(made):
-    short = replace(made, no_load=made.no_load[:2])
+def test_names_what_has_no_partner_and_what_there_is(sweep):
+    short = replace(sweep, no_load=sweep.no_load[:2])
     with pytest.raises(DataError) as caught:
         pairs(short.loaded, short.no_load, 0.02)
     message = str(caught.value)
@@ -30,6 +30,6 @@ def test_names_what_has_no_partner_and_what_there_is(made):
     assert "record the no-load sweep at the same frequencies" in message
 
 
-def test_an_empty_no_load_run_is_said_to_be_empty(made):
+def test_an_empty_no_load_run_is_said_to_be_empty(sweep):
     with pytest.raises(DataError, match="the no-load run has no points"):
-        pairs(made.loaded, (), 0.02)
+        pairs(sweep.loaded, (), 0.02)

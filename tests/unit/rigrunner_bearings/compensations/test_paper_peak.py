@@ -71,8 +71,8 @@ def test_refit_without_a_no_load_run_says_what_to_do():
 
 
 def test_scatter_is_that_of_the_mean_of_the_peaks():
-    found = parts(compensated([swing_point(2 + PLUS_MINUS, 15.0)], quadratic_no_load()).points[0])
-    scatter = found["scatter between cycles"]
+    lines = parts(compensated([swing_point(2 + PLUS_MINUS, 15.0)], quadratic_no_load()).points[0])
+    scatter = lines["scatter between cycles"]
     assert scatter.u == pytest.approx(0.01 * np.sqrt(10 / 9) / np.sqrt(10))
     assert scatter.dof == 9
     assert not scatter.common
@@ -94,12 +94,12 @@ def test_the_sensor_acts_on_the_difference_where_both_runs_are_its_own():
 def test_a_doubtful_frequency_costs_the_slope_of_the_curve():
     """Eq. (1) at 20 Hz goes by 0.0247 + 2 * 0.0041 * 20 = 0.1887 N·m/Hz."""
     point = replace(swing_point(4.3 + PLUS_MINUS, 20.0), frequency_hz=Estimate(20.0, 0.05, inf))
-    found = parts(compensated([point], coefficients="published").points[0])
-    assert found["frequency"].u == pytest.approx(0.1887 * 0.05)
-    assert not found["frequency"].common
+    lines = parts(compensated([point], coefficients="published").points[0])
+    assert lines["frequency"].u == pytest.approx(0.1887 * 0.05)
+    assert not lines["frequency"].common
 
 
 def test_at_the_end_of_the_curve_its_slope_is_that_within():
     point = replace(swing_point(7.6 + PLUS_MINUS, 35.0), frequency_hz=Estimate(35.0, 0.05, inf))
-    found = parts(compensated([point], coefficients="published").points[0])
-    assert found["frequency"].u == pytest.approx((0.0247 + 2 * 0.0041 * 35) * 0.05, rel=1e-3)
+    lines = parts(compensated([point], coefficients="published").points[0])
+    assert lines["frequency"].u == pytest.approx((0.0247 + 2 * 0.0041 * 35) * 0.05, rel=1e-3)

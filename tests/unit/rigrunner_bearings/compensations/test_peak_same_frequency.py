@@ -33,32 +33,32 @@ def compensate(loaded, no_load, tool=None, **settings):
 
 
 def part(point, name):
-    return next(each for each in point.components if each.name == name)
+    return next(component for component in point.components if component.name == name)
 
 
 def test_the_difference_of_the_mean_peaks_at_the_same_frequency():
-    found = compensate(points(LOADED, 1000.0), points(NO_LOAD, 0.0)[::-1])
-    assert [p.torque.value for p in found.points] == pytest.approx([0.6, 0.7, 0.9])
-    assert [p.raw_nm for p in found.points] == pytest.approx([2.1, 3.6, 6.0])
-    assert [p.rig_nm for p in found.points] == pytest.approx([1.5, 2.9, 5.1])
+    compensation = compensate(points(LOADED, 1000.0), points(NO_LOAD, 0.0)[::-1])
+    assert [p.torque.value for p in compensation.points] == pytest.approx([0.6, 0.7, 0.9])
+    assert [p.raw_nm for p in compensation.points] == pytest.approx([2.1, 3.6, 6.0])
+    assert [p.rig_nm for p in compensation.points] == pytest.approx([1.5, 2.9, 5.1])
 
 
 def test_rejected_peaks_take_no_part():
     loaded = swing_point([2.1, 2.1, 2.1, 9.9], 10.0)
     loaded = replace(loaded, peak_kept=np.array([True, True, True, False]))
-    found = compensate((loaded,), (swing_point([1.5, 1.5, 1.5], 10.0),))
-    assert found.points[0].torque.value == pytest.approx(0.6)
+    compensation = compensate((loaded,), (swing_point([1.5, 1.5, 1.5], 10.0),))
+    assert compensation.points[0].torque.value == pytest.approx(0.6)
 
 
 def test_the_scatter_of_both_runs_is_in_it():
     (point,) = compensate(points({10.0: 2.1}, 1000.0), points({10.0: 1.5}, 0.0)).points
-    each = np.std(WIGGLE, ddof=1) / np.sqrt(5)
-    assert part(point, "scatter between cycles, loaded").u == pytest.approx(each)
-    assert part(point, "scatter between cycles, no load").u == pytest.approx(each)
+    u_mean = np.std(WIGGLE, ddof=1) / np.sqrt(5)
+    assert part(point, "scatter between cycles, loaded").u == pytest.approx(u_mean)
+    assert part(point, "scatter between cycles, no load").u == pytest.approx(u_mean)
     load = part(point, "load").u
     assert load == pytest.approx(0.6 * 0.005 / np.sqrt(3), rel=1e-4)
-    assert point.torque.u == pytest.approx(np.sqrt(2 * each**2 + load**2))
-    assert point.torque.dof == pytest.approx(point.torque.u**4 / (2 * each**4 / 4))
+    assert point.torque.u == pytest.approx(np.sqrt(2 * u_mean**2 + load**2))
+    assert point.torque.dof == pytest.approx(point.torque.u**4 / (2 * u_mean**4 / 4))
 
 
 def test_gain_acts_on_the_difference_and_each_run_drifts():
@@ -74,10 +74,10 @@ def test_a_doubtful_frequency_costs_what_the_no_load_peak_grows_by():
     loaded = replace(points(LOADED, 1000.0, **doubt)[2], frequency_hz=Estimate(30.0, 0.03, np.inf))
     bare = points(NO_LOAD, 0.0, **doubt)
     no_load = (*bare[:2], replace(bare[2], frequency_hz=Estimate(30.0, 0.04, np.inf)))
-    (point,) = (found := compensate((loaded,), no_load)).points
+    (point,) = (compensation := compensate((loaded,), no_load)).points
     # 2.2 N·m in 10 Hz, and both frequencies are in doubt
     assert part(point, "frequency").u == pytest.approx(0.22 * 0.05)
-    assert ENTERED in found.notes
+    assert ENTERED in compensation.notes
 
 
 def test_what_the_frequencies_are_seen_to_differ_by_is_in_it():
@@ -109,10 +109,10 @@ def test_single_values_have_no_known_uncertainty():
             motion=MotionSource.ENTERED,
         )
 
-    found = compensate((single(10.0, 2.16, 1000.0),), (single(10.0, 1.64, 0.0),))
-    assert found.points[0].torque.value == pytest.approx(0.52)
-    assert SINGLE_VALUES in found.notes
-    assert SAME_PHASE in found.notes
-    assert np.isnan(found.points[0].torque.u)
-    assert np.isnan(part(found.points[0], "scatter between cycles, loaded").u)
-    assert part(found.points[0], "load").u > 0
+    compensation = compensate((single(10.0, 2.16, 1000.0),), (single(10.0, 1.64, 0.0),))
+    assert compensation.points[0].torque.value == pytest.approx(0.52)
+    assert SINGLE_VALUES in compensation.notes
+    assert SAME_PHASE in compensation.notes
+    assert np.isnan(compensation.points[0].torque.u)
+    assert np.isnan(part(compensation.points[0], "scatter between cycles, loaded").u)
+    assert part(compensation.points[0], "load").u > 0

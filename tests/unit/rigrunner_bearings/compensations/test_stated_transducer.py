@@ -13,7 +13,7 @@ from rigrunner.api.filters import MeasuredResponse
 from rigrunner.registry import load_registry
 from rigrunner_bearings.compensations.response import butterworth
 from rigrunner_bearings.devices.swing_tester_sim.parameters import RigParameters
-from unit.rigrunner_bearings.compensations.helpers_sweeps import FEW, sweep
+from unit.rigrunner_bearings.compensations.helpers_sweeps import FEW, sweep_of
 
 REGISTRY = load_registry()
 SOURCE = "DKD-K-12345"
@@ -30,10 +30,10 @@ METHODS = ("template_inverse", "model_inverse", "energy", "paper_peak", "peak_sa
 
 
 def compensated(method, **changes):
-    made = sweep(RigParameters(), FEW)
+    sweep = sweep_of(RigParameters(), FEW)
     fit = REGISTRY.make("fit", "polynomial", {"degree": 2})
     instrument = INSTRUMENT.model_copy(update=changes)
-    return REGISTRY.make("compensation", method, {})(replace(made, instrument=instrument, fit=fit))
+    return REGISTRY.make("compensation", method, {})(replace(sweep, instrument=instrument, fit=fit))
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -44,7 +44,11 @@ def test_stated_errors_are_lines_of_every_budget(method):
     )
     for before, after in zip(plain.points, stated.points, strict=True):
         assert after.torque.value == before.torque.value
-        lines = {each.name: each.u for each in after.components if SOURCE in each.name}
+        lines = {
+            component.name: component.u
+            for component in after.components
+            if SOURCE in component.name
+        }
         assert set(lines) == {
             f"transducer {name} ({SOURCE})"
             for name in ("repeatability", "hysteresis", "temperature effect on sensitivity")

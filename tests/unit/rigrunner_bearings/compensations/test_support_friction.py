@@ -41,8 +41,8 @@ def test_follows_the_load_as_far_as_it_takes_part():
     for share in (0.0, 0.5, 1.0):
         velocity = 20 * SWING.velocity_per_hz - share * rate
         expected = dry(SWING.angle_rad - share * twist) + 0.2 * velocity
-        found = friction.torque(20.0, twist, share)
-        np.testing.assert_allclose(found, expected, atol=2e-3)
+        torque = friction.torque(20.0, twist, share)
+        np.testing.assert_allclose(torque, expected, atol=2e-3)
 
 
 @pytest.mark.parametrize("frequency_hz", [1.0, 20.0])
@@ -74,5 +74,5 @@ def test_noise_of_the_line_prolonged_to_rest_stays_out():
     friction = make_friction(SWING, RIGID, DRY - KNOWN_HZ * wrong, growth, KNOWN_HZ)
     assert np.std(friction.dry_nm - DRY) > 0.01, "there is noise to keep out"
     assert np.std(friction.torque(0.0, RIGID, 1.0) - DRY) < 0.001
-    seen = friction.seen(20.0, RIGID, 1.0)
-    np.testing.assert_allclose(seen, friction.dry_nm + 20 * growth, atol=1e-12)
+    measured = friction.measured_torque(20.0, RIGID, 1.0)
+    np.testing.assert_allclose(measured, friction.dry_nm + 20 * growth, atol=1e-12)

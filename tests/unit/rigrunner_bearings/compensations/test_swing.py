@@ -45,12 +45,12 @@ def test_what_depends_on_distance_alone_is_found_again(offset, late):
             result[stroke.index] = sign * (1 - 2 * np.exp(-stroke.distance_rad / 0.005))
         return result
 
-    other = np.roll(SWING.angle_rad, late) + offset
-    moved = at_same_distance(friction(SWING.angle_rad), strokes(SWING.angle_rad), other)
-    np.testing.assert_allclose(moved, friction(other), atol=1e-5)
+    other_angle = np.roll(SWING.angle_rad, late) + offset
+    moved = at_same_distance(friction(SWING.angle_rad), strokes(SWING.angle_rad), other_angle)
+    np.testing.assert_allclose(moved, friction(other_angle), atol=1e-5)
 
 
 def test_interpolation_keeps_the_harmonics():
     coarse, fine = (2 * np.pi * np.arange(n) / n for n in (64, 256))
-    wanted = 1 + np.cos(5 * fine)
-    np.testing.assert_allclose(interpolated(1 + np.cos(5 * coarse), 256), wanted, atol=1e-12)
+    expected = 1 + np.cos(5 * fine)
+    np.testing.assert_allclose(interpolated(1 + np.cos(5 * coarse), 256), expected, atol=1e-12)

@@ -23,7 +23,7 @@ from unit.rigrunner_bearings.compensations.helpers_sweeps import (
     compensate,
     errors_nm,
     prepared,
-    sweep,
+    sweep_of,
 )
 
 RIG = RigParameters()
@@ -31,10 +31,10 @@ RIG = RigParameters()
 
 @pytest.fixture(scope="module")
 def outcome():
-    return compensate(sweep(RIG, FEW))
+    return compensate(sweep_of(RIG, FEW))
 
 
-def check(outcome, name):
+def check_of(outcome, name):
     return next(check for check in outcome.checks if check.name == name)
 
 
@@ -76,11 +76,11 @@ def test_a_budget_undoes_the_drive_line_only_for_what_changes_it(monkeypatch):
     three of either, of which one is undone again for the budget, and that without load for what its
     gain does.
     """
-    undone = []
+    calls = []
     plain = DriveLine.at_load
-    monkeypatch.setattr(DriveLine, "at_load", lambda *asked: undone.append(1) or plain(*asked))
-    found = compensate(sweep(RIG, FEW, seed=4))
-    assert len(undone) <= (26 + 4 + 1 + 7) * len(found.points)
+    monkeypatch.setattr(DriveLine, "at_load", lambda *args: calls.append(1) or plain(*args))
+    outcome = compensate(sweep_of(RIG, FEW, seed=4))
+    assert len(calls) <= (26 + 4 + 1 + 7) * len(outcome.points)
 
 
 @pytest.mark.thorough
@@ -89,17 +89,17 @@ def test_the_drive_line_is_searched_for_twice_and_once_for_each_change(monkeypat
     searched = []
     plain = identification._search
     monkeypatch.setattr(
-        identification, "_search", lambda *asked: searched.append(asked[-1]) or plain(*asked)
+        identification, "_search", lambda *args: searched.append(args[-1]) or plain(*args)
     )
-    compensate(sweep(RIG, seed=11))
+    compensate(sweep_of(RIG, seed=11))
     assert len(searched) == 6
     assert sum("delay_s" in unknowns for unknowns in searched) == 1
 
 
-def unmeasured(made, **stated):
+def unmeasured(sweep, **stated):
     """Return a sweep of a station that says nothing of its support, but for what is stated."""
     update = {"support_load_dependence": None, **stated}
-    return replace(made, rig=made.rig.model_copy(update=update))
+    return replace(sweep, rig=sweep.rig.model_copy(update=update))
 
 
 def support_line(point):
@@ -109,30 +109,30 @@ def support_line(point):
 
 def test_a_support_that_nobody_measured_grows_by_what_the_literature_has():
     """Between 0 and 2.5 % at 1000 N: a load raises friction, it does not lower it (GUM 4.3.7)."""
-    made = sweep(RIG, FEW)
-    unstated = unmeasured(made)
-    for point, measured in zip(compensate(unstated).points, compensate(made).points, strict=True):
-        line, known = support_line(point), support_line(measured)
+    sweep = sweep_of(RIG, FEW)
+    unstated = unmeasured(sweep)
+    for point, measured in zip(compensate(unstated).points, compensate(sweep).points, strict=True):
+        line, known_line = support_line(point), support_line(measured)
         assert "assumed" in line.name
         assert line.value == pytest.approx(0.0125)
         assert line.input_u == pytest.approx(0.0125 / np.sqrt(3))
         lowered = measured.torque.value - point.torque.value
         (slip,) = (part.u for part in point.components if part.name == SLIP)
-        most = -0.0125 * known.sensitivity  # where the way of the slip does not grow
+        most = -0.0125 * known_line.sensitivity  # where the way of the slip does not grow
         assert most - 1e-3 - 2 * slip * np.sqrt(3) < lowered < most
 
 
 def line_of(point, name):
     """Return the one line of the budget whose name begins so, or None."""
-    found = [part for part in point.components if part.name.startswith(name)]
-    assert len(found) <= 1
-    return found[0] if found else None
+    lines = [part for part in point.components if part.name.startswith(name)]
+    assert len(lines) <= 1
+    return lines[0] if lines else None
 
 
 def test_nothing_tells_what_the_support_s_temperature_did_between_two_runs():
     """2 % a kelvin and two runs within +/- 2 K each: a triangle of +/- 8 % (JCGM 101, 6.4.5)."""
-    made = replace(unmeasured(sweep(RIG, FEW)), apart=True)
-    for point in compensate(made).points:
+    sweep = replace(unmeasured(sweep_of(RIG, FEW)), apart=True)
+    for point in compensate(sweep).points:
         drift = line_of(point, DRIFT_LINE)
         assert drift.name == f"{DRIFT_LINE} (assumed, not measured)"
         assert drift.input_u == pytest.approx(0.08 / np.sqrt(6))
@@ -156,49 +156,49 @@ MEASURED = SupportUnderLoad.model_validate(
     ],
 )
 def test_a_station_may_state_what_its_support_does_between_the_runs(stated, u):
-    made = replace(unmeasured(sweep(RIG, FEW), **stated), apart=True)
-    drift = line_of(compensate(made).points[0], DRIFT_LINE)
+    sweep = replace(unmeasured(sweep_of(RIG, FEW), **stated), apart=True)
+    drift = line_of(compensate(sweep).points[0], DRIFT_LINE)
     assert (drift is None) == (u is None)
     assert u is None or drift.input_u == pytest.approx(u)
 
 
 def test_what_no_time_passes_between_has_no_drift():
-    assert line_of(compensate(unmeasured(sweep(RIG, FEW))).points[0], DRIFT_LINE) is None
+    assert line_of(compensate(unmeasured(sweep_of(RIG, FEW))).points[0], DRIFT_LINE) is None
 
 
 @pytest.mark.parametrize("drift", first(1, [0.05, -0.05]))
 def test_a_support_that_became_warmer_or_colder_is_within_u(drift):
     """Dry friction of 0.76 N·m that changed by 5 % moves the torque by some 30 mN·m."""
-    other = replace(RIG, support_friction_nm=RIG.support_friction_nm * (1 + drift))
-    made = replace(sweep(RIG, FEW), loaded=prepared(other, 1000.0, FEW), apart=True)
-    told = compensate(made)
-    honest = compensate(unmeasured(made))
-    mean, wide = (compensated_mean(each.points) for each in (told, honest))
-    error = errors_nm(other, told).mean()
+    warmer = replace(RIG, support_friction_nm=RIG.support_friction_nm * (1 + drift))
+    sweep = replace(sweep_of(RIG, FEW), loaded=prepared(warmer, 1000.0, FEW), apart=True)
+    stated = compensate(sweep)
+    honest = compensate(unmeasured(sweep))
+    mean, wide = (compensated_mean(outcome.points) for outcome in (stated, honest))
+    error = errors_nm(warmer, stated).mean()
     assert abs(error) > 2 * expanded(mean)
-    assert abs(errors_nm(other, honest).mean()) < expanded(wide)
+    assert abs(errors_nm(warmer, honest).mean()) < expanded(wide)
 
 
 @pytest.mark.thorough
 def test_a_torque_where_the_support_s_friction_is_not_built_up_may_be_the_support_s():
     """One that builds up over half its way under load: the torque is 0.3 N·m too great."""
-    other = replace(RIG, support_slip_rad=RIG.support_slip_rad / 2)
+    stiffer = replace(RIG, support_slip_rad=RIG.support_slip_rad / 2)
     wide = replace(RIG, support_slip_rad=2 * RIG.support_slip_rad)
-    made = sweep(wide, FEW)
-    made = replace(made, loaded=prepared(other, 1000.0, FEW))
+    sweep = sweep_of(wide, FEW)
+    sweep = replace(sweep, loaded=prepared(stiffer, 1000.0, FEW))
     name = "build-up of the support's friction"
-    found = check(compensate(unmeasured(made)), name)
-    assert not found.ok
-    assert found.value > 6
-    assert min(each.value for each in found.biases) > 0.02
-    assert check(compensate(made), name).ok
-    assert check(compensate(unmeasured(sweep(RIG, FEW))), name).ok
+    build_up = check_of(compensate(unmeasured(sweep)), name)
+    assert not build_up.ok
+    assert build_up.value > 6
+    assert min(bias.value for bias in build_up.biases) > 0.02
+    assert check_of(compensate(sweep), name).ok
+    assert check_of(compensate(unmeasured(sweep_of(RIG, FEW))), name).ok
 
 
 def test_beyond_1000_n_the_assumption_is_in_proportion_to_the_load():
-    made = unmeasured(sweep(RIG, FEW))
+    sweep = unmeasured(sweep_of(RIG, FEW))
     heavy, light = (
-        replace(made, loaded=tuple(replace(each, load_n=load_n) for each in made.loaded))
+        replace(sweep, loaded=tuple(replace(point, load_n=load_n) for point in sweep.loaded))
         for load_n in (2000.0, 400.0)
     )
     assert support_line(compensate(heavy).points[0]).value == pytest.approx(0.025)
@@ -206,15 +206,15 @@ def test_beyond_1000_n_the_assumption_is_in_proportion_to_the_load():
 
 
 def test_what_was_measured_holds_at_another_load_in_proportion():
-    made = sweep(RIG, FEW)
+    sweep = sweep_of(RIG, FEW)
     measured = {
         "support_load_growth": 0.02,
         "support_load_dependence": 0.004,
         "support_load": 2000.0,
         "support_load_source": "run 4711 of 2026-11-20",
     }
-    known = replace(made, rig=made.rig.model_copy(update=measured))
-    line = support_line(compensate(known).points[0])
+    measured_rig = replace(sweep, rig=sweep.rig.model_copy(update=measured))
+    line = support_line(compensate(measured_rig).points[0])
     assert line.name == f"{SUPPORT_LINE} (run 4711 of 2026-11-20)"
     assert line.value == pytest.approx(0.01)
     assert line.input_u == pytest.approx(0.002 / np.sqrt(3))
@@ -226,9 +226,9 @@ def test_a_growth_without_a_limit_of_its_error_is_refused():
 
 
 def test_settings_carry_into_the_budget():
-    made = unmeasured(sweep(RIG, FEW))
-    free = compensate(made, support_load_dependence="0 %")
-    strict = compensate(made, support_load_dependence="5 %")
+    sweep = unmeasured(sweep_of(RIG, FEW))
+    free = compensate(sweep, support_load_dependence="0 %")
+    strict = compensate(sweep, support_load_dependence="5 %")
 
     def parts(outcome):
         return {part.name: part.u for part in outcome.points[-1].components}
@@ -242,12 +242,12 @@ def test_settings_carry_into_the_budget():
 
 
 def test_the_station_may_know_its_rig_better():
-    made = sweep(RIG, FEW)
-    known = made.rig.model_copy(update={"support_load_dependence": 0.03, "load_tolerance": 0.01})
+    sweep = sweep_of(RIG, FEW)
+    known = sweep.rig.model_copy(update={"support_load_dependence": 0.03, "load_tolerance": 0.01})
     names = ("support friction under load", "load")
     default, stated = (
-        {part.name: part for part in compensate(each).points[-1].components}
-        for each in (made, replace(made, rig=known))
+        {part.name: part for part in compensate(variant).points[-1].components}
+        for variant in (sweep, replace(sweep, rig=known))
     )
     for name, times in zip(names, (3, 2), strict=True):
         assert stated[name].u == pytest.approx(times * default[name].u, rel=0.02)
@@ -255,13 +255,13 @@ def test_the_station_may_know_its_rig_better():
 
 
 def test_a_wrong_scale_of_the_angle_moves_the_result_as_its_line_says():
-    made = sweep(RIG, FEW)
+    sweep = sweep_of(RIG, FEW)
     truly = replace(
-        made,
-        loaded=tuple(replace(each, angle_rad=1.005 * each.angle_rad) for each in made.loaded),
-        no_load=tuple(replace(each, angle_rad=1.005 * each.angle_rad) for each in made.no_load),
+        sweep,
+        loaded=tuple(replace(point, angle_rad=1.005 * point.angle_rad) for point in sweep.loaded),
+        no_load=tuple(replace(point, angle_rad=1.005 * point.angle_rad) for point in sweep.no_load),
     )
-    as_seen, as_is = (compensate(each).points for each in (made, truly))
+    as_seen, as_is = (compensate(variant).points for variant in (sweep, truly))
     for seen, real in zip(as_seen, as_is, strict=True):
         line = next(part for part in seen.components if part.name == "angle scale")
         assert line.input_u == pytest.approx(0.005 / np.sqrt(3))
@@ -279,7 +279,7 @@ def test_a_common_offset_falls_out(outcome):
 
 
 def test_one_figure_of_full_scale_is_taken_as_such():
-    made = sweep(RIG, FEW)
+    sweep = sweep_of(RIG, FEW)
     sensor = Instrument.model_validate(
         {
             "channel": "tester.torque",
@@ -291,7 +291,7 @@ def test_one_figure_of_full_scale_is_taken_as_such():
     )
     (part,) = (
         part
-        for part in compensate(replace(made, instrument=sensor)).points[0].components
+        for part in compensate(replace(sweep, instrument=sensor)).points[0].components
         if part.name == "sensor accuracy"
     )
     assert (part.u, part.distribution) == (pytest.approx(0.005 * 10 / np.sqrt(3)), "rectangular")
@@ -299,11 +299,11 @@ def test_one_figure_of_full_scale_is_taken_as_such():
 
 def test_the_rig_is_one_line_of_its_covariance(outcome):
     model = outcome.points[-1].model
-    learned = [each for each in model.inputs if each.budget_line == "resonance, damping, inertia"]
-    assert [each.unit for each in learned] == ["Hz", "1", "kg·m²", "1", "s"]
+    learned = [item for item in model.inputs if item.budget_line == "resonance, damping, inertia"]
+    assert [item.unit for item in learned] == ["Hz", "1", "kg·m²", "1", "s"]
     (line,) = (p for p in outcome.points[-1].components if p.name == "resonance, damping, inertia")
-    rows = [model.inputs.index(each) for each in learned]
-    gradient = sensitivities(model)[rows] * [each.u for each in learned]
+    rows = [model.inputs.index(item) for item in learned]
+    gradient = sensitivities(model)[rows] * [item.u for item in learned]
     assert line.u == pytest.approx(
         np.sqrt(gradient @ model.correlation[np.ix_(rows, rows)] @ gradient)
     )
@@ -346,7 +346,7 @@ def test_good_rig_passes_every_check(outcome):
 def test_another_mandrel_is_found_and_taken_out():
     """1 % of the inertia is 50 mN·m at the reversal at 35 Hz, some 6 U; here at most U is left."""
     rig = broken(loaded_inertia_change=0.01)
-    outcome = compensate(sweep(rig, FEW))
+    outcome = compensate(sweep_of(rig, FEW))
     changed = outcome.parameters["change of the inertia"]
     assert changed.value == pytest.approx(0.01, abs=2 * changed.u)
     assert changed.u < 0.002
@@ -355,25 +355,25 @@ def test_another_mandrel_is_found_and_taken_out():
 
 
 def test_torque_in_one_sense_shows_as_asymmetry():
-    outcome = compensate(sweep(broken(asymmetry_nm=0.08), FEW))
-    assert not check(outcome, "symmetry of the strokes").ok
+    outcome = compensate(sweep_of(broken(asymmetry_nm=0.08), FEW))
+    assert not check_of(outcome, "symmetry of the strokes").ok
 
 
 def test_slow_sampling_is_flagged():
-    outcome = compensate(sweep(broken(sensors={"sample_rate_hz": 5e3}), FEW))
-    found = check(outcome, "sampling of the resonance")
-    assert not found.ok
-    assert found.value == pytest.approx(5e3 / RIG.natural_hz, rel=0.01)
-    assert found.threshold == 25
+    outcome = compensate(sweep_of(broken(sensors={"sample_rate_hz": 5e3}), FEW))
+    check = check_of(outcome, "sampling of the resonance")
+    assert not check.ok
+    assert check.value == pytest.approx(5e3 / RIG.natural_hz, rel=0.01)
+    assert check.threshold == 25
 
 
 def test_swapped_runs_are_impossible():
-    made = sweep(RIG, FEW)
-    swapped = replace(made, loaded=made.no_load, no_load=made.loaded)
+    sweep = sweep_of(RIG, FEW)
+    swapped = replace(sweep, loaded=sweep.no_load, no_load=sweep.loaded)
     outcome = compensate(swapped)
-    found = check(outcome, "torque above zero")
-    assert not found.ok
-    assert found.text.count("-0.6") == len(FEW), "gives energy back at every frequency"
+    check = check_of(outcome, "torque above zero")
+    assert not check.ok
+    assert check.text.count("-0.6") == len(FEW), "gives energy back at every frequency"
 
 
 @pytest.mark.parametrize(
@@ -392,29 +392,29 @@ def test_swapped_runs_are_impossible():
     ids=["Stribeck", "friction at no load", "little damping", "delay", "jitter", "wrong entry"],
 )
 def test_what_breaks_other_methods(rig):
-    outcome = compensate(sweep(rig, FEW))
+    outcome = compensate(sweep_of(rig, FEW))
     assert np.abs(errors_nm(rig, outcome)).max() < 0.02
 
 
 def test_a_slow_filter_is_undone_if_the_register_has_it():
     rig = broken(sensors={"low_pass_hz": 200.0})
     low_pass = INSTRUMENT.low_pass.model_copy(update={"corner": 200.0})
-    known = INSTRUMENT.model_copy(update={"low_pass": low_pass})
-    outcome = compensate(sweep(rig, FEW, 0, known))
+    slow = INSTRUMENT.model_copy(update={"low_pass": low_pass})
+    outcome = compensate(sweep_of(rig, FEW, 0, slow))
     assert np.abs(errors_nm(rig, outcome)).max() < 0.02
 
 
 def test_frequencies_of_a_pair_may_differ_a_little():
-    made = sweep(RIG, (1.0, 5.0, 10.0, 20.0, 30.0, 35.0))
-    other = sweep(RIG, (1.0, 5.0, 10.1, 20.2, 30.3, 35.4))
-    outcome = compensate(replace(made, no_load=other.no_load))
+    sweep = sweep_of(RIG, (1.0, 5.0, 10.0, 20.0, 30.0, 35.0))
+    other_sweep = sweep_of(RIG, (1.0, 5.0, 10.1, 20.2, 30.3, 35.4))
+    outcome = compensate(replace(sweep, no_load=other_sweep.no_load))
     assert np.abs(errors_nm(RIG, outcome)).max() < 0.02
 
 
 def test_refuses_a_register_without_low_pass():
     unknown = INSTRUMENT.model_copy(update={"low_pass": None})
     with pytest.raises(DataError) as caught:
-        compensate(replace(sweep(RIG, FEW), instrument=unknown))
+        compensate(replace(sweep_of(RIG, FEW), instrument=unknown))
     message = str(caught.value)
     assert "no low_pass for tester.torque (serial SIM-TQ-01)" in message
     assert "low_pass: {type: butterworth, order: 2, corner: 1 kHz}" in message
@@ -422,6 +422,6 @@ def test_refuses_a_register_without_low_pass():
 
 @pytest.mark.thorough  # as the kit's same_recordings_same_numbers
 def test_same_input_same_numbers():
-    made = sweep(RIG, FEW)
-    first, second = compensate(made), compensate(made)
+    sweep = sweep_of(RIG, FEW)
+    first, second = compensate(sweep), compensate(sweep)
     assert [p.torque for p in first.points] == [p.torque for p in second.points]

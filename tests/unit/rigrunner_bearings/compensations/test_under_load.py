@@ -22,7 +22,7 @@ from unit.rigrunner_bearings.compensations.helpers_sweeps import (
     errors_nm,
     no_fit,
     prepared,
-    sweep,
+    sweep_of,
 )
 
 FREQUENCIES = (1.0, 5.0, 10.0, 15.0, 20.0, 28.0, 35.0)
@@ -35,7 +35,7 @@ def rigs(*, stribeck=False):
     for model in (RigParameters, OdeParameters) * 2:
         torque, speed = rng.uniform(0.4, 1.0), rng.uniform(0.3, 0.8)
         law = {"stribeck": stribeck, "stribeck_speed_rad_s": speed}
-        own = (
+        torques = (
             {"starting_torque_nm": torque / 0.9, "kinetic_torque_nm": torque}
             if model is RigParameters
             else {"kinetic_torque_nm": torque, "overshoot_nm": 0.25 * torque}
@@ -46,7 +46,7 @@ def rigs(*, stribeck=False):
                 natural_hz=rng.uniform(300, 400),
                 damping_ratio=rng.uniform(0.03, 0.08),
                 support_friction_nm=rng.uniform(0.5, 1.0),
-                **own,
+                **torques,
                 **law,
             )
         )
@@ -55,20 +55,20 @@ def rigs(*, stribeck=False):
 
 def changed_under_load(rig, **sensors):
     """Return both runs of a rig, whose measuring chain is another one in the loaded run."""
-    other = replace(rig, sensors=replace(rig.sensors, **sensors))
-    loaded = prepared(other, 1000.0, FREQUENCIES, seed=1)
+    changed = replace(rig, sensors=replace(rig.sensors, **sensors))
+    loaded = prepared(changed, 1000.0, FREQUENCIES, seed=1)
     no_load = prepared(rig, 0.0, FREQUENCIES, seed=1)
     return Sweep(loaded, no_load, DESCRIBED, INSTRUMENT, no_fit)
 
 
-def check_of(found, name="drive line under load"):
-    return next(each for each in found.checks if each.name == name)
+def check_of(compensation, name="drive line under load"):
+    return next(check for check in compensation.checks if check.name == name)
 
 
-def learned(made):
-    swing = make_swing(measured_ratio(made.no_load))
-    rig = identify(made.no_load, swing, INSTRUMENT.low_pass)
-    return rig, line_under_load(made.loaded, rig)
+def learned(sweep):
+    swing = make_swing(measured_ratio(sweep.no_load))
+    rig = identify(sweep.no_load, swing, INSTRUMENT.low_pass)
+    return rig, line_under_load(sweep.loaded, rig)
 
 
 @pytest.mark.parametrize("rig", first(1, rigs()))
@@ -81,10 +81,12 @@ def test_a_delay_of_the_loaded_run_alone_is_found(rig):
 @pytest.mark.parametrize("rig", first(1, rigs()))
 def test_a_delay_of_the_loaded_run_alone_is_told_or_within_the_uncertainty(rig):
     """It looks like gains that scatter, and widens the uncertainty as these do."""
-    found = compensate(changed_under_load(rig, torque_delay_s=2e-4))
-    errors = errors_nm(rig, found)
-    beyond = max(abs(e) / expanded(p.torque) for e, p in zip(errors, found.points, strict=True))
-    assert beyond < 1 or not check_of(found).ok
+    compensation = compensate(changed_under_load(rig, torque_delay_s=2e-4))
+    errors = errors_nm(rig, compensation)
+    beyond = max(
+        abs(e) / expanded(p.torque) for e, p in zip(errors, compensation.points, strict=True)
+    )
+    assert beyond < 1 or not check_of(compensation).ok
 
 
 @pytest.mark.parametrize("rig", first(1, rigs()[:2]))
@@ -94,65 +96,66 @@ def test_another_filter_in_the_loaded_run_alone_is_told(rig):
 
 @pytest.mark.parametrize("rig", first(1, [rigs()[0], *rigs(stribeck=True), rigs()[1]]))
 def test_a_healthy_rig_passes_whatever_its_law_of_friction(rig):
-    found = compensate(sweep(rig, FREQUENCIES))
-    assert check_of(found).ok
-    assert check_of(found).value < 0.7
-    assert check_of(found, "torque that follows the angle").value < 4
+    compensation = compensate(sweep_of(rig, FREQUENCIES))
+    assert check_of(compensation).ok
+    assert check_of(compensation).value < 0.7
+    assert check_of(compensation, "torque that follows the angle").value < 4
 
 
 def test_what_is_told_is_what_the_torque_is_wrong_by():
     rig = rigs()[0]
-    made = changed_under_load(rig, low_pass_hz=400.0)
-    found = compensate(made)
-    errors = errors_nm(rig, found)
-    told = [part.split(" N·m")[0] for part in check_of(found).text.split("; ")]
+    sweep = changed_under_load(rig, low_pass_hz=400.0)
+    compensation = compensate(sweep)
+    errors = errors_nm(rig, compensation)
+    effect_texts = [part.split(" N·m")[0] for part in check_of(compensation).text.split("; ")]
     effects = {
-        float(hz.split(" Hz")[0]): float(nm) for hz, nm in (each.split(": ") for each in told)
+        float(hz.split(" Hz")[0]): float(nm)
+        for hz, nm in (text.split(": ") for text in effect_texts)
     }
-    for point, error in zip(found.points, errors, strict=True):
+    for point, error in zip(compensation.points, errors, strict=True):
         if (effect := effects.get(round(point.frequency_hz))) is not None:
             assert error == pytest.approx(-effect, abs=max(0.4 * abs(effect), 0.012))
     assert effects
 
 
 def test_too_few_frequencies_tell_nothing():
-    found = compensate(sweep(RigParameters(), (5.0, 10.0, 20.0, 35.0)))
-    assert check_of(found).text.startswith("not checked: too few frequencies to tell")
+    compensation = compensate(sweep_of(RigParameters(), (5.0, 10.0, 20.0, 35.0)))
+    assert check_of(compensation).text.startswith("not checked: too few frequencies to tell")
 
 
 def test_slow_swings_show_no_drive_line():
-    made = sweep(RigParameters(), (1.0, 2.0, 3.0, 4.0, 10.0, 20.0, 35.0))
-    assert learned(made)[1] is None
+    sweep = sweep_of(RigParameters(), (1.0, 2.0, 3.0, 4.0, 10.0, 20.0, 35.0))
+    assert learned(sweep)[1] is None
 
 
 @pytest.mark.parametrize("doubt", [{"phase_u_rad": 0.01}, {"alignment_u_s": 3e-5}])
 def test_a_phase_in_doubt_shows_no_delay(doubt):
     """An index pulse is known to half a sample, in each recording again: that is in U."""
-    made = sweep(RigParameters(), FREQUENCIES)
-    doubtful = replace(made, loaded=tuple(replace(p, **doubt) for p in made.loaded))
-    assert learned(made)[1] is not None
+    sweep = sweep_of(RigParameters(), FREQUENCIES)
+    doubtful = replace(sweep, loaded=tuple(replace(p, **doubt) for p in sweep.loaded))
+    assert learned(sweep)[1] is not None
     assert learned(doubtful)[1] is None
 
 
 def test_a_torque_that_never_changes_shows_none():
-    made = sweep(RigParameters(), FREQUENCIES)
-    dead = tuple(replace(p, torque_nm=np.full_like(p.torque_nm, 3.0)) for p in made.loaded)
-    assert learned(replace(made, loaded=dead))[1] is None
+    sweep = sweep_of(RigParameters(), FREQUENCIES)
+    dead = tuple(replace(p, torque_nm=np.full_like(p.torque_nm, 3.0)) for p in sweep.loaded)
+    assert learned(replace(sweep, loaded=dead))[1] is None
 
 
 @pytest.mark.parametrize("rig", first(1, rigs()[:2]))
 @pytest.mark.parametrize("spring_nm", [-0.1, 0.1])
 def test_a_spring_under_load_is_told(rig, spring_nm):
-    made = sweep(rig, FREQUENCIES)
+    sweep = sweep_of(rig, FREQUENCIES)
     pulled = tuple(
         replace(p, torque_nm=p.torque_nm + spring_nm * p.angle_rad / p.angle_rad.max())
-        for p in made.loaded
+        for p in sweep.loaded
     )
-    found = compensate(replace(made, loaded=pulled))
-    check = check_of(found, "torque that follows the angle")
+    compensation = compensate(replace(sweep, loaded=pulled))
+    check = check_of(compensation, "torque that follows the angle")
     assert not check.ok
     assert float(check.text.split(" N·m")[0]) == pytest.approx(spring_nm, abs=0.03)
-    assert np.mean(errors_nm(rig, found)) == pytest.approx(-spring_nm, rel=0.3)
+    assert np.mean(errors_nm(rig, compensation)) == pytest.approx(-spring_nm, rel=0.3)
 
 
 def test_a_spring_is_told_apart_from_friction_and_offset():

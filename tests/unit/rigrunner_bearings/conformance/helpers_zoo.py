@@ -25,7 +25,7 @@ def moved(by):
     """Return a method of which each torque is moved by `by(place, sweep)`."""
 
     def method(sweep):
-        found = peaks(sweep)
+        compensation = peaks(sweep)
         points = [
             replace(
                 point,
@@ -33,9 +33,9 @@ def moved(by):
                 rig_nm=point.rig_nm - by(place, sweep),
                 model=None,
             )
-            for place, point in enumerate(found.points)
+            for place, point in enumerate(compensation.points)
         ]
-        return replace(found, points=tuple(points))
+        return replace(compensation, points=tuple(points))
 
     return method
 
@@ -49,27 +49,31 @@ class Moody:
 
 
 def parts_do_not_add_up(sweep):
-    found = peaks(sweep)
-    return replace(found, points=tuple(replace(p, rig_nm=p.rig_nm + 0.1) for p in found.points))
+    compensation = peaks(sweep)
+    return replace(
+        compensation, points=tuple(replace(p, rig_nm=p.rig_nm + 0.1) for p in compensation.points)
+    )
 
 
 def u_of_its_own(sweep):
-    found = peaks(sweep)
-    points = [replace(p, torque=replace(p.torque, u=2 * p.torque.u)) for p in found.points]
-    return replace(found, points=tuple(points))
+    compensation = peaks(sweep)
+    points = [replace(p, torque=replace(p.torque, u=2 * p.torque.u)) for p in compensation.points]
+    return replace(compensation, points=tuple(points))
 
 
 def knows_no_sensor(sweep):
     fixed = Accuracy.model_validate({"gain": "0.3 %", "drift": "0.02 N·m"}).limits
     accuracy = sweep.instrument.accuracy.model_copy(update=fixed)
-    known = sweep.instrument.model_copy(update={"accuracy_": accuracy})
-    return peaks(replace(sweep, instrument=known))
+    instrument = sweep.instrument.model_copy(update={"accuracy_": accuracy})
+    return peaks(replace(sweep, instrument=instrument))
 
 
 def knows_no_errors_of_the_transducer(sweep):
-    kept = {name: each for name, each in sweep.instrument.accuracy_ if name in ("gain", "drift")}
-    known = sweep.instrument.model_copy(update={"accuracy_": Accuracy.model_validate(kept)})
-    return peaks(replace(sweep, instrument=known))
+    limits = {
+        name: limit for name, limit in sweep.instrument.accuracy_ if name in ("gain", "drift")
+    }
+    instrument = sweep.instrument.model_copy(update={"accuracy_": Accuracy.model_validate(limits)})
+    return peaks(replace(sweep, instrument=instrument))
 
 
 def needs_no_reference(sweep):
@@ -77,11 +81,11 @@ def needs_no_reference(sweep):
 
 
 def surer_without_angle(sweep):
-    found = peaks(sweep)
+    compensation = peaks(sweep)
     if sweep.loaded[0].motion is not MotionSource.ENTERED:
-        return found
-    points = [replace(p, torque=replace(p.torque, u=1e-6), model=None) for p in found.points]
-    return replace(found, points=tuple(points))
+        return compensation
+    points = [replace(p, torque=replace(p.torque, u=1e-6), model=None) for p in compensation.points]
+    return replace(compensation, points=tuple(points))
 
 
 def takes_starts_for_swings(sweep):
@@ -119,5 +123,5 @@ def compensation_registry(method=peaks, yields=STARTING):
     record = CompensationRecord(
         name="method", help="A method.", factory=lambda _: method, yields=yields
     )
-    kinds = [each for each in SHIPPED.plugins if each.kind == "kind"]
+    kinds = [plugin for plugin in SHIPPED.plugins if plugin.kind == "kind"]
     return Registry([Plugin("compensation", record, Provider("zoo", "1")), *kinds])

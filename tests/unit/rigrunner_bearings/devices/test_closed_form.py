@@ -87,10 +87,10 @@ def test_the_work_per_cycle_is_that_of_the_friction_law():
     work = np.trapezoid(np.append(state.torque_nm, state.torque_nm[0]), np.append(angle, angle[0]))
     stroke = 2 * np.arcsin(RATIO)
     support, db, ds = rig.support_slip_rad, rig.bearing_slip_rad, rig.weakening_rad
-    both = db * ds / (db + ds)
+    combined = db * ds / (db + ds)
     rise = stroke - 2 * support * (1 - np.exp(-stroke / support))
     excess = peak_level_nm(rig) - 0.64
-    bearing = 0.64 * (stroke - 2 * db) + excess * (ds * (1 - np.exp(-stroke / ds)) - both)
+    bearing = 0.64 * (stroke - 2 * db) + excess * (ds * (1 - np.exp(-stroke / ds)) - combined)
     assert work == pytest.approx(2 * (0.7597 * rise + bearing), rel=1e-5)
 
 

@@ -65,9 +65,9 @@ def test_what_is_remembered_of_one_frequency_or_filter_is_no_other_s():
         rig = replace(_rig(low_pass_hz=low_pass_hz), steady_state=lambda *_: cycle)
         return abs(_component(_sample(rig, frequency_hz)[1], HARMONIC * frequency_hz))
 
-    asked = [(10.0, 200.0), (10.0, 50.0), (5.0, 50.0)]
-    expected = [1 / np.sqrt(1 + (HARMONIC * hz / corner) ** 4) for hz, corner in asked]
-    assert [size(*each) for each in 2 * asked] == pytest.approx(2 * expected, rel=1e-3)
+    cases = [(10.0, 200.0), (10.0, 50.0), (5.0, 50.0)]
+    expected = [1 / np.sqrt(1 + (HARMONIC * hz / corner) ** 4) for hz, corner in cases]
+    assert [size(*case) for case in 2 * cases] == pytest.approx(2 * expected, rel=1e-3)
 
 
 def test_a_delay_shifts_the_torque_against_the_angle():

@@ -117,11 +117,14 @@ def test_a_channel_is_what_it_is_whatever_is_recorded_beside_it(channel):
 
 
 def test_a_run_that_is_resumed_has_the_noise_of_one_that_was_not():
-    whole, resumed = connect(sensors={"drift": "0 N·m"}), connect(sensors={"drift": "0 N·m"})
+    uninterrupted, resumed = (
+        connect(sensors={"drift": "0 N·m"}),
+        connect(sensors={"drift": "0 N·m"}),
+    )
     for _ in range(2):
-        record(whole)
+        record(uninterrupted)
     resumed.continue_after([{"frequency": 20.0, "load": 1000.0}] * 2)
-    assert np.array_equal(record(whole), record(resumed))
+    assert np.array_equal(record(uninterrupted), record(resumed))
 
 
 def test_the_zero_drifts_over_the_time_of_the_setup():

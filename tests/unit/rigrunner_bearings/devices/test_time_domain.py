@@ -46,11 +46,11 @@ def test_it_agrees_with_an_adaptive_solver():
 
     torque = steady_state(rig, 1000.0, frequency).torque_nm
     at = (5 + np.arange(0, len(torque), 64) / len(torque)) / frequency
-    found = solve_ivp(
+    solution = solve_ivp(
         slope, (0, 6 / frequency), ode.IN_MID_STROKE, t_eval=at, method="DOP853",
         rtol=1e-6, atol=1e-9, max_step=1e-3,
     )  # fmt: skip
-    assert np.abs(parts.shaft_torque(found.y[0], found.y[1]) - torque[::64]).max() < 1e-3
+    assert np.abs(parts.shaft_torque(solution.y[0], solution.y[1]) - torque[::64]).max() < 1e-3
 
 
 def test_the_shaft_carries_inertia_and_all_frictions():

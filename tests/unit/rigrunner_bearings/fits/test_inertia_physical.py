@@ -46,17 +46,17 @@ def test_uncertainty_matches_the_scatter_of_repeated_fits():
     rng = np.random.default_rng(1)
     clean = peaks(*TRUE)
     curves = [FIT(Points(FREQUENCIES, clean + rng.normal(0, 0.01, 12))) for _ in range(300)]
-    found = np.array([curve.coefficients for curve in curves]).std(axis=0, ddof=1)
+    scatter = np.array([curve.coefficients for curve in curves]).std(axis=0, ddof=1)
     stated = np.sqrt(np.mean([np.diag(curve.covariance) for curve in curves], axis=0))
-    assert stated == pytest.approx(found, rel=0.15)
+    assert stated == pytest.approx(scatter, rel=0.15)
     predicted = np.array([curve.predict(np.array([12.0])) for curve in curves])[:, :, 0]
     u_mean = np.sqrt(np.mean(predicted[:, 1] ** 2))
     assert u_mean == pytest.approx(predicted[:, 0].std(ddof=1), rel=0.15)
 
 
 def test_geometry_comes_from_the_settings():
-    other = InertiaPhysicalSettings(eccentric="3 mm", centre_distance="60 mm")
-    curve = InertiaPhysicalFit(other)(Points(FREQUENCIES, peaks(*TRUE, ratio=0.05)))
+    geometry = InertiaPhysicalSettings(eccentric="3 mm", centre_distance="60 mm")
+    curve = InertiaPhysicalFit(geometry)(Points(FREQUENCIES, peaks(*TRUE, ratio=0.05)))
     assert curve.coefficients == pytest.approx(TRUE, rel=1e-6)
 
 

@@ -35,21 +35,18 @@ def result():
     curve = ChosenCurve(**vars(torque_of(base).fits[0].curve))
     return changed(
         base,
-        fits=(
-            replace(torque_of(base).fits[0], name="aicc", curve=curve),
-            torque_of(base).fits[1],
-        ),
+        fits=(replace(torque_of(base).fits[0], name="aicc", curve=curve), torque_of(base).fits[1]),
     )
 
 
 def test_a_choice_is_shown_with_all_that_it_was_made_from(result):
-    chosen, other = fit_views(torque_of(result).fits)
+    chosen, fixed_form = fit_views(torque_of(result).fits)
     assert chosen.criterion == "AICc"
     assert chosen.candidates[:2] == (
         CandidateView("T = c0 + c1·f + c2·f²", "50.6", "−30.2", chosen=True, problem=""),  # noqa: RUF001  (a minus sign)
         CandidateView("T = c0 + c2·f²", "159", "−19.7", chosen=False, problem=""),  # noqa: RUF001  (a minus sign)
     )
-    assert other.candidates == ()
+    assert fixed_form.candidates == ()
 
 
 def test_the_report_has_a_table_of_the_candidates(result):

@@ -66,9 +66,9 @@ def test_what_is_no_number_is_no_extreme():
 
 
 def test_each_of_several_series_keeps_its_extremes():
-    one, other = np.arange(100.0), np.zeros(100)
-    other[[37, 61]] = 5.0, -5.0
-    shown = places_of_extremes(one, other, most=4)
+    rising, spiked = np.arange(100.0), np.zeros(100)
+    spiked[[37, 61]] = 5.0, -5.0
+    shown = places_of_extremes(rising, spiked, most=4)
     assert {0, 99, 37, 61} <= set(shown)
 
 
@@ -85,7 +85,7 @@ def many_set_points():
 @pytest.mark.thorough
 def test_the_size_is_bounded_whatever_the_number_of_swings(hours):
     twice = long_result(points=12, cycles=8000, rejected=600)
-    sizes = [len(html(report_input(each))) for each in (hours, twice)]
+    sizes = [len(html(report_input(result))) for result in (hours, twice)]
     assert max(sizes) < MOST_BYTES
     assert sizes[1] < 1.02 * sizes[0]
 
@@ -107,14 +107,15 @@ def test_one_far_peak_of_hours_is_drawn(hours):
 def kept_marks(points):
     """Return the heights of the kept peaks that are drawn."""
     (panel,) = cycles.cycle_values([("This run", points)]).panels
-    return [p.y for each in panel.series if each.name == "peak kept" for p in each.points]
+    return [p.y for series in panel.series if series.name == "peak kept" for p in series.points]
 
 
 def test_the_caption_says_so_only_where_something_is_left_out(hours):
     few, many = (
-        cycles.cycle_values([("x", torque_of(each).loaded)]) for each in (loaded_result(), hours)
+        cycles.cycle_values([("x", torque_of(result).loaded)])
+        for result in (loaded_result(), hours)
     )
-    assert [cycles.THINNED in each.caption for each in (few, many)] == [False, True]
+    assert [cycles.THINNED in picture.caption for picture in (few, many)] == [False, True]
     assert few.caption == many.caption.removesuffix(cycles.THINNED)
 
 
@@ -131,10 +132,10 @@ def test_of_many_set_points_pictures_draw_some_and_say_so(many_set_points):
 def test_the_clearest_rejections_are_listed_and_the_others_counted(hours):
     table = rejections(torque_of(hours))
     every = [
-        each.statistic / each.critical
+        rejection.statistic / rejection.critical
         for run in (torque_of(hours).loaded, torque_of(hours).no_load)
         for point in run
-        for each in (*point.peak_rejections, *point.waveform_rejections)
+        for rejection in (*point.peak_rejections, *point.waveform_rejections)
     ]
     assert len(table.rows) == MOST_ROWS
     assert len(table.rows) + table.left_out == len(every)
@@ -151,7 +152,7 @@ def test_the_page_says_how_many_it_leaves_out(hours):
 
 def test_a_rule_without_a_critical_value_is_no_error():
     result = loaded_result()
-    point = next(each for each in torque_of(result).loaded if each.peak_rejections)
+    point = next(point for point in torque_of(result).loaded if point.peak_rejections)
     rejection = replace(point.peak_rejections[0], critical=0.0)
     point = replace(point, peak_rejections=(rejection,))
     assert rejections(torque_of(changed(result, loaded=(point,)))).rows[0].critical == "0"
@@ -160,10 +161,10 @@ def test_a_rule_without_a_critical_value_is_no_error():
 @pytest.mark.parametrize(("count", "shown"), [(3, 3), (300, 300), (301, 301), (500, 301)])
 def test_of_very_many_events_the_first_and_the_last_are_shown(count, shown):
     events = EVENTS[:count]
-    found = shown_events(events)
-    assert len(found) == shown
-    assert (found[0], found[-1]) == (events[0], events[-1])
-    gaps = [each["text"] for each in found if each["kind"] == "more"]
-    left = count - 300
-    expected = f"{left} more: {left} of kind 'alarm'; run.log has all"
-    assert gaps == ([expected] if left > 0 else [])
+    listed = shown_events(events)
+    assert len(listed) == shown
+    assert (listed[0], listed[-1]) == (events[0], events[-1])
+    gaps = [event["text"] for event in listed if event["kind"] == "more"]
+    left_out = count - 300
+    expected = f"{left_out} more: {left_out} of kind 'alarm'; run.log has all"
+    assert gaps == ([expected] if left_out > 0 else [])

@@ -41,49 +41,49 @@ def points(result):
 
 
 def series_of(panel):
-    return {each.name: each for each in panel.series}
+    return {series.name: series for series in panel.series}
 
 
 def test_raw_and_compensated_torque_stand_beside_each_other(result, points):
     left, right = over_frequency(result, points).panels
-    raw, compensated = (
-        series_of(left)["raw peak"],
-        series_of(left)[torque_of(result).primary],
-    )
+    raw, compensated = (series_of(left)["raw peak"], series_of(left)[torque_of(result).primary])
     # what the helper put in: 0.7262 - 0.003 at each frequency, far below the raw peaks
     assert [p.x for p in raw.points] == [p.x for p in compensated.points]
     assert compensated.points[0].y == pytest.approx(TRUTH_NM - 0.003, abs=0.004)
     assert all(p.U > 0 for p in compensated.points)
     assert raw.points[-1].y > 6
-    applicable = [name for name, each in torque_of(result).compensations.items() if each.points]
+    methods = torque_of(result).compensations.items()
+    applicable = [name for name, method in methods if method.points]
     assert set(series_of(right)) == {*applicable, "simulated truth"}
     assert right.series[0].name == torque_of(result).primary  # so it looks as on the left
 
 
 def test_a_torque_below_zero_is_not_cut_off(result, points):
     def bottom(shift_nm):
-        moved = [shifted(each, shift_nm, torque_of(result).primary) for each in points]
+        moved = [shifted(point, shift_nm, torque_of(result).primary) for point in points]
         return over_frequency(result, moved).panels[0].y.low
 
     assert bottom(0.0) == 0
     assert bottom(-1.0) is None
 
 
-def at(each, frequency_hz, **changes):
-    measured = replace(each.point.frequency_hz, value=frequency_hz)
-    methods = {k: replace(found, frequency_hz=frequency_hz) for k, found in each.by_method.items()}
-    point = replace(each.point, frequency_hz=measured, **changes)
-    return replace(each, point=point, by_method=methods)
+def at_frequency(set_point, frequency_hz, **changes):
+    measured = replace(set_point.point.frequency_hz, value=frequency_hz)
+    methods = {
+        k: replace(result, frequency_hz=frequency_hz) for k, result in set_point.by_method.items()
+    }
+    point = replace(set_point.point, frequency_hz=measured, **changes)
+    return replace(set_point, point=point, by_method=methods)
 
 
 def test_methods_of_slow_swings_stand_apart_but_in_their_place(result, points):
-    slow = [at(each, 0.01 * each.frequency_hz) for each in points]
-    own = np.array([each.frequency_hz for each in slow])
+    slow = [at_frequency(point, 0.01 * point.frequency_hz) for point in points]
+    measured_hz = np.array([point.frequency_hz for point in slow])
     methods = series_of(over_frequency(result, slow).panels[1])
     first, second = ([p.x for p in methods[name].points] for name in list(methods)[:2])
     assert first != second
-    for each in (first, second):
-        assert np.abs(np.array(each) - own).max() < 0.02 * own.max()
+    for method_hz in (first, second):
+        assert np.abs(np.array(method_hz) - measured_hz).max() < 0.02 * measured_hz.max()
 
 
 def test_both_limits_are_marked_and_named(result, points):
@@ -102,10 +102,12 @@ def test_one_set_point_stands_clear_of_the_edge(result, points):
         assert panel.x.high > 1.03 * points[-1].frequency_hz
 
 
-def shifted(each, shift_nm, name):
-    found = each.by_method[name]
-    torque = replace(found.torque, value=found.torque.value + shift_nm)
-    return replace(each, by_method={**each.by_method, name: replace(found, torque=torque)})
+def shifted(set_point, shift_nm, name):
+    result = set_point.by_method[name]
+    torque = replace(result.torque, value=result.torque.value + shift_nm)
+    return replace(
+        set_point, by_method={**set_point.by_method, name: replace(result, torque=torque)}
+    )
 
 
 def test_the_text_beside_raw_and_compensated_torque_has_both(result, points):

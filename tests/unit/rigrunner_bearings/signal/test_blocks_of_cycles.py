@@ -13,26 +13,28 @@ from unit.signal.test_blocks import RATE_HZ, RATIO, Stored, swing
 
 def test_cycles_are_those_of_the_whole_recording(monkeypatch):
     angle = swing()
-    whole = find_cycles(angle, RATE_HZ, RATIO)
+    in_memory = find_cycles(angle, RATE_HZ, RATIO)
     short_cycles(monkeypatch)
-    found = find_cycles(Stored(angle), RATE_HZ, RATIO)
-    np.testing.assert_allclose(found.starts, whole.starts, rtol=0, atol=1e-9)
-    assert (found.offset_rad, found.ratio) == pytest.approx((whole.offset_rad, whole.ratio), 1e-12)
+    in_blocks = find_cycles(Stored(angle), RATE_HZ, RATIO)
+    np.testing.assert_allclose(in_blocks.starts, in_memory.starts, rtol=0, atol=1e-9)
+    assert (in_blocks.offset_rad, in_blocks.ratio) == pytest.approx(
+        (in_memory.offset_rad, in_memory.ratio), 1e-12
+    )
 
 
 @pytest.mark.parametrize("n", [256, 1024])
 def test_resampled_cycles_are_those_of_the_whole_recording(monkeypatch, n):
     values, starts = swing(), np.arange(3.3, 39_000, 970.87)
-    whole = resample(values, starts, n)
+    in_memory = resample(values, starts, n)
     short_cycles(monkeypatch)
-    np.testing.assert_allclose(resample(Stored(values), starts, n), whole, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(resample(Stored(values), starts, n), in_memory, rtol=0, atol=1e-12)
 
 
 def test_pulses_are_those_of_the_whole_recording(monkeypatch):
     signal = (np.arange(40_000) % 970 < 20) + 0.0
-    whole = pulse_edges(signal)
+    in_memory = pulse_edges(signal)
     short_cycles(monkeypatch)
-    assert pulse_edges(Stored(signal)).tolist() == whole.tolist()
+    assert pulse_edges(Stored(signal)).tolist() == in_memory.tolist()
 
 
 def test_a_long_torque_repeats_as_often_as_it_does(monkeypatch):

@@ -35,8 +35,8 @@ def recorded(frequency, cycles, start_rad, jitter=0.0, seed=0):
 
 
 def true_starts(phase):
-    whole = 2 * np.pi * np.arange(np.ceil(phase[0] / 2 / np.pi), phase[-1] / 2 / np.pi)
-    return np.interp(whole, phase, np.arange(len(phase)))
+    turns = 2 * np.pi * np.arange(np.ceil(phase[0] / 2 / np.pi), phase[-1] / 2 / np.pi)
+    return np.interp(turns, phase, np.arange(len(phase)))
 
 
 @given(
@@ -101,9 +101,9 @@ def test_resampling_keeps_what_a_fast_swing_holds(hz, within):
     time = np.arange(4000) / RATE
     starts = 100.3 + np.arange(11) * RATE / 35.0
     rows = resample(np.cos(2 * np.pi * hz * time), starts)
-    at = (starts[:-1, None] + np.diff(starts)[:, None] * np.arange(1024) / 1024) / RATE
+    times = (starts[:-1, None] + np.diff(starts)[:, None] * np.arange(1024) / 1024) / RATE
     assert rows.shape == (10, 1024)
-    np.testing.assert_allclose(rows, np.cos(2 * np.pi * hz * at), atol=within)
+    np.testing.assert_allclose(rows, np.cos(2 * np.pi * hz * times), atol=within)
 
 
 def test_resampling_puts_cycles_of_any_length_on_the_same_phase():

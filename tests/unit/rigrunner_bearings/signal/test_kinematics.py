@@ -28,13 +28,13 @@ def test_both_together_have_the_bits_of_each():
 @given(ratio=ratios, phase=st.floats(0, 2 * math.pi))
 def test_velocity_and_acceleration_are_the_derivatives(ratio, phase):
     step, frequency = 1e-4, 7.0
-    at = phase + step * np.array([-1.0, 0.0, 1.0])
+    phases = phase + step * np.array([-1.0, 0.0, 1.0])
     omega = 2 * math.pi * frequency
-    before, _, after = kinematics.swing_angle(at, ratio)
-    velocity = kinematics.angular_velocity(at, frequency, ratio)
+    before, _, after = kinematics.swing_angle(phases, ratio)
+    velocity = kinematics.angular_velocity(phases, frequency, ratio)
     assert velocity[1] == pytest.approx(omega * (after - before) / (2 * step), rel=1e-6, abs=1e-5)
     slope = omega * (velocity[2] - velocity[0]) / (2 * step)
-    acceleration = kinematics.angular_acceleration(at, frequency, ratio)[1]
+    acceleration = kinematics.angular_acceleration(phases, frequency, ratio)[1]
     assert acceleration == pytest.approx(slope, rel=1e-5, abs=1e-2)
 
 
@@ -52,9 +52,9 @@ def test_extremes_are_those_of_the_sampled_motion(ratio):
 
 def test_the_bar_reverses_at_the_reversal_phase_and_rises_at_phase_zero():
     reversal = kinematics.reversal_phase(RATIO)
-    both = np.array([reversal, -reversal])
-    extremes = kinematics.swing_angle(both, RATIO)
-    assert np.allclose(kinematics.angular_velocity(both, 35.0, RATIO), 0, atol=1e-12)
+    reversals = np.array([reversal, -reversal])
+    extremes = kinematics.swing_angle(reversals, RATIO)
+    assert np.allclose(kinematics.angular_velocity(reversals, 35.0, RATIO), 0, atol=1e-12)
     assert extremes == pytest.approx([kinematics.max_angle(RATIO), -kinematics.max_angle(RATIO)])
     assert kinematics.angular_velocity(np.zeros(1), 35.0, RATIO)[0] > 0
     assert math.degrees(reversal) == pytest.approx(92.5473, abs=1e-4)
@@ -70,6 +70,6 @@ def test_the_motion_is_the_sum_of_its_harmonics():
 def test_by_the_half_angle_they_are_the_same(ratio):
     phase = np.append(PHASE - math.pi, [0.0, math.pi, 7.0])
     angle, velocity = kinematics.by_half_angle(phase, ratio)
-    wanted = kinematics.angle_and_velocity(phase, 1.0, ratio)
-    for found, known in zip((angle, velocity), wanted, strict=True):
-        np.testing.assert_allclose(found, known, rtol=0, atol=1e-14 * np.abs(known).max())
+    reference = kinematics.angle_and_velocity(phase, 1.0, ratio)
+    for result, expected in zip((angle, velocity), reference, strict=True):
+        np.testing.assert_allclose(result, expected, rtol=0, atol=1e-14 * np.abs(expected).max())

@@ -95,11 +95,11 @@ def test_less_than_a_cycle_cannot_be_cut():
         starts_by_frequency(np.ones(400), RATE_HZ, 2.0)
 
 
-@pytest.mark.parametrize("off", [-0.12, -0.006, 0.0, 0.004, 0.05, 0.14])
-def test_repetition_is_found_whatever_was_entered(off):
+@pytest.mark.parametrize("deviation", [-0.12, -0.006, 0.0, 0.004, 0.05, 0.14])
+def test_repetition_is_found_whatever_was_entered(deviation):
     rng = np.random.default_rng(2)
     time = np.arange(6000) / RATE_HZ
-    true_hz = 5.0 * (1 + off)
+    true_hz = 5.0 * (1 + deviation)
     phase = 2 * np.pi * true_hz * time
     # A friction torque: a square wave in presliding, on a sine of inertia, with noise.
     torque = np.tanh(4 * np.cos(phase)) - 0.5 * np.sin(phase) + 0.05 * rng.standard_normal(6000)

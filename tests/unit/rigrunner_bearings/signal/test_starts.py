@@ -41,11 +41,11 @@ def test_noise_does_not_make_it_high():
     """The greatest of 1500 noisy samples would be some 3 sigma high (Gumbel)."""
     angle, rng = motion(), np.random.default_rng(1)
     clean = torque_over(angle)
-    found = [
+    starts = [
         find_start(angle, clean + 0.01 * rng.standard_normal(len(clean)), RATE_HZ, WINDOW, 0.01)
         for _ in range(50)
     ]
-    assert np.mean([start.breakaway_nm for start in found]) == pytest.approx(0.3, abs=0.01)
+    assert np.mean([start.breakaway_nm for start in starts]) == pytest.approx(0.3, abs=0.01)
     sharp = find_start(angle, clean + 0.01 * rng.standard_normal(len(clean)), RATE_HZ, WINDOW, 0)
     assert sharp.breakaway_nm > 0.315
 

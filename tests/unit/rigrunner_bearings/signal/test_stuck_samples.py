@@ -14,12 +14,12 @@ from rigrunner_bearings.signal.stuck_samples import longest_at, longest_stuck
 
 def by_hand(values, parts):
     """Return the same sample by sample."""
-    longest, at = [1] * parts, 0
+    longest, start = [1] * parts, 0
     for _, run in groupby(values):
         count = len(list(run))
-        part = min(int(at / (len(values) / parts)), parts - 1)
+        part = min(int(start / (len(values) / parts)), parts - 1)
         longest[part] = max(longest[part], count)
-        at += count
+        start += count
     return longest
 
 
@@ -32,11 +32,11 @@ def test_runs_of_equal_samples(block, values, parts):
     parts = min(parts, len(values))
     with pytest.MonkeyPatch.context() as patch:
         short_blocks(patch, block)
-        found = longest_stuck(np.array(values), parts)
+        longest = longest_stuck(np.array(values), parts)
         ends = longest_at(np.array(values), [min(values), max(values)])
-    assert found.tolist() == by_hand(values, parts)
+    assert longest.tolist() == by_hand(values, parts)
     extremes = min(values), max(values)
-    assert ends == max(len([*run]) for each, run in groupby(values) if each in extremes)
+    assert ends == max(len([*run]) for value, run in groupby(values) if value in extremes)
 
 
 def test_memory_does_not_grow_with_what_is_held(monkeypatch):

@@ -21,35 +21,36 @@ RIGS = [
 
 
 @pytest.fixture
-def asked(monkeypatch, tmp_path):
-    """What the command asks of the study, which itself is not run."""
+def calls(monkeypatch, tmp_path):
+    """The calls of the study by the command; the study is not run."""
     calls = []
     monkeypatch.chdir(tmp_path)
 
     def run_diagnostics(**settings):
         calls.append(settings)
-        settings["going"].progress(0, 1)
-        settings["going"].progress(1, 1)
+        settings["runner"].progress(0, 1)
+        settings["runner"].progress(1, 1)
         return tally(RIGS)
 
     monkeypatch.setattr(module, "run_diagnostics", run_diagnostics)
     return calls
 
 
-def test_what_is_asked_for_reaches_the_study(asked, capsys):
+def test_what_is_asked_for_reaches_the_study(calls, capsys):
     options = ["--rigs", "7", "--broken", "5", "--jobs", "2", "--seed", "3"]
     assert main(["study", "diagnostics", *options]) == 0
-    (call,) = asked
-    going = call.pop("going")
+    (call,) = calls
+    runner = call.pop("runner")
     assert call == {"healthy_rigs": 7, "broken_rigs": 5, "seed": 3}
-    assert (going.workers, going.keep) == (Processes(2), Path("rigrunner-study-diagnostics.part"))
+    assert runner.workers == Processes(2)
+    assert runner.journal_path == Path("rigrunner-study-diagnostics.part")
     assert capsys.readouterr().err == "1 of 1 rigs\n"
 
 
-def test_all_cores_are_used_unless_a_cluster_is(asked, capsys):
+def test_all_cores_are_used_unless_a_cluster_is(calls, capsys):
     main(["study", "diagnostics"])
     main(["study", "diagnostics", "--dask", "tcp://there:8786"])
-    assert [each["going"].workers for each in asked] == [
+    assert [call["runner"].workers for call in calls] == [
         Processes(usable_cores()),
         Cluster("tcp://there:8786"),
     ]
@@ -57,12 +58,12 @@ def test_all_cores_are_used_unless_a_cluster_is(asked, capsys):
     assert "--jobs and --dask exclude each other" in capsys.readouterr().err
 
 
-def test_as_many_broken_rigs_as_healthy_ones(asked):
+def test_as_many_broken_rigs_as_healthy_ones(calls):
     main(["study", "diagnostics"])
-    assert (asked[0]["healthy_rigs"], asked[0]["broken_rigs"]) == (300, 300)
+    assert (calls[0]["healthy_rigs"], calls[0]["broken_rigs"]) == (300, 300)
 
 
-@pytest.mark.usefixtures("asked")
+@pytest.mark.usefixtures("calls")
 def test_the_tables(capsys):
     main(["study", "diagnostics"])
     out = capsys.readouterr().out
@@ -72,7 +73,7 @@ def test_the_tables(capsys):
     assert re.search(r"^Stribeck law +no fault", out, re.MULTILINE)
 
 
-@pytest.mark.usefixtures("asked")
+@pytest.mark.usefixtures("calls")
 def test_markdown_and_json(capsys):
     main(["study", "diagnostics", "--markdown"])
     assert "| stroke | 1/1 (2.5-100.0 %) | 0/1 (0.0-97.5 %) |" in capsys.readouterr().out

@@ -13,10 +13,10 @@ from rigrunner_bearings.compensations.checks import LIMITS as METHOD_LIMITS
 from rigrunner_bearings.study.bench import NATURAL, nested
 from rigrunner_bearings.study.breaks import BREAKS, REFUSED
 from rigrunner_bearings.study.case import Case
+from rigrunner_bearings.study.case_runner import CaseRunner
 from rigrunner_bearings.study.diagnostics import Finding, cases, examine, run_diagnostics, tally
 from rigrunner_bearings.study.diagnostics_rigs import POPULATIONS, healthy
 from rigrunner_bearings.study.diagnostics_table import printed, study_document
-from rigrunner_bearings.study.going import Going
 from rigrunner_bearings.study.share import Share
 from rigrunner_bearings.study.tables import markdown
 from rigrunner_bearings.study.tools import primary_alone
@@ -89,34 +89,34 @@ def test_every_break_breaks_something(fault):
 @pytest.mark.parametrize("simulator", POPULATIONS)
 def test_settings_go_to_the_plugin_as_a_station_has_them(simulator):
     rig = healthy(simulator, 7, np.random.default_rng(1))
-    told = nested(rig.no_load, rig.seed)
+    settings = nested(rig.no_load, rig.seed)
     branch, _, name = NATURAL[simulator].partition(".")
-    assert told["seed"] == 7
-    assert told[branch][name].endswith(" Hz")
-    assert abs(float(told[branch][name].removesuffix(" Hz")) / rig.reference_hz - 1) < 0.021
+    assert settings["seed"] == 7
+    assert settings[branch][name].endswith(" Hz")
+    assert abs(float(settings[branch][name].removesuffix(" Hz")) / rig.reference_hz - 1) < 0.021
 
 
 def test_cases_are_rigs_of_both_simulators_in_equal_numbers():
-    found = list(cases(3, 2, 9))
-    assert Counter(case.simulator for case in found if not case.fault) == {SIM: 3, ODE: 3}
-    broken = Counter(case.fault for case in found if case.fault)
+    all_cases = list(cases(3, 2, 9))
+    assert Counter(case.simulator for case in all_cases if not case.fault) == {SIM: 3, ODE: 3}
+    broken = Counter(case.fault for case in all_cases if case.fault)
     assert broken == dict.fromkeys(FAULTS, 2)
-    assert len(set(found)) == len(found)
+    assert len(set(all_cases)) == len(all_cases)
 
 
 @pytest.mark.parametrize("simulator", POPULATIONS)
 def test_a_broken_rig_is_flagged_and_the_same_case_gives_the_same(simulator):
     case = Case(simulator, "clipping", 3, 0)
-    found = examine(case)
-    assert "clipping" in found.failed
-    assert found == examine(case)
+    result = examine(case)
+    assert "clipping" in result.failed
+    assert result == examine(case)
 
 
 def test_a_healthy_rig_is_measured_right_and_raises_no_alarm():
-    found = examine(Case(SIM, "", 3, 0))
-    assert found.failed == ()
-    assert abs(found.error_nm) < 0.02
-    assert set(found.made) >= NAMES - SKIPPED
+    result = examine(Case(SIM, "", 3, 0))
+    assert result.failed == ()
+    assert abs(result.error_nm) < 0.02
+    assert set(result.performed) >= NAMES - SKIPPED
 
 
 def test_too_few_cycles_are_refused():
@@ -125,14 +125,14 @@ def test_too_few_cycles_are_refused():
 
 @pytest.mark.thorough
 def test_two_processes_find_what_one_finds():
-    wanted = [Case(SIM, "too few cycles", 3, number) for number in range(3)]
-    one, two = (
-        Going(workers, threading.Event(), lambda _, __: None).findings(
-            "diagnostics", examine, Finding, wanted
+    all_cases = [Case(SIM, "too few cycles", 3, number) for number in range(3)]
+    first, second = (
+        CaseRunner(workers, threading.Event(), lambda _, __: None).findings(
+            "diagnostics", examine, Finding, all_cases
         )
         for workers in (InProcess(), Processes(2))
     )
-    assert one == two
+    assert first == second
 
 
 def test_a_study_can_be_stopped():
@@ -143,11 +143,11 @@ def test_a_study_can_be_stopped():
         if count:
             stop.set()
 
-    going = Going(InProcess(), stop, progress)
+    runner = CaseRunner(InProcess(), stop, progress)
     with pytest.raises(AbortedError, match="stopped after 1 of 48 rigs"):
-        run_diagnostics(healthy_rigs=1, broken_rigs=2, seed=1, going=going)
-    of = 2 + 2 * len(BREAKS)
-    assert done == [(0, of), (1, of)]
+        run_diagnostics(healthy_rigs=1, broken_rigs=2, seed=1, runner=runner)
+    total = 2 + 2 * len(BREAKS)
+    assert done == [(0, total), (1, total)]
 
 
 def test_tables_and_document_hold_the_same_shares():
@@ -163,4 +163,4 @@ def test_tables_and_document_hold_the_same_shares():
 def test_the_primary_method_of_a_study_is_chosen_by_its_label():
     methods = [{"energy": {}, "as": "work"}, "template_inverse"]
     spec = SwingTorque.model_validate({"compensations": methods, "primary": "work"})
-    assert [each.name for each in primary_alone(spec).compensations] == ["energy"]
+    assert [method.name for method in primary_alone(spec).compensations] == ["energy"]

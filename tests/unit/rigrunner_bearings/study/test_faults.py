@@ -51,13 +51,13 @@ def test_what_is_flagged_or_refused_is_not_silent_however_wrong():
     )
     row, crashed = study.rows
     assert (crashed.flagged_cases, crashed.silent.count) == (0, 0)
-    assert [each.case.fault for each in study.crashed] == ["time back"]
+    assert [finding_.case.fault for finding_ in study.crashed] == ["time back"]
     assert "time back 0 on swing_tester_sim, somewhere: crashed" in markdown(printed(study))
     assert (row.cases, row.recording_failed, row.refused, row.flagged_cases) == (6, 1, 1, 1)
     assert (study.silent.within, study.silent.beyond, study.silent.far_beyond) == (1, 1, 1)
     assert (study.silent.worst, study.silent.worst_point) == (2.4, 7.0)
     assert study.silent.share_beyond == Share(1, 3)
-    assert [each.ratio for each in study.wrong] == [-2.4]
+    assert [finding_.ratio for finding_ in study.wrong] == [-2.4]
     assert (study.clean.count, study.clean_flagged) == (1, 1)
     assert study.unseen[0].silent.far_beyond == 1
     assert "1 of these with an error above twice" in summary(study)
@@ -67,12 +67,12 @@ def test_what_is_flagged_or_refused_is_not_silent_however_wrong():
 
 
 def test_every_fault_is_drawn_as_often_as_the_others_on_both_simulators():
-    found = list(cases(2 * len(FAULTS), 1))
-    drawn = Counter(case.fault for case in found)
+    all_cases = list(cases(2 * len(FAULTS), 1))
+    drawn = Counter(case.fault for case in all_cases)
     assert {drawn[fault.name] for fault in FAULTS} == {2}
     assert drawn[""] == len(FAULTS)
-    assert len(set(found)) == len(found)
-    by_fault = {(case.fault, case.simulator) for case in found}
+    assert len(set(all_cases)) == len(all_cases)
+    by_fault = {(case.fault, case.simulator) for case in all_cases}
     assert len(by_fault) == 2 * (len(FAULTS) + len(UNSEEN) + 1)
 
 

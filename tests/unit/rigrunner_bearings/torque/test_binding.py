@@ -30,14 +30,14 @@ def failed(*values, u=0.0, **more):
 
 
 def test_a_bias_that_matters_is_a_line_of_each_point_and_of_the_mean():
-    found, (check,) = bind(SWEEP, [failed(0.0, 0.01, 0.02, u=0.003)])
+    compensation, (check,) = bind(SWEEP, [failed(0.0, 0.01, 0.02, u=0.003)])
     assert (check.ok, check.consequence) == (False, Consequence.BUDGET)
     added = [hypot(v, 0.003) for v in (0.0, 0.01, 0.02)]
-    for each, more in zip(found.points, added, strict=True):
-        assert each.torque.u == pytest.approx(hypot(OWN, more))
-        assert each.components[-1].name == "play"
-        assert each.components[-1].u == pytest.approx(more)
-    assert compensated_mean(found.points).u == pytest.approx(hypot(OWN, sum(added) / 3))
+    for widened, more in zip(compensation.points, added, strict=True):
+        assert widened.torque.u == pytest.approx(hypot(OWN, more))
+        assert widened.components[-1].name == "play"
+        assert widened.components[-1].u == pytest.approx(more)
+    assert compensated_mean(compensation.points).u == pytest.approx(hypot(OWN, sum(added) / 3))
     assert check.biases[0] == Bias("mean", pytest.approx(0.01), pytest.approx(0.003))
     assert effect_words(check) == (
         "+0.0100 ± 0.0030 N·m on the mean, +0.0200 ± 0.0030 N·m at 35 Hz; in the budget as 'play'"
@@ -45,29 +45,29 @@ def test_a_bias_that_matters_is_a_line_of_each_point_and_of_the_mean():
 
 
 def test_errors_of_each_point_s_own_average_out():
-    found, (check,) = bind(SWEEP, [failed(0.0, 0.0, 0.0, u=0.009, common=False)])
+    compensation, (check,) = bind(SWEEP, [failed(0.0, 0.0, 0.0, u=0.009, common=False)])
     assert check.consequence is Consequence.BUDGET
-    assert compensated_mean(found.points).u == pytest.approx(hypot(OWN, 0.009 / sqrt(3)))
+    assert compensated_mean(compensation.points).u == pytest.approx(hypot(OWN, 0.009 / sqrt(3)))
 
 
 def test_what_the_budget_has_is_not_counted_twice():
-    found, (check,) = bind(SWEEP, [failed(0.01, 0.01, 0.01, covered_by=("scatter",))])
+    compensation, (check,) = bind(SWEEP, [failed(0.01, 0.01, 0.01, covered_by=("scatter",))])
     assert check.consequence is Consequence.BUDGET
-    assert found.points[0].torque.u == pytest.approx(0.01)
+    assert compensation.points[0].torque.u == pytest.approx(0.01)
     _, (less,) = bind(SWEEP, [failed(0.005, 0.005, 0.005, covered_by=("scatter",))])
     assert (less.ok, less.consequence) == (True, Consequence.NOTE)
 
 
 def test_biases_of_both_signs_cancel_in_the_mean_alone():
-    found, (check,) = bind(SWEEP, [failed(-0.02, 0.0, 0.02)])
+    compensation, (check,) = bind(SWEEP, [failed(-0.02, 0.0, 0.02)])
     assert check.consequence is Consequence.BUDGET, "it matters at 35 Hz"
-    assert compensated_mean(found.points).u == pytest.approx(OWN)
+    assert compensated_mean(compensation.points).u == pytest.approx(OWN)
 
 
 def test_a_small_bias_is_a_note_and_cannot_fail():
-    found, (check,) = bind(SWEEP, [failed(0.001, 0.001, 0.001)])
+    compensation, (check,) = bind(SWEEP, [failed(0.001, 0.001, 0.001)])
     assert (check.ok, check.consequence) == (True, Consequence.NOTE)
-    assert found.points == SWEEP.points
+    assert compensation.points == SWEEP.points
     assert effect_words(check).endswith("a note: no result moves by as much as matters")
 
 
@@ -85,9 +85,9 @@ def test_a_check_that_tells_of_no_result_is_a_note():
     ],
 )
 def test_more_than_a_twentieth_or_an_unknown_effect_is_inconclusive(check):
-    found, (judged,) = bind(SWEEP, [check])
+    compensation, (judged,) = bind(SWEEP, [check])
     assert (judged.ok, judged.consequence) == (False, Consequence.INCONCLUSIVE)
-    assert found.points == SWEEP.points
+    assert compensation.points == SWEEP.points
     assert effect_words(judged).endswith("no verdict")
 
 
@@ -106,6 +106,6 @@ def test_a_second_check_sees_what_the_first_put_into_the_budget():
         biases=failed(0.01, 0.01, 0.01).biases,
         covered_by=("play",),
     )
-    found, checks = bind(SWEEP, [failed(0.01, 0.01, 0.01), second])
-    assert [each.consequence for each in checks] == [Consequence.BUDGET, Consequence.NOTE]
-    assert len(found.points[0].components) == 2
+    compensation, checks = bind(SWEEP, [failed(0.01, 0.01, 0.01), second])
+    assert [judged.consequence for judged in checks] == [Consequence.BUDGET, Consequence.NOTE]
+    assert len(compensation.points[0].components) == 2

@@ -15,7 +15,7 @@ from rigrunner.registry import load_registry
 from rigrunner.signal.coverage import expanded
 from rigrunner_bearings.api.torque import TorqueDetails
 from rigrunner_bearings.devices.swing_tester_sim.parameters import RigParameters
-from rigrunner_bearings.study.tools import asked
+from rigrunner_bearings.study.tools import analysis_ref
 from rigrunner_bearings.torque.settings import SwingTorque
 from unit.analysis.helpers_analysis import MEASURAND
 
@@ -39,23 +39,23 @@ def part(name, place, celsius):
     begun = START + timedelta(hours=PLACES[name])
     return tuple(
         replace(
-            each,
-            name=f"{name} {each.name}",
+            recording,
+            name=f"{name} {recording.name}",
             started_utc=begun.isoformat(),
-            conditions={**each.conditions, "tester.temperature": 273.15 + celsius},
+            conditions={**recording.conditions, "tester.temperature": 273.15 + celsius},
         )
-        for each in run.recordings
+        for recording in run.recordings
     )
 
 
 def run_of(friction, celsius=(20.0, 20.0, 20.0), parts=tuple(PLACES)):
     """Return a run whose support's friction is at those places between begin and end."""
-    made = zip(PLACES, friction, celsius, strict=True)
-    recordings = [one for each in made if each[0] in parts for one in part(*each)]
-    return replace(run_data(RIG, 1000.0, FREQUENCIES[:1], seed=3), recordings=tuple(recordings))
+    arguments = zip(PLACES, friction, celsius, strict=True)
+    recordings = sum((part(*place) for place in arguments if place[0] in parts), ())
+    return replace(run_data(RIG, 1000.0, FREQUENCIES[:1], seed=3), recordings=recordings)
 
 
-def found(run, **no_load):
+def compensate(run, **no_load):
     spec = SwingTorque.model_validate(
         {
             "no_load": {"from": "this run", **no_load},
@@ -65,7 +65,7 @@ def found(run, **no_load):
         }
     )
     result = analyse(
-        run, (asked(spec),), acceptance=None, measurand=MEASURAND, lookup=load_registry()
+        run, (analysis_ref(spec),), acceptance=None, measurand=MEASURAND, lookup=load_registry()
     )
     return TorqueDetails.of(result).compensations["template_inverse"]
 
@@ -74,7 +74,7 @@ def between(before, loaded, after):
     return replace(loaded, partners={"no_load": before, "no_load_after": after})
 
 
-def found_of_three(friction, **no_load):
+def result_of_three(friction, **no_load):
     """Return what is found of three runs of their own, at those places between begin and end."""
     before, loaded, after = (
         replace(run_of(friction, parts=(name,)), run_id=name, zeros={}) for name in PLACES
@@ -88,7 +88,7 @@ def found_of_three(friction, **no_load):
         }
     )
     known = {"acceptance": None, "measurand": MEASURAND, "lookup": load_registry()}
-    return analyse(between(before, loaded, after), (asked(spec),), **known)
+    return analyse(between(before, loaded, after), (analysis_ref(spec),), **known)
 
 
 def errors_nm(compensation):
@@ -101,7 +101,7 @@ def errors_nm(compensation):
 
 
 def line(point):
-    return next((each for each in point.components if each.name.startswith(NAMED)), None)
+    return next((part for part in point.components if part.name.startswith(NAMED)), None)
 
 
 STEADY = (0.0, 0.5, 1.0)
@@ -109,12 +109,12 @@ STEADY = (0.0, 0.5, 1.0)
 
 @pytest.fixture(scope="module")
 def drifting():
-    return found(run_of(STEADY))
+    return compensate(run_of(STEADY))
 
 
 def test_a_drift_over_time_is_taken_out(drifting):
     """3 % of 0.76 N·m, of which some 0.8 are in the torque, against the points before alone."""
-    alone = found(run_of(STEADY, parts=("before", "loaded")))
+    alone = compensate(run_of(STEADY, parts=("before", "loaded")))
     assert errors_nm(alone).mean() < -0.014
     assert abs(errors_nm(drifting).mean()) < 0.003
 
@@ -132,7 +132,7 @@ def test_half_the_difference_is_a_line_of_the_budget(drifting):
 @pytest.mark.thorough
 def test_the_interval_holds_a_drift_that_was_not_straight():
     """Nearly all of it before the loaded points."""
-    sudden = found(run_of((0.0, 0.9, 1.0)))
+    sudden = compensate(run_of((0.0, 0.9, 1.0)))
     error = errors_nm(sudden)
     assert error.mean() < -0.010
     assert all(abs(e) < expanded(p.torque) for e, p in zip(error, sudden.points, strict=True))
@@ -140,20 +140,22 @@ def test_the_interval_holds_a_drift_that_was_not_straight():
 
 @pytest.mark.thorough
 def test_a_temperature_tells_a_drift_that_was_not_straight():
-    warm = found(run_of((0.0, 0.9, 1.0), celsius=(20.0, 29.0, 30.0)), drift="tester.temperature")
+    warm = compensate(
+        run_of((0.0, 0.9, 1.0), celsius=(20.0, 29.0, 30.0)), drift="tester.temperature"
+    )
     assert line(warm.points[0]).name == f"{NAMED} (tester.temperature)"
     assert abs(errors_nm(warm).mean()) < 0.003
 
 
 @pytest.mark.thorough
 def test_a_temperature_that_does_not_change_tells_nothing():
-    steady = found(run_of(STEADY), drift="tester.temperature")
+    steady = compensate(run_of(STEADY), drift="tester.temperature")
     assert "by time, as tester.temperature does not tell" in line(steady.points[0]).name
     assert abs(errors_nm(steady).mean()) < 0.003
 
 
 def test_points_on_one_side_alone_have_no_such_line():
-    alone = found(run_of(STEADY, parts=("before", "loaded")))
+    alone = compensate(run_of(STEADY, parts=("before", "loaded")))
     assert all(line(point) is None for point in alone.points)
 
 
@@ -166,11 +168,11 @@ def test_a_drift_over_a_channel_needs_points_of_the_run_itself():
 
 @pytest.mark.thorough
 def test_runs_before_and_after_are_as_good_as_points_of_the_run_itself(drifting):
-    result = found_of_three(STEADY)
+    result = result_of_three(STEADY)
     apart = TorqueDetails.of(result).compensations["template_inverse"]
     np.testing.assert_allclose(errors_nm(apart), errors_nm(drifting), atol=1e-6)
-    both = ([line(point).u for point in each.points] for each in (apart, drifting))
-    np.testing.assert_allclose(*both, rtol=1e-3)
+    drift_u = ([line(p).u for p in outcome.points] for outcome in (apart, drifting))
+    np.testing.assert_allclose(*drift_u, rtol=1e-3)
     assert result.run.partners["no_load_after"].run_id == "after"
 
 
@@ -182,7 +184,7 @@ def test_two_runs_that_are_not_around_the_loaded_one_are_refused():
     )
     known = {"acceptance": None, "measurand": MEASURAND, "lookup": load_registry()}
     with pytest.raises(DataError, match="before and loaded are not before and after after"):
-        analyse(between(before, after, loaded), (asked(spec),), **known)
+        analyse(between(before, after, loaded), (analysis_ref(spec),), **known)
 
 
 def test_this_run_has_no_run_after_it():

@@ -35,8 +35,8 @@ def entered(rec, frequency_hz):
 
 
 def test_a_good_recording_passes_them_all():
-    found = checks(recording(PEAKS, 7.0))
-    assert list(found) == [
+    by_name = checks(recording(PEAKS, 7.0))
+    assert list(by_name) == [
         "angle channel",
         "entered frequency",
         "stroke",
@@ -49,7 +49,7 @@ def test_a_good_recording_passes_them_all():
         "samples per cycle",
         "zero",
     ]
-    assert all(check.ok and check.text and not check.advice for check in found.values())
+    assert all(check.ok and check.text and not check.advice for check in by_name.values())
 
 
 def test_names_carry_the_prefix():
@@ -74,8 +74,8 @@ def test_stroke_within_two_percent(scale, ok):
     rec = recording(PEAKS)
     turns = np.arange(-0.4, 12.4, 10 / 2000)
     swing = swing_angle(2 * np.pi * turns, RATIO * scale)
-    other = replace(rec, channels=dict(rec.channels) | {"tester.angle": swing})
-    assert checks(other)["stroke"].ok is ok
+    other_stroke = replace(rec, channels=dict(rec.channels) | {"tester.angle": swing})
+    assert checks(other_stroke)["stroke"].ok is ok
 
 
 def test_equal_samples_at_the_extreme_are_clipping():
@@ -152,9 +152,9 @@ def test_speed_that_scatters_from_turn_to_turn(jitter, ok):
     point = swing_point(PEAKS, 10.0)
     scatter = jitter * 10.0 * np.sqrt(12 / 11)
     point = replace(point, frequency_hz=Estimate(10.0, scatter / np.sqrt(12), 11.0, "Hz"))
-    found = {check.name: check for check in run_checks(run_of(recording(PEAKS)), (point,))}
-    assert found["steady speed"].ok is ok
-    assert found["steady speed"].value == pytest.approx(100 * jitter * np.sqrt(12 / 11))
+    by_name = {check.name: check for check in run_checks(run_of(recording(PEAKS)), (point,))}
+    assert by_name["steady speed"].ok is ok
+    assert by_name["steady speed"].value == pytest.approx(100 * jitter * np.sqrt(12 / 11))
 
 
 @pytest.mark.parametrize(("frequency_hz", "ok"), [(7.0, True), (7.2, False)])
@@ -166,7 +166,7 @@ def test_samples_per_cycle(frequency_hz, ok):
 
 
 def test_a_run_without_load_has_no_friction_coefficient():
-    check = friction_check([(10.0, 0.7)], 0.0, 0.0104)
+    check = friction_check([(10.0, 0.7)], [0.0], 0.0104)
     assert check.ok
     assert check.text == "not checked: the run has no load"
 
@@ -174,8 +174,8 @@ def test_a_run_without_load_has_no_friction_coefficient():
 @pytest.mark.parametrize(("spikes", "ok"), [(12, True), (13, False)])
 def test_more_than_one_spike_per_cycle(spikes, ok):
     point = replace(swing_point(PEAKS, 10.0), spikes=spikes)
-    found = {check.name: check for check in run_checks(run_of(recording(PEAKS)), (point,))}
-    assert found["spikes"].ok is ok
+    by_name = {check.name: check for check in run_checks(run_of(recording(PEAKS)), (point,))}
+    assert by_name["spikes"].ok is ok
 
 
 @pytest.mark.parametrize(("cycles", "ok"), [(9, False), (10, True)])
@@ -200,7 +200,13 @@ def test_zero_drift_between_the_runs(zero_nm, ok):
 )
 def test_friction_coefficient(torque_nm, ok):
     """F r = 1000 N * 10.4 mm = 10.4 N·m: 0.01 and 0.3 of it are 0.104 and 3.12 N·m."""
-    assert friction_check([(10.0, torque_nm)], 1000.0, 0.0104).ok is ok
+    assert friction_check([(10.0, torque_nm)], [1000.0], 0.0104).ok is ok
+
+
+def test_friction_coefficients_under_several_loads():
+    """Half of the torque under half of the load is the same coefficient."""
+    check = friction_check([(10.0, 0.26), (10.0, 2.6)], [100.0, 1000.0], 0.0104)
+    assert (check.ok, check.value) == (True, pytest.approx(0.25))
 
 
 @pytest.mark.parametrize(("torque_nm", "ok"), [(0.1, True), (0.0, False), (-0.1, False)])

@@ -29,11 +29,11 @@ def difference(sweep):
         TORQUE_NM + _sine_nm(loaded) - _sine_nm(no_load)
         for loaded, no_load in zip(swings.loaded, swings.no_load, strict=True)
     ]
-    return Compensation("sine", tuple(_made(value) for value in values))
+    return Compensation("sine", tuple(_point_of(value) for value in values))
 
 
 def peaks(sweep):
-    return Compensation("peak", tuple(_made(p.peak_nm.mean()) for p in sweep.loaded))
+    return Compensation("peak", tuple(_point_of(p.peak_nm.mean()) for p in sweep.loaded))
 
 
 def _sine_nm(point):
@@ -42,11 +42,11 @@ def _sine_nm(point):
     return -2 * np.fft.rfft(mean)[1].imag / len(mean)
 
 
-def _made(value):
+def _point_of(value):
     return CompensatedPoint(HERTZ, HERTZ, value, 0.0, Estimate(value, BASE.u, BASE.dof), (BASE,))
 
 
-def sweep(u_s):
+def sweep_of(u_s):
     """Return a sweep of cos(phi), amplitude 3 loaded and 1 without load, so badly aligned."""
     loaded = replace(swing_point(np.full(6, 3.0), HERTZ), alignment_u_s=u_s)
     no_load = replace(swing_point(np.full(6, 1.0), HERTZ, load_n=0.0), alignment_u_s=u_s)
@@ -63,24 +63,24 @@ TOLERATED_S = SHARE * TORQUE_NM / effect_nm(1.0)
 
 def test_within_the_tolerance_it_is_a_line_of_the_budget():
     u_s = 0.5 * TOLERATED_S
-    found = compensated(difference, sweep(u_s))
-    (line,) = (c for c in found.points[0].components if c.name == ALIGNMENT)
+    compensation = compensated(difference, sweep_of(u_s))
+    (line,) = (c for c in compensation.points[0].components if c.name == ALIGNMENT)
     assert line.u == pytest.approx(effect_nm(u_s), rel=1e-3)
     assert not line.common
-    assert found.checks[-1].ok
-    assert found.checks[-1].value == pytest.approx(0.5, rel=1e-3)
-    assert CLOCK_NOTE in found.notes
-    assert found.not_applicable == ""
+    assert compensation.checks[-1].ok
+    assert compensation.checks[-1].value == pytest.approx(0.5, rel=1e-3)
+    assert CLOCK_NOTE in compensation.notes
+    assert compensation.not_applicable == ""
 
 
 def test_beyond_it_is_refused_with_what_is_and_what_may_be():
     u_s = 2 * TOLERATED_S
-    found = compensated(difference, sweep(u_s))
-    assert found.points == ()
-    assert f"aligned to {1e3 * u_s:.2g} ms" in found.not_applicable
-    assert f"at 10 Hz {1e3 * TOLERATED_S:.2g} ms is allowed" in found.not_applicable
-    assert "record torque and angle with one instrument" in found.not_applicable
-    (check,) = found.checks
+    compensation = compensated(difference, sweep_of(u_s))
+    assert compensation.points == ()
+    assert f"aligned to {1e3 * u_s:.2g} ms" in compensation.not_applicable
+    assert f"at 10 Hz {1e3 * TOLERATED_S:.2g} ms is allowed" in compensation.not_applicable
+    assert "record torque and angle with one instrument" in compensation.not_applicable
+    (check,) = compensation.checks
     assert (check.name, check.ok, check.decisive) == (CLOCKS.name, False, True)
     assert check.text == f"10 Hz: {1e3 * u_s:.2g} ms, allowed {1e3 * TOLERATED_S:.2g} ms"
     assert check.value == pytest.approx(2.0, rel=1e-2)
@@ -95,24 +95,24 @@ def test_a_single_value_has_no_doubt_about_its_clocks():
         peak_nm=np.ones(1),
         peak_kept=np.ones(1, dtype=bool),
     )
-    (found,) = alignments((_made(TORQUE_NM),), (value,), np.zeros(1))
-    assert (found.u_s, found.effect) == (0.0, 0.0)
+    (alignment,) = alignments((_point_of(TORQUE_NM),), (value,), np.zeros(1))
+    assert (alignment.u_s, alignment.effect) == (0.0, 0.0)
 
 
 def test_a_doubt_of_a_whole_cycle_does_not_pass_for_none():
-    found = compensated(difference, sweep(1 / HERTZ))
-    assert found.not_applicable
+    compensation = compensated(difference, sweep_of(1 / HERTZ))
+    assert compensation.not_applicable
 
 
 def test_methods_that_no_shift_moves_are_left_alone():
-    found = compensated(peaks, sweep(1.0))
-    assert found.points
-    assert found.checks == ()
+    compensation = compensated(peaks, sweep_of(1.0))
+    assert compensation.points
+    assert compensation.checks == ()
 
 
 def test_one_clock_leaves_no_doubt():
-    found = compensated(difference, sweep(0.0))
-    assert found.checks == found.notes == ()
+    compensation = compensated(difference, sweep_of(0.0))
+    assert compensation.checks == compensation.notes == ()
 
 
 def test_the_uncertainty_is_that_of_both_channels():
@@ -128,6 +128,6 @@ def test_a_method_that_fails_on_two_clocks_says_that_there_are_two():
         raise DataError("no reversal", hint="look at the signal")
 
     with pytest.raises(DataError, match="no reversal; torque and angle were sampled by two clocks"):
-        compensated(failing, sweep(4.1e-3))
+        compensated(failing, sweep_of(4.1e-3))
     with pytest.raises(DataError, match=r"^no reversal \(look at the signal\)$"):
-        compensated(failing, sweep(0.0))
+        compensated(failing, sweep_of(0.0))

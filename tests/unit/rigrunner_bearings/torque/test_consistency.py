@@ -25,24 +25,24 @@ def points(torques, own=0.003):
 
 
 def test_a_trend_that_friction_may_have_is_no_contradiction():
-    found = agreement(points(0.9 - 0.05 * np.sqrt(HERTZ) + 0.002 * HERTZ))
-    assert found.ok
-    assert found.value == pytest.approx(0.0, abs=1e-9)
+    check = agreement(points(0.9 - 0.05 * np.sqrt(HERTZ) + 0.002 * HERTZ))
+    assert check.ok
+    assert check.value == pytest.approx(0.0, abs=1e-9)
 
 
 def test_scatter_beyond_the_own_uncertainties_widens_them_by_the_birge_ratio():
     off = np.zeros(10)
     off[6] = 0.05
-    found = agreement(points(0.8 + off))
+    check = agreement(points(0.8 + off))
     sigma = np.hypot(0.003, TREND * 0.805)
     basis = np.stack([np.ones(10), HERTZ, np.sqrt(HERTZ)], axis=1)
     projected = np.eye(10) - basis @ np.linalg.solve(basis.T @ basis, basis.T)
     ratio = 0.05 / sigma * np.sqrt(projected[6, 6] / 7)
-    assert found.value == pytest.approx(ratio)
-    assert not found.ok
-    assert found.common
-    assert "20 Hz is off their trend by +0.0" in found.text
-    widened = np.hypot(sigma, [each.u for each in found.biases])
+    assert check.value == pytest.approx(ratio)
+    assert not check.ok
+    assert check.common
+    assert "20 Hz is off their trend by +0.0" in check.text
+    widened = np.hypot(sigma, [bias.u for bias in check.biases])
     np.testing.assert_allclose(widened, ratio * sigma)
 
 
@@ -56,6 +56,6 @@ def test_false_alarms_are_as_rare_as_said():
 
 
 def test_few_frequencies_show_no_trend():
-    found = agreement(points([0.8] * 10)[:4])
-    assert found.ok
-    assert found.text == "not checked: fewer than 5 frequencies"
+    check = agreement(points([0.8] * 10)[:4])
+    assert check.ok
+    assert check.text == "not checked: fewer than 5 frequencies"

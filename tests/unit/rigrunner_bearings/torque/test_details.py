@@ -17,6 +17,7 @@ from unit.analysis.helpers_analysis import (
     no_load_spec,
     recording,
     run_of,
+    spec,
     swing_point,
 )
 
@@ -37,17 +38,33 @@ def test_what_is_beyond_a_calibrated_range_is_said_of_the_run_in_which_it_was():
     )
     run, no_load = run_of(run_id="loaded"), run_of(run_id="unloaded")
     no_load = replace(no_load, instruments={"tester.torque": narrow})
-    found = TorqueDetails(
+    details = TorqueDetails(
         loaded=(swing_point([2.0, 2.0], 10.0),), no_load=(swing_point([2.0, 2.0], 10.0),)
     )
-    deviations = certified_torque(found, run, no_load).deviations
-    (beyond,) = (each for each in deviations if each.kind == "range")
+    deviations = certified_torque(details, run, no_load).deviations
+    (beyond,) = (deviation for deviation in deviations if deviation.kind == "range")
     assert beyond.run_id == "unloaded"
 
 
+def test_two_loads_at_one_frequency_are_two_recordings_of_the_certificate():
+    """Of two points whose frequency is the same number each has its own recording and load."""
+    loaded = [
+        recording([peak] * 10, load_n=load_n) for peak, load_n in ((1.0, 500.0), (2.0, 1000.0))
+    ]
+    run = run_of(*(replace(each, name=name) for each, name in zip(loaded, "AB", strict=True)))
+    no_load = run_of(recording([0.5] * 10, load_n=0.0))
+    method = spec(compensations=["peak_same_frequency"], primary="peak_same_frequency")
+    (torque,) = analysed(run, no_load, method).details
+    points = torque.certified(run).results.points
+    assert [(p.recording, p.load_n, round(p.raw_nm, 2)) for p in points] == [
+        ("A", 501.5, 1.0),
+        ("B", 1001.5, 2.0),
+    ]
+
+
 def test_plugins_made_by_the_first_version_still_find_the_compensations():
-    kept = TorqueDetails(compensations={"a": None})
+    details = TorqueDetails(compensations={"a": None})
     with pytest.warns(DeprecationWarning, match="import compensations_of from"):
-        assert result(AnalysisDetails(), kept).compensations == {"a": None}
+        assert result(AnalysisDetails(), details).compensations == {"a": None}
     with pytest.warns(DeprecationWarning, match="import compensations_of from"):
         assert result(AnalysisDetails()).compensations == {}

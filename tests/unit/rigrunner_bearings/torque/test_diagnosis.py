@@ -11,7 +11,7 @@ from rigrunner.api.analysis import Component
 from rigrunner.api.data import Estimate
 from rigrunner_bearings.api.compensations import CompensatedPoint, Compensation
 from rigrunner_bearings.signal.kinematics import swing_angle
-from rigrunner_bearings.torque.diagnosis import Diagnosed, diagnose
+from rigrunner_bearings.torque.diagnosis import PreparedRuns, diagnose
 from unit.analysis.helpers_analysis import RATIO, recording, run_of, swing_point
 
 PEAKS = np.linspace(0.9, 1.1, 12)
@@ -33,13 +33,13 @@ def compensation(name, input_u, sensitivity):
     return Compensation("torque", (point,))
 
 
-def found(name, point, primary, *runs, moved_nm=()):
+def biases_of(name, point, primary, *runs, moved_nm=()):
     """Return the biases of a check that is to have found something."""
     run, no_load_run = (*runs, None, None)[:2]
-    diagnosed = Diagnosed(run or run_of(recording(PEAKS)), no_load_run, (point,), (), moved_nm)
+    diagnosed = PreparedRuns(run or run_of(recording(PEAKS)), no_load_run, (point,), (), moved_nm)
     (check,) = (c for c in diagnose(diagnosed, primary, own_no_load=False) if c.name == name)
     assert not check.ok
-    return [each.value for each in check.biases]
+    return [bias.value for bias in check.biases]
 
 
 def point_with(scale=1.0):
@@ -51,7 +51,7 @@ def point_with(scale=1.0):
 def test_another_stroke_moves_it_as_another_scale_of_the_angle_does():
     """0.3 N·m for all of the scale; the swing is 5 % too large, and 8 phases all but show it."""
     primary = compensation("angle scale", 0.005 / sqrt(3), 0.3)
-    assert found("stroke", point_with(1.05), primary) == [pytest.approx(0.015, rel=0.03)]
+    assert biases_of("stroke", point_with(1.05), primary) == [pytest.approx(0.015, rel=0.03)]
 
 
 @pytest.mark.parametrize("line", ["sensor drift", "zero drift"])
@@ -60,7 +60,7 @@ def test_zeros_that_differ_are_a_drift(line):
     run = run_of(recording(PEAKS), zeros={"tester.torque": 0.05})
     no_load = run_of(recording(PEAKS), zeros={"tester.torque": 0.0})
     primary = compensation(line, 0.02 / sqrt(3), 1 / 40)
-    biases = found("zero drift", point_with(), primary, run, no_load)
+    biases = biases_of("zero drift", point_with(), primary, run, no_load)
     assert biases == [pytest.approx(0.05 / 40)]
 
 
@@ -72,15 +72,15 @@ def test_beyond_full_scale_the_error_curve_becomes_steeper(peak_nm, moved_nm):
     """
     run = run_of(recording(np.full(12, peak_nm)))
     primary = compensation("sensor non-linearity", 0.001 / sqrt(3), 4.0)
-    assert found("range", point_with(), primary, run) == [pytest.approx(moved_nm, rel=0.01)]
+    assert biases_of("range", point_with(), primary, run) == [pytest.approx(moved_nm, rel=0.01)]
 
 
 def test_too_few_samples_move_it_as_half_of_them_do():
     primary = compensation("finite band", 0.001, 1.0)
-    biases = found("samples per cycle", point_with(), primary, moved_nm=(0.004,))
+    biases = biases_of("samples per cycle", point_with(), primary, moved_nm=(0.004,))
     assert biases == [0.004]
 
 
 def test_what_no_input_of_the_method_says_is_a_note():
     primary = compensation("scatter between cycles", 0.001, 1.0)
-    assert found("stroke", point_with(1.05), primary) == [0.0]
+    assert biases_of("stroke", point_with(1.05), primary) == [0.0]

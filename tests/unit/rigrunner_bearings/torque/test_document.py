@@ -25,8 +25,8 @@ def content(name, **settings):
 
 @pytest.mark.parametrize("name", ["polynomial", "aicc", "pchip"])
 def test_it_is_json_without_nan(name):
-    found = content(name)
-    assert json.loads(json.dumps(found, allow_nan=False)) == found
+    document = content(name)
+    assert json.loads(json.dumps(document, allow_nan=False)) == document
 
 
 def test_goodness_of_the_papers_quadratic():
@@ -39,17 +39,17 @@ def test_goodness_of_the_papers_quadratic():
 
 def test_each_point_has_the_curve_and_its_bands():
     """u(Tg) of the paper's quadratic at 10 Hz is 0.0710535; t95(5) = 2.570582."""
-    found = content("polynomial")["at_the_points"]
-    assert found["curve"][2] == pytest.approx(1.569065, abs=5e-7)
-    assert found["confidence_95"][2] == pytest.approx(2.570582 * 0.0710535, rel=1e-6)
+    at_points = content("polynomial")["at_the_points"]
+    assert at_points["curve"][2] == pytest.approx(1.569065, abs=5e-7)
+    assert at_points["confidence_95"][2] == pytest.approx(2.570582 * 0.0710535, rel=1e-6)
     one_more = np.hypot(0.0710535, 0.1489182455)
-    assert found["prediction_95"][2] == pytest.approx(2.570582 * one_more, rel=1e-6)
-    assert found["unit"] == "N·m"
+    assert at_points["prediction_95"][2] == pytest.approx(2.570582 * one_more, rel=1e-6)
+    assert at_points["unit"] == "N·m"
 
 
 def test_a_choice_shows_all_that_it_was_made_from():
-    found = content("aicc", candidates=[[0, 1, 2], [0, 1, 4], [0, 1, 2, 3, 4, 5]])
-    chosen_from = found["curve"]["chosen_from"]
+    document = content("aicc", candidates=[[0, 1, 2], [0, 1, 4], [0, 1, 2, 3, 4, 5]])
+    chosen_from = document["curve"]["chosen_from"]
     assert chosen_from["criterion"] == "AICc"
     assert chosen_from["candidates"][1] == {
         "formula": "T = c0 + c1·f + c4·f⁴",
@@ -65,13 +65,17 @@ def test_a_choice_shows_all_that_it_was_made_from():
 
 
 def test_what_an_interpolation_does_not_know_is_null():
-    found = content("pchip")
-    assert found["curve"]["residual_standard_deviation"] is None
-    assert found["curve"]["r_squared"] is None
-    assert found["curve"]["degrees_of_freedom"] == "infinite"
-    assert found["at_the_points"]["prediction_95"] == [None] * 8
+    document = content("pchip")
+    assert document["curve"]["residual_standard_deviation"] is None
+    assert document["curve"]["r_squared"] is None
+    assert document["curve"]["degrees_of_freedom"] == "infinite"
+    assert document["at_the_points"]["prediction_95"] == [None] * 8
 
 
 def test_without_a_curve_there_is_the_reason():
-    found = fit(FittedTorque("polynomial", POINTS, None, problem="too few"))
-    assert (found["curve"], found["at_the_points"], found["problem"]) == (None, None, "too few")
+    document = fit(FittedTorque("polynomial", POINTS, None, problem="too few"))
+    assert (document["curve"], document["at_the_points"], document["problem"]) == (
+        None,
+        None,
+        "too few",
+    )

@@ -15,7 +15,7 @@ def point(value, *components):
     return CompensatedPoint(10.0, 10.0, value + 1, 1.0, Estimate(value, 0.0), components)
 
 
-def own(u, dof=9.0):
+def scatter(u, dof=9.0):
     return Component("scatter", u, dof, "t", common=False)
 
 
@@ -28,7 +28,7 @@ def test_the_value_is_the_mean_over_set_points():
 
 
 def test_scatter_averages_out():
-    mean = compensated_mean([point(0.7, own(0.03)), point(0.7, own(0.04))])
+    mean = compensated_mean([point(0.7, scatter(0.03)), point(0.7, scatter(0.04))])
     assert mean.u == pytest.approx(sqrt(0.03**2 + 0.04**2) / 2)
     # Welch-Satterthwaite with u_i = 0.015 and 0.020: 0.025^4 / (0.015^4/9 + 0.02^4/9)
     assert mean.dof == pytest.approx(9 * 0.025**4 / (0.015**4 + 0.02**4))
@@ -41,8 +41,8 @@ def test_common_errors_do_not_average_out():
 
 
 def test_different_common_errors_are_independent_of_each_other():
-    each = (shared("gain", 0.03), shared("drift", 0.04, 5.0))
-    mean = compensated_mean([point(0.7, *each), point(0.7, *each)])
+    effects = (shared("gain", 0.03), shared("drift", 0.04, 5.0))
+    mean = compensated_mean([point(0.7, *effects), point(0.7, *effects)])
     assert mean.u == pytest.approx(0.05)
     assert mean.dof == pytest.approx(5 * 0.05**4 / 0.04**4)
 

@@ -21,10 +21,12 @@ SETTINGS = {
 }
 
 
-def blocks_of(whole, size, start=0):
-    for first in range(start, whole.samples, size):
-        channels = {name: each[first : first + size] for name, each in whole.channels.items()}
-        yield Block(whole.rate_hz, first, 0.0, channels)
+def blocks_of(full_recording, size, start=0):
+    for first in range(start, full_recording.samples, size):
+        channels = {
+            name: values[first : first + size] for name, values in full_recording.channels.items()
+        }
+        yield Block(full_recording.rate_hz, first, 0.0, channels)
 
 
 def fold_of(settings=SETTINGS):
@@ -34,17 +36,19 @@ def fold_of(settings=SETTINGS):
             registry.make("analysis", "swing_torque", settings, context))  # fmt: skip
 
 
-def begun(fold, whole, run):
-    fold.begin(replace(whole, channels=dict.fromkeys(whole.channels, np.empty(0))), run)
+def begin(fold, full_recording, run):
+    fold.begin(
+        replace(full_recording, channels=dict.fromkeys(full_recording.channels, np.empty(0))), run
+    )
 
 
-def follow(fold, whole, run, size=200):
+def follow(fold, full_recording, run, size=200):
     """Give a fold a whole recording, as it is read; return the curves."""
-    begun(fold, whole, run)
+    begin(fold, full_recording, run)
     curves = []
-    for block in blocks_of(whole, size):
+    for block in blocks_of(full_recording, size):
         channels = {
-            name: run.readings(name, np.asarray(values, float), run.zero(whole.name, name))
+            name: run.readings(name, np.asarray(values, float), run.zero(full_recording.name, name))
             for name, values in block.channels.items()
         }
         curves += fold.take(replace(block, channels=channels))
@@ -58,19 +62,19 @@ def swings():
 
 def test_the_torque_is_that_of_the_stored_analysis_to_the_last_bit(swings):
     fold, analysis = fold_of()
-    for whole in swings.recordings:
-        follow(fold, whole, replace(swings, recordings=()))
+    for full_recording in swings.recordings:
+        follow(fold, full_recording, replace(swings, recordings=()))
         fold.findings()
-    found, stored = fold.findings(), analysis(swings)
-    assert len(found.results) == len(swings.recordings) == 5
-    for live_one, one in zip(found.results, stored.results, strict=True):
-        assert (live_one.place, live_one.readings) == (one.place, one.readings)
-        assert live_one.estimate == one.estimate
-        assert live_one.uncorrected == one.uncorrected
-    (figure,) = found.figures
+    findings, stored = fold.findings(), analysis(swings)
+    assert len(findings.results) == len(swings.recordings) == 5
+    for live_result, result in zip(findings.results, stored.results, strict=True):
+        assert (live_result.place, live_result.readings) == (result.place, result.readings)
+        assert live_result.estimate == result.estimate
+        assert live_result.uncorrected == result.uncorrected
+    (figure,) = findings.figures
     compensated, measured = figure.series
-    assert [each.y for each in compensated.points] == [e.estimate.value for e in stored.results]
-    assert [each.y for each in measured.points] == pytest.approx(
+    assert [point.y for point in compensated.points] == [e.estimate.value for e in stored.results]
+    assert [point.y for point in measured.points] == pytest.approx(
         [e.uncorrected.value for e in stored.results]
     )
 
@@ -78,62 +82,62 @@ def test_the_torque_is_that_of_the_stored_analysis_to_the_last_bit(swings):
 def test_without_the_partner_run_there_are_the_measured_peaks_alone(swings):
     fold, _ = fold_of()
     follow(fold, swings.recordings[1], replace(swings, recordings=(), partners={}))
-    found = fold.findings()
-    assert found.results == ()
-    ((series,),) = ([each.name for each in figure.series] for figure in found.figures)
+    findings = fold.findings()
+    assert findings.results == ()
+    ((series,),) = ([series.name for series in figure.series] for figure in findings.figures)
     assert series == "measured"
 
 
 def test_the_swings_are_drawn_and_corrected_once_the_correction_is_known(swings):
     fold, _ = fold_of()
-    (whole,) = swings.recordings[2:3]
+    (full_recording,) = swings.recordings[2:3]
     run = replace(swings, recordings=())
-    begun(fold, whole, run)
-    first, *rest = blocks_of(whole, whole.samples // 2)
+    begin(fold, full_recording, run)
+    first, *others = blocks_of(full_recording, full_recording.samples // 2)
     before = fold.take(first)
     fold.findings()
-    after = [curve for block in rest for curve in fold.take(block)]
-    assert {tuple(each.series) for each in before} == {("measured",)}
-    assert {tuple(each.series) for each in after} == {("measured", "compensated")}
+    after = [curve for block in others for curve in fold.take(block)]
+    assert {tuple(curve.series) for curve in before} == {("measured",)}
+    assert {tuple(curve.series) for curve in after} == {("measured", "compensated")}
     assert len(before) + len(after) == 12
-    compensated = np.mean([each.series["compensated"] for each in after], axis=0)
+    compensated = np.mean([curve.series["compensated"] for curve in after], axis=0)
     assert np.ptp(compensated) < np.ptp(after[0].series["measured"]) / 2
 
 
 def test_no_more_is_kept_than_the_latest_samples(monkeypatch):
     monkeypatch.setattr(live, "KEPT_SAMPLES", 2000)
-    whole = recording(np.tile(2 + 0.01 * np.arange(60), 5), 10.0)
+    full_recording = recording(np.tile(2 + 0.01 * np.arange(60), 5), 10.0)
     fold, _ = fold_of()
-    follow(fold, whole, run_of(whole))
+    follow(fold, full_recording, run_of(full_recording))
     fold.findings()
-    wanted = max(2000, live.KEPT_CYCLES * whole.rate_hz / 10.0)
-    assert wanted <= fold._now.window().samples <= wanted + 200
-    latest = whole.channels["tester.torque"][-fold._now.window().samples :]
-    assert np.array_equal(fold._now.window().channels["tester.torque"], latest)
+    least = max(2000, live.KEPT_CYCLES * full_recording.rate_hz / 10.0)
+    assert least <= fold._current.window().samples <= least + 200
+    latest = full_recording.channels["tester.torque"][-fold._current.window().samples :]
+    assert np.array_equal(fold._current.window().channels["tester.torque"], latest)
 
 
 def test_after_a_gap_it_begins_anew(swings):
     fold, _ = fold_of()
-    whole = swings.recordings[2]
+    full_recording = swings.recordings[2]
     run = replace(swings, recordings=())
-    begun(fold, whole, run)
-    blocks = list(blocks_of(whole, 200))
+    begin(fold, full_recording, run)
+    blocks = list(blocks_of(full_recording, 200))
     for block in (*blocks[:20], *blocks[30:]):
         fold.take(block)
-    assert fold._now.window().samples == whole.samples - 30 * 200
+    assert fold._current.window().samples == full_recording.samples - 30 * 200
 
 
 @pytest.mark.parametrize("frequency_hz", [0.0, None])
 def test_what_does_not_swing_is_left_out(frequency_hz):
-    whole = recording(2 + 0.01 * np.arange(60), 10.0)
+    full_recording = recording(2 + 0.01 * np.arange(60), 10.0)
     setpoints = {} if frequency_hz is None else {"tester.frequency": frequency_hz}
     fold, _ = fold_of()
-    assert follow(fold, replace(whole, setpoints=setpoints), run_of(whole)) == []
+    assert follow(fold, replace(full_recording, setpoints=setpoints), run_of(full_recording)) == []
     assert fold.findings().results == ()
 
 
 def test_what_is_not_kept_is_drawn_and_enters_no_result(swings):
     fold, _ = fold_of()
-    whole = replace(swings.recordings[2], name="")
-    assert follow(fold, whole, replace(swings, recordings=()))
+    full_recording = replace(swings.recordings[2], name="")
+    assert follow(fold, full_recording, replace(swings, recordings=()))
     assert (fold.findings().results, fold.findings().figures) == ((), ())

@@ -70,8 +70,8 @@ def read(text):
 
 @pytest.mark.parametrize(
     ("check", "case"),
-    [*((read, each) for each in SETTINGS), *((planned, each) for each in CONTRADICTIONS)],
-    ids=lambda each: (each[1] or each[0])[:30] if isinstance(each, tuple) else each.__name__,
+    [*((read, case) for case in SETTINGS), *((planned, case) for case in CONTRADICTIONS)],
+    ids=lambda case: (case[1] or case[0])[:30] if isinstance(case, tuple) else case.__name__,
 )
 def test_spoiled_settings(check, case):
     old, new, finger, field, message, hint = case

@@ -81,7 +81,7 @@ def test_without_load_there_is_nothing_to_check():
 def test_what_was_left_of_the_load_is_missing_in_the_torque():
     """By Coulomb's law: 3 % of the load, 3 % of the torque."""
     loaded, no_load = swing_point([1.0, 1.1], 5.0, load_n=1000.0), swing_point([0.5, 0.5], 5.0)
-    found = CompensatedPoint(5.0, 5.0, 1.0, 0.2, Estimate(0.8, 0.01), ())
-    check = unloaded_check([loaded], [replace(no_load, load_n=30.0)], [found])
+    point = CompensatedPoint(5.0, 5.0, 1.0, 0.2, Estimate(0.8, 0.01), ())
+    check = unloaded_check([loaded], [replace(no_load, load_n=30.0)], [point])
     assert not check.ok
     assert check.biases == (Bias("5 Hz", pytest.approx(-0.024), pytest.approx(0.012)),)

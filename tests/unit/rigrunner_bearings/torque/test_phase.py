@@ -28,19 +28,19 @@ def difference(sweep):
     swings = with_swings(sweep)
     pairs = zip(swings.loaded, swings.no_load, strict=True)
     values = [first_sine_nm(loaded) - first_sine_nm(no_load) for loaded, no_load in pairs]
-    return Compensation("sine", tuple(made(value) for value in values))
+    return Compensation("sine", tuple(point_of(value) for value in values))
 
 
 def peaks(sweep):
     values = [point.peak_nm.mean() for point in sweep.loaded]
-    return Compensation("peak", tuple(made(value) for value in values))
+    return Compensation("peak", tuple(point_of(value) for value in values))
 
 
-def made(value):
+def point_of(value):
     return CompensatedPoint(10.0, 10.0, value, 0.0, Estimate(value, BASE.u, BASE.dof), (BASE,))
 
 
-def sweep(common=0.0, own=0.0):
+def sweep_of(common=0.0, own=0.0):
     """Return a sweep of cos(phi), amplitude 3 loaded and 1 without load."""
     doubt = {"phase_common_u_rad": common, "phase_u_rad": own}
     loaded = replace(swing_point(np.full(6, 3.0), 10.0), **doubt)
@@ -48,49 +48,49 @@ def sweep(common=0.0, own=0.0):
     return Sweep((loaded,), (no_load,), RIG, instrument(), lambda _: None)
 
 
-def component(found, name):
-    return next((c.u for c in found.points[0].components if c.name == name), None)
+def component(compensation, name):
+    return next((c.u for c in compensation.points[0].components if c.name == name), None)
 
 
 def test_an_angle_leaves_the_method_as_it_is():
-    found = compensated(difference, sweep())
-    assert found.points[0].components == (BASE,)
-    assert found.notes == ()
+    compensation = compensated(difference, sweep_of())
+    assert compensation.points[0].components == (BASE,)
+    assert compensation.notes == ()
 
 
 def test_a_common_error_moves_both_runs():
-    found = compensated(difference, sweep(common=0.02))
-    assert component(found, COMMON) == pytest.approx((3 - 1) * np.sin(0.02))
-    assert component(found, OWN) is None
-    assert NOTE in found.notes
+    compensation = compensated(difference, sweep_of(common=0.02))
+    assert component(compensation, COMMON) == pytest.approx((3 - 1) * np.sin(0.02))
+    assert component(compensation, OWN) is None
+    assert NOTE in compensation.notes
 
 
 @pytest.mark.parametrize("sign", [1, -1])
 def test_the_worse_of_early_and_late_counts(sign):
-    def one_sided(each):
-        (point,) = difference(each).points
-        return Compensation("one-sided", (made(max(sign * point.torque.value, 0.0)),))
+    def one_sided(varied_sweep):
+        (point,) = difference(varied_sweep).points
+        return Compensation("one-sided", (point_of(max(sign * point.torque.value, 0.0)),))
 
-    found = compensated(one_sided, sweep(common=0.02))
-    assert component(found, COMMON) == pytest.approx((3 - 1) * np.sin(0.02))
+    compensation = compensated(one_sided, sweep_of(common=0.02))
+    assert component(compensation, COMMON) == pytest.approx((3 - 1) * np.sin(0.02))
 
 
 def test_the_own_errors_of_both_runs_add_as_independent():
-    found = compensated(difference, sweep(own=0.02))
-    assert component(found, OWN) == pytest.approx(np.hypot(3, 1) * np.sin(0.02))
-    assert component(found, COMMON) is None
+    compensation = compensated(difference, sweep_of(own=0.02))
+    assert component(compensation, OWN) == pytest.approx(np.hypot(3, 1) * np.sin(0.02))
+    assert component(compensation, COMMON) is None
 
 
 def test_each_point_of_a_run_is_moved_by_its_own_error():
-    one = sweep(own=0.02)
-    several = replace(one, loaded=3 * one.loaded, no_load=3 * one.no_load)
-    found = compensated(difference, several)
-    own = [c.u for point in found.points for c in point.components if c.name == OWN]
-    assert own == pytest.approx([np.hypot(3, 1) * np.sin(0.02)] * 3)
+    single = sweep_of(own=0.02)
+    several = replace(single, loaded=3 * single.loaded, no_load=3 * single.no_load)
+    compensation = compensated(difference, several)
+    u_own = [c.u for point in compensation.points for c in point.components if c.name == OWN]
+    assert u_own == pytest.approx([np.hypot(3, 1) * np.sin(0.02)] * 3)
 
 
 def test_the_combined_uncertainty_contains_them():
-    point = compensated(difference, sweep(common=0.02, own=0.01)).points[0]
+    point = compensated(difference, sweep_of(common=0.02, own=0.01)).points[0]
     parts = [BASE.u, 2 * np.sin(0.02), np.sqrt(10) * np.sin(0.01)]
     assert point.torque.u == pytest.approx(np.sqrt(np.sum(np.square(parts))))
     assert point.torque.dof > BASE.dof
@@ -98,6 +98,6 @@ def test_the_combined_uncertainty_contains_them():
 
 
 def test_a_peak_method_does_not_care():
-    found = compensated(peaks, sweep(common=0.02, own=0.01))
-    assert found.points[0].components == (BASE,)
-    assert found.notes == ()
+    compensation = compensated(peaks, sweep_of(common=0.02, own=0.01))
+    assert compensation.points[0].components == (BASE,)
+    assert compensation.notes == ()

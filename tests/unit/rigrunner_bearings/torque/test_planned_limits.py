@@ -54,10 +54,10 @@ def test_another_condition_is_refused():
 def test_the_hint_names_keys_of_the_procedure_s_own_analyses_alone():
     """Bearings are installed here, and play no part in a procedure of hardness."""
     limit = Limit.model_validate({"of": "h", "max": "3 V", "source": "x"})
-    found = ResultDefinition(name="h", unit="V", measurand=Hardness("HRC"))
-    message, hint = limit.objection_to(found, ["readings"])
+    hardness = ResultDefinition(name="h", unit="V", measurand=Hardness("HRC"))
+    message, hint = limit.objection_to(hardness, ["readings"])
     assert (message, hint) == ("'h' is the hardness HRC, and the key 'measurand' is missing", "")
-    _, hint = limit.objection_to(found, ["swing_torque"])
+    _, hint = limit.objection_to(hardness, ["swing_torque"])
     assert hint == "state it by the keys nature, condition"
 
 

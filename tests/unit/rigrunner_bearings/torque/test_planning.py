@@ -93,7 +93,7 @@ def test_starts_from_rest_need_no_crank():
     starts = "  - breakaway: {outliers: mad, fits: [inertia]}\n"
     text = PROCEDURE[:start] + starts
     problems = problems_of(lambda: planned(text, station=NO_RIG))
-    assert not any(each.field.startswith("rig") for each in problems)
+    assert not any(problem.field.startswith("rig") for problem in problems)
 
 
 RECORD = "record: {channels: [tester.angle, tester.torque], cycles: 30}"

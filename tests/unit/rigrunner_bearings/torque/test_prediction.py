@@ -50,7 +50,9 @@ def test_an_overload_is_found():
     small = edited(STATION, ("full_scale: 10 N·m", "full_scale: 2.5 N·m"))
 
     assert prediction_of().overloads == ()
-    assert [each.recording for each in prediction_of(station=small).overloads] == ["002_10Hz"]
+    assert [overload.recording for overload in prediction_of(station=small).overloads] == [
+        "002_10Hz"
+    ]
 
 
 def test_the_disk_holds_every_sample_of_every_channel():

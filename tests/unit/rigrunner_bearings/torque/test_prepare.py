@@ -42,8 +42,8 @@ def test_the_zero_reading_is_taken_off():
 
 def test_a_recording_has_the_zero_that_was_in_force_when_it_was_made():
     rec = recording(PEAKS, zero_nm=0.5)
-    own = {rec.name: {"tester.torque": 0.5}, "another": {"tester.torque": 0.7}}
-    point = prepared(rec, zeros={"tester.torque": 0.7}, recording_zeros=own)
+    recording_zeros = {rec.name: {"tester.torque": 0.5}, "another": {"tester.torque": 0.7}}
+    point = prepared(rec, zeros={"tester.torque": 0.7}, recording_zeros=recording_zeros)
     assert point.peak_nm == pytest.approx(PEAKS, rel=1.3e-4)
 
 

@@ -28,12 +28,12 @@ def instrument(**changes):
 
 
 def run(torque, zero=0.0, **changes):
-    given = Recording(
+    data = Recording(
         name="10Hz", rate_hz=1000.0, started_utc="2026-01-01T12:00:00+00:00", setpoints={},
         channels={CHANNEL: torque}, units={CHANNEL: "N·m"},
     )  # fmt: skip
-    made = run_of(given, zeros={CHANNEL: zero}, instruments={CHANNEL: instrument(**changes)})
-    return given, made
+    data_run = run_of(data, zeros={CHANNEL: zero}, instruments={CHANNEL: instrument(**changes)})
+    return data, data_run
 
 
 @pytest.mark.parametrize(
@@ -46,26 +46,26 @@ def run(torque, zero=0.0, **changes):
     ],
 )  # fmt: skip
 def test_what_the_points_deviate_is_taken_off(indicated, applied):
-    given, made = run(np.array([indicated, 0.0]))
-    found = torque_reading(given, CHANNEL, made)
-    assert isinstance(found, np.ndarray)
-    assert found == pytest.approx([applied, 0.0], abs=1e-12)
+    data, data_run = run(np.array([indicated, 0.0]))
+    torque = torque_reading(data, CHANNEL, data_run)
+    assert isinstance(torque, np.ndarray)
+    assert torque == pytest.approx([applied, 0.0], abs=1e-12)
 
 
 def test_it_is_the_reading_less_its_zero_that_is_corrected():
-    given, made = run(np.array([6.56]), zero=0.5)
-    assert torque_reading(given, CHANNEL, made) == pytest.approx([6.0], abs=1e-12)
+    data, data_run = run(np.array([6.56]), zero=0.5)
+    assert torque_reading(data, CHANNEL, data_run) == pytest.approx([6.0], abs=1e-12)
 
 
 def test_points_of_both_directions_are_each_their_own():
-    both = [*POINTS, {"applied": "-6 N·m", "indicated": "-5.97 N·m", "U": "6 mN·m"}]
-    given, made = run(np.array([-5.97, 6.06]), points=both)
-    assert torque_reading(given, CHANNEL, made) == pytest.approx([-6.0, 6.0], abs=1e-12)
+    directions = [*POINTS, {"applied": "-6 N·m", "indicated": "-5.97 N·m", "U": "6 mN·m"}]
+    data, data_run = run(np.array([-5.97, 6.06]), points=directions)
+    assert torque_reading(data, CHANNEL, data_run) == pytest.approx([-6.0, 6.0], abs=1e-12)
 
 
 def test_nothing_is_corrected_unless_the_register_says_so():
-    given, made = run(np.array([6.06, 2.0]), interpolation=None)
-    assert torque_reading(given, CHANNEL, made) == pytest.approx([6.06, 2.0], abs=0)
+    data, data_run = run(np.array([6.06, 2.0]), interpolation=None)
+    assert torque_reading(data, CHANNEL, data_run) == pytest.approx([6.06, 2.0], abs=0)
 
 
 def test_what_is_too_long_for_memory_is_corrected_as_it_is_read():
@@ -78,15 +78,15 @@ def test_what_is_too_long_for_memory_is_corrected_as_it_is_read():
         def __getitem__(self, which):
             return self.values[which]
 
-    given, made = run(Stored.values)
-    expected = torque_reading(given, CHANNEL, made)
-    stored = replace(given, channels={CHANNEL: Stored()})
-    found = torque_reading(stored, CHANNEL, made)
-    assert not isinstance(found, np.ndarray)
-    assert len(found) == 101
-    assert found[10:20] == pytest.approx(expected[10:20], abs=0)
-    assert np.asarray(found) == pytest.approx(expected, abs=0)
-    assert found.limits == pytest.approx((expected.min(), expected.max()), abs=0)
+    data, data_run = run(Stored.values)
+    expected = torque_reading(data, CHANNEL, data_run)
+    stored = replace(data, channels={CHANNEL: Stored()})
+    torque = torque_reading(stored, CHANNEL, data_run)
+    assert not isinstance(torque, np.ndarray)
+    assert len(torque) == 101
+    assert torque[10:20] == pytest.approx(expected[10:20], abs=0)
+    assert np.asarray(torque) == pytest.approx(expected, abs=0)
+    assert torque.limits == pytest.approx((expected.min(), expected.max()), abs=0)
 
 
 def test_the_result_is_of_corrected_peaks():
@@ -94,8 +94,8 @@ def test_the_result_is_of_corrected_peaks():
     peaks = {5.0: 2.01, 10.0: 6.06}
     recordings = (recording(np.full(10, p), f, load_n=0.0) for f, p in peaks.items())
     low_pass = {"type": "butterworth", "order": 2, "corner": "1 kHz"}
-    made = run_of(*recordings, instruments={CHANNEL: instrument(low_pass=low_pass)})
-    points = TorqueDetails.of(analysed(made, None, no_load_spec())).loaded
+    data_run = run_of(*recordings, instruments={CHANNEL: instrument(low_pass=low_pass)})
+    points = TorqueDetails.of(analysed(data_run, None, no_load_spec())).loaded
     assert [p.peak_nm.mean() for p in points] == pytest.approx([2.0, 6.0], rel=1e-3)
 
 
@@ -118,11 +118,7 @@ def on_the_cubic(*indicated, off=()):
         deviation = np.sign(x) * sum(c * abs(x) ** k for k, c in enumerate(CUBIC, 1))
         deviation += off[place] if len(off) else 0.0
         points.append(
-            {
-                "applied": f"{x - deviation:.9f} N·m",
-                "indicated": f"{x:.9f} N·m",
-                "U": "4 mN·m",
-            }
+            {"applied": f"{x - deviation:.9f} N·m", "indicated": f"{x:.9f} N·m", "U": "4 mN·m"}
         )
     return points
 
@@ -131,20 +127,20 @@ def test_a_cubic_is_that_of_the_points():
     """Between the points as well, where straight lines are off by 0.5 mN·m."""
     points = on_the_cubic(2.0, 4.0, 6.0, 8.0, 10.0)
     torque = np.array([-9.0, -1.0, 0.0, 1.0, 3.3, 9.0, 12.0])
-    given, made = run(torque, points=points, interpolation="cubic")
+    data, data_run = run(torque, points=points, interpolation="cubic")
     reach = np.clip(torque, -10, 10)  # beyond: what the last one deviates
     deviation = np.sign(reach) * sum(c * abs(reach) ** k for k, c in enumerate(CUBIC, 1))
-    assert torque_reading(given, CHANNEL, made) == pytest.approx(torque - deviation, abs=1e-6)
+    assert torque_reading(data, CHANNEL, data_run) == pytest.approx(torque - deviation, abs=1e-6)
 
 
 def test_each_direction_has_a_cubic_of_its_own():
     """Those of the negative one are 0.1 N·m/10 N·m steeper; zero belongs to both."""
     points = on_the_cubic(2.0, 4.0, 6.0, 8.0, 10.0)
     points += on_the_cubic(-2.0, -5.0, -7.0, -10.0, off=(-0.02, -0.05, -0.07, -0.1))
-    given, made = run(np.array([-6.0, 0.0, 6.0]), points=points, interpolation="cubic")
+    data, data_run = run(np.array([-6.0, 0.0, 6.0]), points=points, interpolation="cubic")
     curve = sum(c * 6.0**k for k, c in enumerate(CUBIC, 1))
     expected = [-6.0 + curve + 0.06, 0.0, 6.0 - curve]
-    assert torque_reading(given, CHANNEL, made) == pytest.approx(expected, abs=1e-6)
+    assert torque_reading(data, CHANNEL, data_run) == pytest.approx(expected, abs=1e-6)
 
 
 def test_the_limit_of_error_of_a_cubic_is_of_what_it_misses():
@@ -152,10 +148,10 @@ def test_the_limit_of_error_of_a_cubic_is_of_what_it_misses():
     takes up anything of them. Its greatest residual is one of their own."""
     indicated = np.array([2.0, 4.0, 6.0, 8.0, 10.0])
     powers = np.stack([indicated**k for k in (1, 2, 3)], axis=1)
-    left = np.linalg.svd(powers)[0][:, 3] * 0.01  # at right angles to all three
-    points = on_the_cubic(*indicated, off=left)
-    found = instrument(points=points, interpolation="cubic").half_width("overall")
-    assert found == pytest.approx(0.004 + np.abs(left).max(), rel=1e-4)
+    residual = np.linalg.svd(powers)[0][:, 3] * 0.01  # at right angles to all three
+    points = on_the_cubic(*indicated, off=residual)
+    half_width = instrument(points=points, interpolation="cubic").half_width("overall")
+    assert half_width == pytest.approx(0.004 + np.abs(residual).max(), rel=1e-4)
 
 
 @pytest.mark.parametrize(

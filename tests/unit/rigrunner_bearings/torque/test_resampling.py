@@ -14,54 +14,54 @@ from unit.analysis.helpers_analysis import RIG, instrument, swing_point
 PEAKS = np.array([2.0, 2.2, 1.8, 2.4, 1.6])
 
 
-def sweep(**accuracy):
+def sweep_of(**accuracy):
     loaded, no_load = swing_point(PEAKS, 10.0), swing_point(PEAKS / 2, 10.0)
     return Sweep((loaded,), (no_load,), RIG, instrument(**accuracy), None)
 
 
-def peaks(made):
-    return np.array([made.loaded[0].peak_nm, made.no_load[0].peak_nm])
+def peaks(sweep):
+    return np.array([sweep.loaded[0].peak_nm, sweep.no_load[0].peak_nm])
 
 
-def drawn(made, count=2000, *, zeroed=True):
+def drawn(sweep, count=2000, *, zeroed=True):
     rng = np.random.default_rng(5)
-    return [another_sensor(made, rng, zeroed=zeroed) for _ in range(count)]
+    return [another_sensor(sweep, rng, zeroed=zeroed) for _ in range(count)]
 
 
 def test_gain_is_the_same_in_both_runs_and_fills_its_rectangle():
-    made = sweep(gain="1 %")
-    ratios = np.array([peaks(each) / peaks(made) for each in drawn(made)])
+    sweep = sweep_of(gain="1 %")
+    ratios = np.array([peaks(draw) / peaks(sweep) for draw in drawn(sweep)])
     assert np.ptp(ratios, axis=(1, 2)) == pytest.approx(0.0, abs=1e-12)
     assert ratios[:, 0, 0].std() == pytest.approx(0.01 / np.sqrt(3), rel=0.05)
     assert abs(ratios - 1).max() <= 0.01
 
 
 def test_offset_is_the_same_in_both_runs_and_gone_with_a_zero_step():
-    made = sweep(offset="0.3 N·m")
-    shifts = np.array([peaks(each) - peaks(made) for each in drawn(made, zeroed=False)])
+    sweep = sweep_of(offset="0.3 N·m")
+    shifts = np.array([peaks(draw) - peaks(sweep) for draw in drawn(sweep, zeroed=False)])
     assert np.ptp(shifts, axis=(1, 2)) == pytest.approx(0.0, abs=1e-12)
     assert shifts[:, 0, 0].std() == pytest.approx(0.3 / np.sqrt(3), rel=0.05)
-    assert peaks(drawn(made, 1)[0]) == pytest.approx(peaks(made))
+    assert peaks(drawn(sweep, 1)[0]) == pytest.approx(peaks(sweep))
 
 
 def test_each_run_drifts_on_its_own():
-    made = sweep(drift="0.02 N·m")
-    shifts = np.array([peaks(each) - peaks(made) for each in drawn(made)]).mean(axis=2)
+    sweep = sweep_of(drift="0.02 N·m")
+    shifts = np.array([peaks(draw) - peaks(sweep) for draw in drawn(sweep)]).mean(axis=2)
     assert shifts.std(axis=0) == pytest.approx([0.02 / np.sqrt(3)] * 2, rel=0.05)
     assert abs(np.corrcoef(shifts.T)[0, 1]) < 0.1
 
 
 def test_drift_goes_on_from_cycle_to_cycle_and_within_each():
-    made = sweep(drift="0.02 N·m")
-    (changed,) = drawn(made, 1)
-    course = (changed.loaded[0].torque_nm - made.loaded[0].torque_nm).ravel()
+    sweep = sweep_of(drift="0.02 N·m")
+    (changed,) = drawn(sweep, 1)
+    course = (changed.loaded[0].torque_nm - sweep.loaded[0].torque_nm).ravel()
     assert np.diff(course) == pytest.approx(np.diff(course)[0])
     assert abs(course[-1] - course[0]) > 0
 
 
 def test_nonlinearity_is_a_parabola_of_that_greatest_value():
-    made = sweep(nonlinearity="0.5 %", full_scale="4 N·m")
-    errors = np.array([peaks(each)[0] - PEAKS for each in drawn(made)])
+    sweep = sweep_of(nonlinearity="0.5 %", full_scale="4 N·m")
+    errors = np.array([peaks(draw)[0] - PEAKS for draw in drawn(sweep)])
     assert abs(errors[:, 0]).max() == pytest.approx(0.005 * 4, rel=0.01)  # 2 N·m: half of it
     share = PEAKS / 4
     parabola = 4 * share * (1 - share)
@@ -70,8 +70,8 @@ def test_nonlinearity_is_a_parabola_of_that_greatest_value():
 
 def test_the_mean_of_other_cycles_scatters_as_type_a_says():
     rng = np.random.default_rng(5)
-    made = sweep()
-    means = [other_cycles(made, rng).loaded[0].peak_nm.mean() for _ in range(4000)]
+    sweep = sweep_of()
+    means = [other_cycles(sweep, rng).loaded[0].peak_nm.mean() for _ in range(4000)]
     assert np.std(means) == pytest.approx(PEAKS.std(ddof=1) / np.sqrt(5), rel=0.05)
     assert np.mean(means) == pytest.approx(PEAKS.mean(), abs=0.01)
 
@@ -79,9 +79,9 @@ def test_the_mean_of_other_cycles_scatters_as_type_a_says():
 def test_rejected_cycles_are_never_drawn_and_a_single_value_stays():
     rng = np.random.default_rng(5)
     kept = np.array([True, True, True, True, False])
-    made = sweep()
-    point = replace(made.loaded[0], peak_nm=np.array([1.0, 1, 1, 1, 9]), peak_kept=kept)
-    again = other_cycles(replace(made, loaded=(point,)), rng).loaded[0]
-    assert again.peak_nm.tolist() == [1.0] * 4
+    sweep = sweep_of()
+    point = replace(sweep.loaded[0], peak_nm=np.array([1.0, 1, 1, 1, 9]), peak_kept=kept)
+    redrawn = other_cycles(replace(sweep, loaded=(point,)), rng).loaded[0]
+    assert redrawn.peak_nm.tolist() == [1.0] * 4
     single = replace(point, peak_nm=np.array([2.0]), peak_kept=np.ones(1, bool))
-    assert other_cycles(replace(made, loaded=(single,)), rng).loaded[0].peak_nm == [2.0]
+    assert other_cycles(replace(sweep, loaded=(single,)), rng).loaded[0].peak_nm == [2.0]

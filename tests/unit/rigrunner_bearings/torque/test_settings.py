@@ -20,13 +20,13 @@ TWO = {
 }
 
 
-def told(text):
-    (asked,) = parse_procedure(text, "p.yaml").model.analysis
-    return SwingTorque.model_validate(asked.settings)
+def settings_of(text):
+    (analysis,) = parse_procedure(text, "p.yaml").model.analysis
+    return SwingTorque.model_validate(analysis.settings)
 
 
 def test_they_are_what_the_procedure_says():
-    spec = told(PROCEDURE)
+    spec = settings_of(PROCEDURE)
     assert (spec.no_load.from_, spec.no_load.procedure) == ("latest", "TEST-0")
     assert spec.no_load.max_age == 30 * 24 * 3600
     assert spec.no_load.same == ("station", "mandrel")
@@ -36,12 +36,12 @@ def test_they_are_what_the_procedure_says():
         ("polynomial", {"degree": 2}),
         ("inertia", {}),
     ]
-    assert [each.name for each in spec.compensations] == ["template", "energy"]
+    assert [compensation.name for compensation in spec.compensations] == ["template", "energy"]
 
 
 def test_a_plugin_with_an_empty_value_has_no_settings():
     text = edited(PROCEDURE, ("        - inertia\n", "        - inertia:\n"))
-    assert told(text).fits[1].settings == {}
+    assert settings_of(text).fits[1].settings == {}
 
 
 def test_a_plugin_may_stand_twice_under_names_of_its_own():
@@ -50,8 +50,8 @@ def test_a_plugin_may_stand_twice_under_names_of_its_own():
         ("        - energy\n", "        - energy\n        - {energy: {a: 1}, as: other}\n"),
         ("primary: template", "primary: other"),
     )
-    spec = told(text)
-    assert [(each.name, each.label) for each in spec.compensations] == [
+    spec = settings_of(text)
+    assert [(compensation.name, compensation.label) for compensation in spec.compensations] == [
         ("template", "template"),
         ("energy", "energy"),
         ("energy", "other"),
@@ -62,13 +62,13 @@ def test_a_plugin_may_stand_twice_under_names_of_its_own():
 
 def test_the_only_compensation_is_the_primary_one():
     text = edited(PROCEDURE, ("        - energy\n", ""), ("      primary: template\n", ""))
-    assert told(text).primary == "template"
+    assert settings_of(text).primary == "template"
 
 
 def test_the_threshold_for_spikes_is_that_of_the_filter_unless_told():
-    assert told(PROCEDURE).despike.threshold == spikes.DEFAULT_THRESHOLD
+    assert settings_of(PROCEDURE).despike.threshold == spikes.DEFAULT_THRESHOLD
     text = edited(PROCEDURE, ("window: 11", "window: 11, threshold: 4"))
-    assert told(text).despike.threshold == 4.0
+    assert settings_of(text).despike.threshold == 4.0
 
 
 def test_of_starts_from_rest_no_method_gives_the_torque_at_a_reversal():
@@ -78,19 +78,21 @@ def test_of_starts_from_rest_no_method_gives_the_torque_at_a_reversal():
 
 
 def test_what_was_given_stands_in_place_of_what_was_told():
-    given = SwingTorque.model_validate({"primary": "energy", "despike": {"hampel": {"window": 7}}})
-    found = changed(SwingTorque.model_validate(TWO), given)
-    assert (found.primary, found.despike.window) == ("energy", 7)
-    assert found.no_load.procedure == "TEST-0"  # not given
+    overrides = SwingTorque.model_validate(
+        {"primary": "energy", "despike": {"hampel": {"window": 7}}}
+    )
+    merged = changed(SwingTorque.model_validate(TWO), overrides)
+    assert (merged.primary, merged.despike.window) == ("energy", 7)
+    assert merged.no_load.procedure == "TEST-0"  # not given
 
 
 def test_a_run_without_compensations_stays_without():
-    given = SwingTorque.model_validate({"primary": "energy", "compensations": ["energy"]})
-    assert changed(SwingTorque(), given) == SwingTorque()
+    overrides = SwingTorque.model_validate({"primary": "energy", "compensations": ["energy"]})
+    assert changed(SwingTorque(), overrides) == SwingTorque()
 
 
 def test_a_change_that_contradicts_the_rest_is_refused():
-    given = SwingTorque.model_validate({"primary": "nothing"})
+    overrides = SwingTorque.model_validate({"primary": "nothing"})
     with pytest.raises(DataError, match="primary: got 'nothing', which is not among") as refused:
-        changed(SwingTorque.model_validate(TWO), given)
+        changed(SwingTorque.model_validate(TWO), overrides)
     assert refused.value.hint == "allowed: template, energy"

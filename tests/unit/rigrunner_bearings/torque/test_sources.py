@@ -52,16 +52,20 @@ def test_recordings_count_before_single_values():
 
 def test_what_is_no_torque_in_motion_is_no_point():
     room = Measurement("room", "2026-01-01T12:00:00+00:00", {}, {"t.room": 293.0}, {"t.room": "K"})
-    rest, still = measured(None, 0.0, 0.01), measured(0.0, 0.0, 0.01)
+    at_rest, still = measured(None, 0.0, 0.01), measured(0.0, 0.0, 0.01)
     point = measured(5.0, 0.0, 1.0)
-    run = replace(run_of(), measurements=(room, rest, still, point))
-    assert [each.name for each in sources(run)] == ["table 4"]
+    run = replace(run_of(), measurements=(room, at_rest, still, point))
+    assert [source.name for source in sources(run)] == ["table 4"]
 
 
 def test_a_run_is_divided_by_the_load_that_was_set():
     run = tables()
-    assert [one.setpoints["tester.load"] for one in of_this_run(run, loaded=False)] == [0.0] * 4
-    assert [one.setpoints["tester.load"] for one in of_this_run(run, loaded=True)] == [1000.0] * 4
+    assert [source.setpoints["tester.load"] for source in of_this_run(run, loaded=False)] == [
+        0.0
+    ] * 4
+    assert [source.setpoints["tester.load"] for source in of_this_run(run, loaded=True)] == [
+        1000.0
+    ] * 4
 
 
 def test_recordings_are_divided_as_well():
@@ -85,9 +89,9 @@ def test_a_single_value_is_a_point_without_scatter():
 
 def test_the_difference_of_tables():
     result = analysed(tables(), analysis_spec=THIS_RUN)
-    found = TorqueDetails.of(result).compensations["peak_same_frequency"]
-    assert [point.torque.value for point in found.points] == pytest.approx([0.7] * 4)
-    assert any("scatter is not known" in note for note in found.notes)
+    compensation = TorqueDetails.of(result).compensations["peak_same_frequency"]
+    assert [point.torque.value for point in compensation.points] == pytest.approx([0.7] * 4)
+    assert any("scatter is not known" in note for note in compensation.notes)
     assert "angle channel" in TorqueDetails.of(result).compensations["energy"].not_applicable
     assert all(check.ok for check in result.checks)
     (note,) = [check.text for check in result.checks if check.consequence]
@@ -123,14 +127,14 @@ def labelled(hertz, load_n, torque_nm, **coordinates):
 def test_things_of_other_labels_are_not_averaged():
     run = tables()
     worn = labelled(10.0, 1000.0, 2.5, phase="wear")
-    both = replace(run, measurements=(*run.measurements, worn))
+    both_labels = replace(run, measurements=(*run.measurements, worn))
     with pytest.raises(DataError, match="would be averaged: no label; phase wear"):
-        analysed(both, analysis_spec=THIS_RUN)
+        analysed(both_labels, analysis_spec=THIS_RUN)
 
 
 def test_an_analysis_is_of_what_it_says():
     """With `where` the worn one at 10 Hz, 0.3 N·m more, is no part of the mean."""
-    final = [replace(each, coordinates={"phase": "final"}) for each in tables().measurements]
+    final = [replace(row, coordinates={"phase": "final"}) for row in tables().measurements]
     worn = labelled(10.0, 1000.0, no_load_nm(10.0) + 1.0, phase="wear", block=1)
     run = replace(run_of(), measurements=(*final, worn))
     spec = THIS_RUN.model_copy(update={"where": {"phase": "final"}})

@@ -105,7 +105,7 @@ def test_a_start_that_disagrees_is_left_out_and_listed():
     (point,) = TorqueDetails.of(
         result_of(starts(peaks), outliers={"grubbs": {"alpha": 0.05}})
     ).loaded
-    assert [each.index for each in point.peak_rejections] == [8]
+    assert [rejection.index for rejection in point.peak_rejections] == [8]
     assert point.peak_kept.tolist() == [True] * 8 + [False]
 
 
@@ -138,7 +138,7 @@ def test_no_start_is_refused_naming_the_recording():
     moving[3] = replace(moving[3], channels=moving[3].channels | {"tester.angle": angle})
     with pytest.raises(DataError, match=r"recording 004, tester.angle: it does not begin"):
         result_of(moving)
-    bare = [replace(each, channels={"tester.torque": np.ones(9)}) for each in starts()]
+    bare = [replace(start, channels={"tester.torque": np.ones(9)}) for start in starts()]
     with pytest.raises(DataError, match="recording 001 has no angle channel, and a start"):
         result_of(bare)
 

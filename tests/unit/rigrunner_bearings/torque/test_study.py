@@ -27,8 +27,8 @@ LINES = {
 
 def run(extra_nm=0.0, load_n=0.0, study=None, **changes):
     peaks = ((0.9 + 0.02 * f + 0.004 * f**2 + extra_nm, f) for f in FREQUENCIES)
-    made = run_of(*(recording(p + SCATTER, f, load_n=load_n) for p, f in peaks), **changes)
-    return replace(made, rig_keys={**made.rig_keys, "gauge_study": study})
+    loaded = run_of(*(recording(p + SCATTER, f, load_n=load_n) for p, f in peaks), **changes)
+    return replace(loaded, rig_keys={**loaded.rig_keys, "gauge_study": study})
 
 
 def result(study):
@@ -42,9 +42,11 @@ def test_it_is_in_every_point_and_once_in_the_mean():
         TorqueDetails.of(named).compensations["paper_peak"].points,
         strict=True,
     ):
-        lines = {each.name: each for each in after.components if each.name in LINES}
-        assert {name: each.u for name, each in lines.items()} == pytest.approx(LINES)
-        assert all(each.common for each in lines.values())
+        lines = {
+            component.name: component for component in after.components if component.name in LINES
+        }
+        assert {name: component.u for name, component in lines.items()} == pytest.approx(LINES)
+        assert all(component.common for component in lines.values())
         assert after.torque.value == before.torque.value
         assert after.torque.u == pytest.approx(np.hypot(before.torque.u, 0.05), rel=1e-9)
     assert named.headline.value == plain.headline.value
@@ -53,9 +55,9 @@ def test_it_is_in_every_point_and_once_in_the_mean():
 
 def test_few_operators_leave_few_degrees_of_freedom():
     """By Welch and Satterthwaite, with the two lines far above all others' scatter."""
-    found = result(STUDY).headline
-    expected = found.u**4 / (0.03**4 / 60 + 0.04**4 / 4.5)
-    assert found.dof == pytest.approx(expected, rel=0.02)
+    headline = result(STUDY).headline
+    expected = headline.u**4 / (0.03**4 / 60 + 0.04**4 / 4.5)
+    assert headline.dof == pytest.approx(expected, rel=0.02)
 
 
 def test_a_study_that_found_nothing_adds_nothing():

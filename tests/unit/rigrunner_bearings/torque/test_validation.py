@@ -62,21 +62,21 @@ def mean_of_peaks(u_gain, extra=(), u_peaks=U_PEAKS):
     return method
 
 
-def sweep(gain="3 %", frequencies=(5.0, 10.0)):
+def sweep_of(gain="3 %", frequencies=(5.0, 10.0)):
     points = tuple(peak_point(hz) for hz in frequencies)
     return Sweep(points, (), None, instrument(gain=gain), None)
 
 
-def checked(method, made, how=HOW, headline=None):
-    points = method(made).points
+def checked(method, sweep, spec=HOW, headline=None):
+    points = method(sweep).points
     mean = np.mean([point.torque.value for point in points])
     return validate(
         method,
-        made,
+        sweep,
         points,
         headline or Estimate(float(mean), points[0].torque.u),
         name="mean_of_peaks",
-        how=how,
+        spec=spec,
         zeroed=True,
         progress=lambda *_: None,
     )
@@ -86,12 +86,12 @@ U_GAIN = 0.03 * PEAKS.mean() / sqrt(3)
 
 
 def test_a_true_budget_agrees_with_draws_of_the_data():
-    found = checked(mean_of_peaks(U_GAIN), sweep(), headline=headline())
-    assert found.pipeline.mean.agrees
-    assert all(point.agrees for point in found.pipeline.points)
-    assert found.pipeline.mean.u == pytest.approx(headline().u, rel=0.1)
-    assert found.pipeline.points[0].u == pytest.approx(sqrt(U_GAIN**2 + U_PEAKS**2), rel=0.1)
-    assert (found.pipeline.draws, found.pipeline.refused) == (800, 0)
+    validation = checked(mean_of_peaks(U_GAIN), sweep_of(), headline=headline())
+    assert validation.pipeline.mean.agrees
+    assert all(point.agrees for point in validation.pipeline.points)
+    assert validation.pipeline.mean.u == pytest.approx(headline().u, rel=0.1)
+    assert validation.pipeline.points[0].u == pytest.approx(sqrt(U_GAIN**2 + U_PEAKS**2), rel=0.1)
+    assert (validation.pipeline.draws, validation.pipeline.refused) == (800, 0)
 
 
 def headline():
@@ -101,50 +101,50 @@ def headline():
 @pytest.mark.parametrize("factor", [0.5, 2.0])
 def test_a_budget_that_states_another_effect_does_not(factor):
     """The trials of the equation cannot see it: they draw what the budget states."""
-    found = checked(mean_of_peaks(factor * U_GAIN, u_peaks=factor * U_PEAKS), sweep())
-    assert not found.pipeline.mean.agrees
-    assert not found.agrees
-    assert found.pipeline.mean.gum_is_wider == (factor > 1)
-    assert "does not agree with 800 draws" in found.statements[1]
-    assert ("safe" in found.statements[1]) == (factor > 1)
+    validation = checked(mean_of_peaks(factor * U_GAIN, u_peaks=factor * U_PEAKS), sweep_of())
+    assert not validation.pipeline.mean.agrees
+    assert not validation.agrees
+    assert validation.pipeline.mean.gum_is_wider == (factor > 1)
+    assert "does not agree with 800 draws" in validation.statements[1]
+    assert ("safe" in validation.statements[1]) == (factor > 1)
 
 
 def test_common_errors_stay_in_the_mean_and_the_others_average():
-    trials = checked(mean_of_peaks(U_GAIN), sweep(), headline=headline()).equation
+    trials = checked(mean_of_peaks(U_GAIN), sweep_of(), headline=headline()).equation
     assert trials.mean.u == pytest.approx(sqrt(U_GAIN**2 + U_PEAKS**2 / 2 * 9 / 7), rel=0.005)
     assert trials.points[0].u == pytest.approx(sqrt(U_GAIN**2 + U_PEAKS**2 * 9 / 7), rel=0.005)
     assert trials.trials >= 1_000_000
 
 
 def test_a_rectangle_alone_is_narrower_than_the_gum_says():
-    found = checked(mean_of_peaks(U_GAIN, u_peaks=1e-6), sweep())
+    validation = checked(mean_of_peaks(U_GAIN, u_peaks=1e-6), sweep_of())
     edge = 0.95 * 0.03 * PEAKS.mean()
-    assert found.equation.mean.high - PEAKS.mean() == pytest.approx(edge, rel=0.01)
-    assert not found.equation.mean.agrees
-    assert found.equation.mean.gum_is_wider
-    assert "Use the Monte Carlo interval" in found.statements[0]
+    assert validation.equation.mean.high - PEAKS.mean() == pytest.approx(edge, rel=0.01)
+    assert not validation.equation.mean.agrees
+    assert validation.equation.mean.gum_is_wider
+    assert "Use the Monte Carlo interval" in validation.statements[0]
 
 
 def test_what_is_no_error_of_the_data_is_added_as_the_budget_states():
     extra = (Component("method", 0.2, inf, "normal", common=True),)
-    found = checked(mean_of_peaks(U_GAIN, extra), sweep(gain="0 %"))
-    assert found.pipeline.as_effects == ("method",)
-    assert found.pipeline.through_the_data == ("scatter between cycles", "sensor gain")
-    assert found.pipeline.mean.u == pytest.approx(sqrt(0.04 + U_PEAKS**2 / 2), rel=0.1)
+    validation = checked(mean_of_peaks(U_GAIN, extra), sweep_of(gain="0 %"))
+    assert validation.pipeline.as_effects == ("method",)
+    assert validation.pipeline.through_the_data == ("scatter between cycles", "sensor gain")
+    assert validation.pipeline.mean.u == pytest.approx(sqrt(0.04 + U_PEAKS**2 / 2), rel=0.1)
 
 
 def test_the_same_seed_gives_the_same_numbers():
     method = mean_of_peaks(U_GAIN)
     first, again, other = (
-        checked(method, sweep(), MonteCarloSpec(draws=500, seed=seed)) for seed in (4, 4, 5)
+        checked(method, sweep_of(), MonteCarloSpec(draws=500, seed=seed)) for seed in (4, 4, 5)
     )
     assert first == again
     assert other.pipeline.mean.mean != first.pipeline.mean.mean
 
 
 def test_draws_that_the_method_refuses_are_counted():
-    made, times = sweep(), []
-    points = mean_of_peaks(U_GAIN)(made).points
+    sweep, times = sweep_of(), []
+    points = mean_of_peaks(U_GAIN)(sweep).points
 
     def moody(changed):
         times.append(1)
@@ -155,11 +155,11 @@ def test_draws_that_the_method_refuses_are_counted():
     def never(_changed):
         raise DataError("never")
 
-    how = {"zeroed": True, "draws": 10, "seed": 1, "progress": lambda *_: None}
-    found = draw_pipeline(moody, made, points, **how)
-    assert (len(found.torque_nm), found.refused) == (5, 5)
+    options = {"zeroed": True, "draws": 10, "seed": 1, "progress": lambda *_: None}
+    drawn = draw_pipeline(moody, sweep, points, **options)
+    assert (len(drawn.torque_nm), drawn.refused) == (5, 5)
     with pytest.raises(DataError, match="each of 10 draws"):
-        draw_pipeline(never, made, points, **how)
+        draw_pipeline(never, sweep, points, **options)
 
 
 @pytest.mark.thorough
@@ -175,12 +175,12 @@ def test_a_procedure_asks_for_it_and_document_and_terminal_tell():
         for extra, load in ((0.7, 1000.0), (0.0, 0.0))
     )
     result = analysed(loaded, no_load, spec(validate="monte_carlo"))
-    found = document(result)
-    told = found["validation"]
-    assert told["method"] == "paper_peak"
-    assert told["equation"]["trials"] >= 1_000_000
-    assert told["pipeline"]["draws"] == 500
-    assert found["analysis"]["validate"]["monte_carlo"]["draws"] == 500
-    assert told["equation"]["mean"]["gum"]["value"] == result.headline.value
-    assert f"validation: {told['statements'][0]}" in summary(found)
+    content = document(result)
+    validation = content["validation"]
+    assert validation["method"] == "paper_peak"
+    assert validation["equation"]["trials"] >= 1_000_000
+    assert validation["pipeline"]["draws"] == 500
+    assert content["analysis"]["validate"]["monte_carlo"]["draws"] == 500
+    assert validation["equation"]["mean"]["gum"]["value"] == result.headline.value
+    assert f"validation: {validation['statements'][0]}" in summary(content)
     assert document(analysed(loaded, no_load))["validation"] is None

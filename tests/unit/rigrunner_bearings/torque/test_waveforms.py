@@ -22,32 +22,32 @@ def keep_all(values):  # noqa: ARG001  (a rule takes values)
 
 def prepared(cycles=40):
     peaks = 0.9 + 0.01 * np.random.default_rng(2).standard_normal(cycles)
-    made = recording(peaks)
-    return prepare_point(made, run_of(made), spec(), keep_all), made
+    source = recording(peaks)
+    return prepare_point(source, run_of(source), spec(), keep_all), source
 
 
 def test_a_long_recording_gives_what_it_gives_in_memory(monkeypatch):
-    whole, made = prepared()
-    whole_checks = list(run_checks(run_of(made), (whole,)))
+    in_memory, source = prepared()
+    whole_checks = list(run_checks(run_of(source), (in_memory,)))
     short_cycles(monkeypatch)
-    found, _ = prepared()
-    np.testing.assert_array_equal(found.peak_nm, whole.peak_nm)
-    np.testing.assert_allclose(found.torque_nm, whole.torque_nm, rtol=0, atol=1e-9)
-    np.testing.assert_allclose(found.angle_rad, whole.angle_rad, rtol=0, atol=1e-12)
-    assert found.frequency_hz.value == pytest.approx(whole.frequency_hz.value, rel=1e-12)
-    assert list(run_checks(run_of(made), (found,))) == whole_checks
+    in_blocks, _ = prepared()
+    np.testing.assert_array_equal(in_blocks.peak_nm, in_memory.peak_nm)
+    np.testing.assert_allclose(in_blocks.torque_nm, in_memory.torque_nm, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(in_blocks.angle_rad, in_memory.angle_rad, rtol=0, atol=1e-12)
+    assert in_blocks.frequency_hz.value == pytest.approx(in_memory.frequency_hz.value, rel=1e-12)
+    assert list(run_checks(run_of(source), (in_blocks,))) == whole_checks
 
 
 def test_neighbours_of_very_many_cycles_share_a_row(monkeypatch):
-    whole, _ = prepared()
+    by_cycle, _ = prepared()
     monkeypatch.setattr(waveforms, "MOST_ROWS", 8)
-    found, _ = prepared()
-    cycles = whole.cycles
+    by_row, _ = prepared()
+    cycles = by_cycle.cycles
     row = np.arange(cycles) * 8 // cycles
-    wanted = [whole.torque_nm[row == k].mean(axis=0) for k in range(8)]
-    np.testing.assert_allclose(found.torque_nm, wanted, rtol=0, atol=1e-12)
-    assert (len(found.kept), found.cycles, kept_cycles(found).sum()) == (8, cycles, cycles)
-    np.testing.assert_allclose(found.angle_rad, whole.angle_rad, rtol=0, atol=1e-12)
+    expected = [by_cycle.torque_nm[row == k].mean(axis=0) for k in range(8)]
+    np.testing.assert_allclose(by_row.torque_nm, expected, rtol=0, atol=1e-12)
+    assert (len(by_row.kept), by_row.cycles, kept_cycles(by_row).sum()) == (8, cycles, cycles)
+    np.testing.assert_allclose(by_row.angle_rad, by_cycle.angle_rad, rtol=0, atol=1e-12)
 
 
 def test_a_row_that_is_rejected_leaves_out_its_cycles_and_is_named_by_the_first(monkeypatch):
@@ -56,11 +56,11 @@ def test_a_row_that_is_rejected_leaves_out_its_cycles_and_is_named_by_the_first(
 
     monkeypatch.setattr(waveforms, "MOST_ROWS", 8)
     peaks = 0.9 + 0.01 * np.random.default_rng(2).standard_normal(40)
-    made = recording(peaks)
-    found = prepare_point(made, run_of(made), spec(), rejects_the_third)
-    left_out = np.flatnonzero(~kept_cycles(found)).tolist()
-    third = np.flatnonzero(np.arange(found.cycles) * 8 // found.cycles == 2)
-    assert [each.index for each in found.waveform_rejections] == left_out[:1]
+    source = recording(peaks)
+    point = prepare_point(source, run_of(source), spec(), rejects_the_third)
+    left_out = np.flatnonzero(~kept_cycles(point)).tolist()
+    third = np.flatnonzero(np.arange(point.cycles) * 8 // point.cycles == 2)
+    assert [rejection.index for rejection in point.waveform_rejections] == left_out[:1]
     assert left_out == third.tolist()
 
 
@@ -74,11 +74,11 @@ def test_rows_of_several_cycles_say_the_same_of_the_mean_as_its_cycles(cycles):
     every = resample(torque, starts, waveforms.PHASES)
     rows = waveforms.waveforms(torque, starts)
     assert len(rows) <= waveforms.MOST_ROWS
-    found, wanted = (robust_mean(each, np.ones(len(each), bool)) for each in (rows, every))
-    ratio = np.sqrt(np.mean(found[1] ** 2) / np.mean(wanted[1] ** 2))
+    of_rows, of_cycles = (robust_mean(means, np.ones(len(means), bool)) for means in (rows, every))
+    ratio = np.sqrt(np.mean(of_rows[1] ** 2) / np.mean(of_cycles[1] ** 2))
     assert ratio == pytest.approx(1, abs=0.02)
     # The means differ by what a few samples at the border of the trusted ones do.
-    np.testing.assert_allclose(found[0], wanted[0], rtol=0, atol=0.2 * wanted[1].mean())
+    np.testing.assert_allclose(of_rows[0], of_cycles[0], rtol=0, atol=0.2 * of_cycles[1].mean())
     first_bins = np.bincount(waveforms.row_of(cycles))
     assert first_bins.max() - first_bins.min() <= 1
 
@@ -96,8 +96,8 @@ def test_rows_never_say_that_correlated_cycles_tell_more_than_they_do(phi, most)
     noise = np.random.default_rng(4).standard_normal((runs, cycles + 500))
     drifting = lfilter([1.0], [1.0, -phi], noise, axis=1)[:, 500:]
     row = waveforms.row_of(cycles)
-    means = np.array([np.bincount(row, each) / np.bincount(row) for each in drifting])
-    found = np.mean([standard_error(each)[0] for each in means])
+    means = np.array([np.bincount(row, run) / np.bincount(row) for run in drifting])
+    estimated = np.mean([standard_error(mean)[0] for mean in means])
     # Var of the mean of a stationary AR(1) process: 1/(1 - phi)^2 / n for large n (Zhang 2006).
     true = 1 / (1 - phi) / np.sqrt(cycles)
-    assert 0.95 < found / true < most
+    assert 0.95 < estimated / true < most

@@ -1,4 +1,4 @@
-"""Cases are gone through once, also where it was interrupted in between."""
+"""Each case is examined once, also if the study was interrupted."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ import pytest
 
 from rigrunner.api.errors import AbortedError, DataError, UsageError
 from rigrunner.jobs import InProcess
-from rigrunner_bearings.study import going as module
+from rigrunner_bearings.study import case_runner as module
 from rigrunner_bearings.study.case import Case
+from rigrunner_bearings.study.case_runner import CaseRunner
 from rigrunner_bearings.study.coverage import Finding, Outcome
-from rigrunner_bearings.study.going import Going
 
 CASES = [Case("sim", "", 1, number) for number in range(5)]
 EXACT = Outcome((0.1 + 0.2, -inf), (pi, 1e-300), (1 / 3, 2.0), 0.1, 0.2)
 
 
-def found(case):
+def finding_of(case):
     return Finding(case, "law", case.number / 3, {"method": EXACT}, {})
 
 
@@ -28,38 +28,40 @@ def found(case):
 class Study:
     """Counts what is examined, and is stopped after so many."""
 
-    keep: object
+    journal_path: object
     stop_after: int = 99
 
     def __post_init__(self):
-        self.examined, self.told, self.stop = [], [], threading.Event()
+        self.examined, self.progress, self.stop = [], [], threading.Event()
 
     def __call__(self, case):
         self.examined.append(case.number)
         if len(self.examined) == self.stop_after:
             self.stop.set()
-        return found(case)
+        return finding_of(case)
 
     def run(self, cases=CASES):
-        going = Going(InProcess(), self.stop, lambda *told: self.told.append(told), self.keep)
-        return going.findings("name", self, Finding, cases)
+        runner = CaseRunner(
+            InProcess(), self.stop, lambda *counts: self.progress.append(counts), self.journal_path
+        )
+        return runner.findings("name", self, Finding, cases)
 
 
 def test_what_was_interrupted_goes_on_and_each_case_is_done_once(tmp_path):
     first = Study(tmp_path / "part", stop_after=2)
     with pytest.raises(AbortedError, match="stopped after 2 of 5 rigs") as stopped:
         first.run()
-    assert str(first.keep) in stopped.value.hint
+    assert str(first.journal_path) in stopped.value.hint
     second = Study(tmp_path / "part")
-    assert second.run() == [found(case) for case in CASES]
+    assert second.run() == [finding_of(case) for case in CASES]
     assert (first.examined, second.examined) == ([0, 1], [2, 3, 4])
-    assert second.told == [(2, 5), (3, 5), (4, 5), (5, 5)]
+    assert second.progress == [(2, 5), (3, 5), (4, 5), (5, 5)]
 
 
 def test_a_larger_study_takes_what_is_there(tmp_path):
     Study(tmp_path / "part").run(CASES[:3])
     larger = Study(tmp_path / "part")
-    assert larger.run(CASES[::-1]) == [found(case) for case in CASES[::-1]]
+    assert larger.run(CASES[::-1]) == [finding_of(case) for case in CASES[::-1]]
     assert larger.examined == [4, 3]
 
 
@@ -93,9 +95,9 @@ def breaks(_):
 
 @pytest.mark.parametrize(("examine", "error"), [(refuses, DataError), (breaks, RuntimeError)])
 def test_a_case_that_fails_ends_the_study(examine, error, tmp_path):
-    going = Going(InProcess(), threading.Event(), lambda *_: None, tmp_path / "part")
+    runner = CaseRunner(InProcess(), threading.Event(), lambda *_: None, tmp_path / "part")
     with pytest.raises(error, match=r"not this one|in breaks"):
-        going.findings("name", examine, Finding, CASES)
+        runner.findings("name", examine, Finding, CASES)
 
 
 def test_the_journal_is_readable_lines(tmp_path):
