@@ -7,7 +7,7 @@ from math import inf, sqrt
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.analysis.verdict.document import verdict_in
-from rigrunner.run.set_points import named_place, other_results, told_apart
+from rigrunner.run.set_points import named_place, other_results, with_unique_names
 from rigrunner.signal.uncertainty import coverage_factor
 
 if TYPE_CHECKING:
@@ -89,7 +89,7 @@ def verdicts(document: Json) -> dict[str, str]:
     if decision is None:
         return {"run": verdict} if verdict else {}
     parts = decision["parts"] if len(decision["parts"]) > 1 else []
-    on_limits = told_apart((str(part["of"]), str(part["verdict"])) for part in parts)
+    on_limits = with_unique_names((str(part["of"]), str(part["verdict"])) for part in parts)
     return {"run": verdict, **dict(on_limits)} if verdict else dict(on_limits)
 
 
@@ -109,7 +109,7 @@ def checks(document: Json) -> dict[str, bool]:
 def _named(points: list[tuple[float | None, Any]]) -> Iterator[tuple[str, Any]]:
     """Yield each value with the name of its set-point, as a suffix of the figure's name."""
     labelled = (("" if hz is None else f"at {hz:g} Hz", value) for hz, value in points)
-    for place, value in told_apart(labelled):
+    for place, value in with_unique_names(labelled):
         yield f" {place}" if place else "", value
 
 

@@ -30,7 +30,7 @@ class Person:
     seen: list[Paused] = field(default_factory=list)
     clock: SimulatedClock = field(default_factory=SimulatedClock)
 
-    def wanted(self) -> str:
+    def requested_by(self) -> str:
         return "keyboard" if self.pausing else ""
 
     def decide(self, paused: Paused, watch: Callable[[], None]) -> Decision:

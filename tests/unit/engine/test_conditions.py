@@ -230,8 +230,11 @@ def test_what_a_condition_left_out_of_the_setup_stays_out_when_resumed():
     at = next(n for n, event in enumerate(events)
               if isinstance(event, StepStarted) and event.step == "main[2].wait")  # fmt: skip
     resume_at = find_resume_point(plan.steps, events[: at + 1], "Ada")
-    brought_back = "main[0].group.steps[2].set.tester.load"
-    assert steps_of(done(plan, resume_at=resume_at, side="left")) == [brought_back, "main[2].wait"]
+    restored = "main[0].group.steps[2].set.tester.load"
+    assert steps_of(done(plan, resume_at=resume_at, side="left")) == [
+        restored,
+        "main[2].wait",
+    ]
 
 
 def test_an_answer_that_was_confirmed_counts():

@@ -18,7 +18,7 @@ def test_statistics_are_those_of_all_blocks_of_their_own_channel():
             "tester.load": np.array(load),
             "tester.angle": np.array([9.0, 9.0]),
         })  # fmt: skip
-    assert statistics.found() == {
+    assert statistics.by_name() == {
         "tester.torque.mean": 2.0,
         "tester.torque.maximum": 6.0,
         "tester.load.rms": pytest.approx(12.5**0.5),
@@ -27,4 +27,4 @@ def test_statistics_are_those_of_all_blocks_of_their_own_channel():
 
 def test_without_a_sample_there_are_no_statistics():
     with pytest.raises(DataError, match=r"tester\.torque: there is no sample"):
-        RecordedStatistics(["tester.torque.mean"]).found()
+        RecordedStatistics(["tester.torque.mean"]).by_name()

@@ -352,7 +352,7 @@ class Pausing:
         if isinstance(event, StepStarted) and event.recording.startswith(self.recording):
             self.asked = bool(self.decisions)
 
-    def wanted(self):
+    def requested_by(self):
         return "keyboard" if self.asked else ""
 
     def decide(self, paused, watch):  # noqa: ARG002  (the engine's)

@@ -20,7 +20,7 @@ from rigrunner.api.events import (
 )
 from rigrunner.api.member import Member
 from rigrunner.api.quantity import Quantity
-from rigrunner.api.steps import Found
+from rigrunner.api.steps import StepResult
 from rigrunner.api.units import si_symbol, unit
 from rigrunner.clock import utc_text
 from rigrunner.engine.attempt import Attempt
@@ -116,8 +116,8 @@ class _Import:
             if isinstance(step.action, Zero):
                 self._zero(index, step, step.action)
             elif isinstance(step.action, Measure):
-                found = Found(self._next_values(), step.action.units, {})
-                self._step(index, step, (self._latest, self._latest), found)
+                result = StepResult(self._next_values(), step.action.units, {})
+                self._step(index, step, (self._latest, self._latest), result)
             elif isinstance(step.action, Scan):
                 self._scan(index, step, step.action)
             elif isinstance(step.action, Record):
@@ -143,8 +143,8 @@ class _Import:
             )
             raise fault(self._checked.mapping, at, message)
         scatters: dict[str, tuple[float, float]] = {member: scatter} if scatter else {}
-        found = Found({member: value}, {member: action.unit}, scatter=scatters)
-        self._step(index, step, (self._latest, self._latest), found)
+        result = StepResult({member: value}, {member: action.unit}, scatter=scatters)
+        self._step(index, step, (self._latest, self._latest), result)
 
     def _next_values(self) -> dict[str, float]:
         """Return the next stated values."""
@@ -160,7 +160,7 @@ class _Import:
                 step=step.path,
                 point=point,
                 measurement=action.name,
-                setpoints={**action.setpoints, action.led: value},
+                setpoints={**action.setpoints, action.moves: value},
                 values=values,
             )
             for kind, text in remarks_on(action.limits, values, partial(action.where, point)):
@@ -203,8 +203,8 @@ class _Import:
         ended = started + timedelta(seconds=length_s)
         statistics = RecordedStatistics(action.statistics)
         statistics.take(samples)
-        found = Found(values, {**action.units, **units}, {}, statistics.found())
-        self._step(index, step, (started, ended), found, replace(data, columns=samples))
+        result = StepResult(values, {**action.units, **units}, {}, statistics.by_name())
+        self._step(index, step, (started, ended), result, replace(data, columns=samples))
         self._latest = max(self._latest, ended)
         self._done += 1
         self._progress("recordings", self._done, len(self._mapping.recordings))
@@ -241,7 +241,7 @@ class _Import:
         index: int,
         step: PlannedStep,
         times: tuple[datetime, datetime],
-        found: Found,
+        result: StepResult,
         data: RecordingData | None = None,
     ) -> None:
         attempt, (started, ended) = Attempt(index, step, 1, 1), times
@@ -257,8 +257,8 @@ class _Import:
                 block = Block(data.rate_hz, first, began_s, part)
                 self._emit_at(started)(Samples, recording=attempt.recording, block=block)
         emit = self._emit_at(ended)
-        attempt.end(emit, found, ok=True)
-        values = {**found.values, **found.statistics}
+        attempt.end(emit, result, ok=True)
+        values = {**result.values, **result.statistics}
         for kind, text in remarks_on(step.terms.limits, values):
             emit(kind, step=step.path, text=text)
 
