@@ -50,8 +50,8 @@ HEAD = """# Digits of the fits
 
 Number of digits of the estimates and their standard deviations that agree with the certified values
 of NIST's [Statistical Reference Datasets](https://www.itl.nist.gov/div898/strd/): the log
-relative error -log10(|found - certified|/|certified|), the minimum over all parameters. NIST certifies
-15 digits for linear sets and 11 for nonlinear ones; more are not counted. Made by
+relative error -log10(|found - certified|/|certified|), the minimum over all parameters. NIST
+certifies 15 digits for linear sets and 11 for nonlinear ones; more are not counted. Made by
 
 ```sh
 python docs/evidence/strd_page.py docs/evidence
