@@ -2,7 +2,7 @@
 
 Run as a program, in tests/: `python -m e2e.helpers_rig_kills FOLDER KILLS SEED`. The rig is a file
 that outlives every process (`helpers_supply`). Killed by SIGKILL at a random instant are, in turn:
-the process of a run, that and its guardian, a run's process under the panel, the panel's server,
+the process of a run, the run and its guardian, a run's process under the panel, the panel's server,
 and both of these. After each kill two things must be so. No row is lost of which a listener was
 told. The rig is safe, or the next start tells of it before it asks a person anything; after that
 start it is safe, and no marker is left. Prints one JSON line per kill and a table of all; ends with
@@ -36,7 +36,7 @@ ROUND = ("run", "guardian", "run", "guardian", "panel", "run", "guardian", "serv
 """What is killed, in turn: under the panel each kill takes several times as long."""
 WORDS = {
     "run": "the process of a run",
-    "guardian": "that and its guardian",
+    "guardian": "the run and its guardian",
     "panel": "a run's process under the panel",
     "server": "the panel's server",
     "both": "the server and the run's process",
@@ -262,7 +262,7 @@ def table(results: list[dict[str, object]]) -> str:
     """Return the numbers of kills by their outcome, as a table."""
     ways = sorted({str(kill["how"]) for kill in results})
     counted = Counter((kill["kind"], kill["how"]) for kill in results)
-    lines = [f"| killed | kills | {' | '.join(ways)} | rows told | rows lost |"]
+    lines = [f"| killed | kills | {' | '.join(ways)} | rows reported | rows lost |"]
     lines.append("|---|" + "---:|" * (len(ways) + 3))
     for kind, words in WORDS.items():
         of_kind = [kill for kill in results if kill["kind"] == kind]
