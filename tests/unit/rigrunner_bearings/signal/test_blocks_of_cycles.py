@@ -1,4 +1,4 @@
-"""Cycles and pulses that are found block by block are those of all samples at once."""
+"""Cycles and pulses found block by block equal those found in all samples at once."""
 
 from __future__ import annotations
 
@@ -11,31 +11,33 @@ from rigrunner_bearings.signal.pulses import pulse_edges, repetition_frequency
 from unit.signal.test_blocks import RATE_HZ, RATIO, Stored, swing
 
 
-def test_cycles_are_those_of_the_whole_recording(monkeypatch):
+def test_cycles_equal_those_of_whole_recording(monkeypatch):
     angle = swing()
-    whole = find_cycles(angle, RATE_HZ, RATIO)
+    expected = find_cycles(angle, RATE_HZ, RATIO)
     short_cycles(monkeypatch)
-    found = find_cycles(Stored(angle), RATE_HZ, RATIO)
-    np.testing.assert_allclose(found.starts, whole.starts, rtol=0, atol=1e-9)
-    assert (found.offset_rad, found.ratio) == pytest.approx((whole.offset_rad, whole.ratio), 1e-12)
+    cycles = find_cycles(Stored(angle), RATE_HZ, RATIO)
+    np.testing.assert_allclose(cycles.starts, expected.starts, rtol=0, atol=1e-9)
+    assert (cycles.offset_rad, cycles.ratio) == pytest.approx(
+        (expected.offset_rad, expected.ratio), 1e-12
+    )
 
 
 @pytest.mark.parametrize("n", [256, 1024])
-def test_resampled_cycles_are_those_of_the_whole_recording(monkeypatch, n):
+def test_resampled_cycles_equal_those_of_whole_recording(monkeypatch, n):
     values, starts = swing(), np.arange(3.3, 39_000, 970.87)
-    whole = resample(values, starts, n)
+    expected = resample(values, starts, n)
     short_cycles(monkeypatch)
-    np.testing.assert_allclose(resample(Stored(values), starts, n), whole, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(resample(Stored(values), starts, n), expected, rtol=0, atol=1e-12)
 
 
-def test_pulses_are_those_of_the_whole_recording(monkeypatch):
+def test_pulses_equal_those_of_whole_recording(monkeypatch):
     signal = (np.arange(40_000) % 970 < 20) + 0.0
-    whole = pulse_edges(signal)
+    expected = pulse_edges(signal)
     short_cycles(monkeypatch)
-    assert pulse_edges(Stored(signal)).tolist() == whole.tolist()
+    assert pulse_edges(Stored(signal)).tolist() == expected.tolist()
 
 
-def test_a_long_torque_repeats_as_often_as_it_does(monkeypatch):
+def test_repetition_frequency_of_long_torque(monkeypatch):
     torque = np.sin(2 * np.pi * 10.3 / RATE_HZ * np.arange(200_000) + 1) + 3
     short_cycles(monkeypatch)
     assert repetition_frequency(Stored(torque), RATE_HZ, 10.0) == pytest.approx(10.3, rel=1e-4)

@@ -1,4 +1,4 @@
-"""What sums over half turns say is what the half turns themselves say."""
+"""Sums over half turns give the same results as the half turns themselves."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ RATIO = 2 / 45
 
 
 @pytest.mark.parametrize("together", [1, 5000, 1 << 16])
-def test_sums_say_the_same_as_all_samples(monkeypatch, together):
+def test_sums_give_same_results_as_all_samples(monkeypatch, together):
     monkeypatch.setattr(half_turns, "TOGETHER", together)
     rng = np.random.default_rng(1)
     angle = swing_angle(2 * np.pi * np.arange(12_000) / 970.3, 1.01 * RATIO) + 0.001
     angle += 0.01 * RATIO * rng.standard_normal(len(angle))
     starts = 970.3 * np.arange(13) + rng.uniform(-3, 3, 13)
-    given = (angle, starts, np.gradient(starts), 250, RATIO)  # both ends are outside in part
-    turns, sums = HalfTurns.around(*given), HalfTurnSums.around(*given)
+    arguments = (angle, starts, np.gradient(starts), 250, RATIO)  # both ends are outside in part
+    turns, sums = HalfTurns.around(*arguments), HalfTurnSums.around(*arguments)
     scale = turns.scale(0.001)
     assert sums.scale(0.001) == pytest.approx(scale, rel=1e-13)
     late = turns.late(0.001, scale)
