@@ -62,11 +62,11 @@ class Bus:
         for sink in self._guarded:
             try:
                 sink(event)
-            except Exception as error:  # noqa: BLE001  (a stranger's listener may raise anything)
+            except Exception as error:  # noqa: BLE001  (a listener of a plugin may raise anything)
                 self._guarded = _without(sink, self._guarded)
                 name = getattr(sink, "__name__", type(sink).__name__)
-                why = f"{type(error).__name__}: {error}"
-                dropped += (f"{name} failed and was dropped: {why}",)
+                reason = f"{type(error).__name__}: {error}"
+                dropped += (f"{name} failed and was dropped: {reason}",)
         if failures:
             self.failure = self.failure or failures[0]
             raise_first(failures)
@@ -75,7 +75,7 @@ class Bus:
 
 def _without(sink: EventSink, sinks: tuple[EventSink, ...]) -> tuple[EventSink, ...]:
     """Return a new tuple: an iteration over the old one is not disturbed."""
-    return tuple(one for one in sinks if one is not sink)
+    return tuple(other for other in sinks if other is not sink)
 
 
 _MILLISECOND = timedelta(milliseconds=1)
@@ -110,8 +110,8 @@ class Emitter:
 
     def _report_set_back(self, latest: datetime, now: datetime) -> None:
         if latest - now > SET_BACK:
-            was = f"the clock was set back from {utc_text(latest)} to {utc_text(now)}"
-            self(Alarm, source="clock", text=f"{was}; durations are not affected")
+            message = f"the clock was set back from {utc_text(latest)} to {utc_text(now)}"
+            self(Alarm, source="clock", text=f"{message}; durations are not affected")
 
 
 class EventStamp:

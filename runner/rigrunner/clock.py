@@ -17,7 +17,7 @@ class WallClock:
     """The time of the machine; a Clock."""
 
     monotonic_s = staticmethod(time.monotonic)
-    """Seconds since an arbitrary start; asked for with every event, so without a call around it."""
+    """Seconds since an arbitrary start; read for every event, so without a wrapper call."""
 
     def utc(self) -> datetime:
         """Return the machine's date and time, in UTC."""
@@ -29,7 +29,7 @@ class WallClock:
 
 
 class SimulatedClock:
-    """Time that passes only while somebody sleeps, and then at once; a Clock for any thread."""
+    """Time that passes only during `sleep`, and then at once; a Clock for any thread."""
 
     def __init__(self, start_utc: datetime | None = None) -> None:
         self._start_utc = (start_utc or datetime.now(UTC)).astimezone(UTC)

@@ -14,22 +14,22 @@ if TYPE_CHECKING:
     Handler = Callable[[int, FrameType | None], None]
 
 
-def _known(*names: str) -> tuple[int, ...]:
+def _available(*names: str) -> tuple[int, ...]:
     """Return those signals that this system has."""
     return tuple(getattr(signal, name) for name in names if hasattr(signal, name))
 
 
-HANGUPS = _known("SIGHUP", "SIGBREAK")
-"""The terminal was closed, or the connection to it is gone; SIGBREAK is what Windows has of it."""
+HANGUPS = _available("SIGHUP", "SIGBREAK")
+"""The terminal was closed, or the connection to it was lost; on Windows, SIGBREAK."""
 
-_PLAIN = (*_known("SIGTERM"), *HANGUPS)
-_TIMERS_AND_USERS = _known(
+_PLAIN = (*_available("SIGTERM"), *HANGUPS)
+_TIMERS_AND_USERS = _available(
     "SIGQUIT", "SIGUSR1", "SIGUSR2", "SIGALRM", "SIGVTALRM", "SIGPROF", "SIGXCPU"
 )
 _OF_LINUX: tuple[int, ...] = ()
-if sys.platform == "linux":  # elsewhere these are ignored unless somebody asks for them
+if sys.platform == "linux":  # elsewhere these are ignored by default
     _OF_LINUX = (
-        *_known("SIGIO", "SIGPWR", "SIGSTKFLT"),
+        *_available("SIGIO", "SIGPWR", "SIGSTKFLT"),
         *range(signal.SIGRTMIN, signal.SIGRTMAX + 1),
     )
 
@@ -40,7 +40,7 @@ Those of a crash (SIGSEGV, SIGABRT, ...) are not among them: no Python code can 
 SIGPIPE and SIGXFSZ are ignored by Python: the write fails instead.
 """
 
-SUSPENDING: tuple[int, ...] = _known("SIGTSTP", "SIGTTIN", "SIGTTOU")
+SUSPENDING: tuple[int, ...] = _available("SIGTSTP", "SIGTTIN", "SIGTTOU")
 """Ctrl-Z, and a program in the background that reads from its terminal or writes to it."""
 
 
@@ -55,8 +55,8 @@ def signal_name(number: int) -> str:
 def take_signals(numbers: Iterable[int], handler: Handler) -> dict[int, Any]:
     """Let the handler have these signals; return the former handler of each that it now has.
 
-    A signal that is ignored stays so, as SIGHUP under nohup. But for SIGTERM and a closed terminal,
-    a signal that somebody else in this process handles, such as a profiler, stays theirs.
+    A signal that is ignored stays so, as SIGHUP under nohup. Except for SIGTERM and a closed
+    terminal, a signal with another handler, such as that of a profiler, keeps it.
     """
     former = {}
     for number in numbers:
@@ -70,10 +70,10 @@ class Consoles:
     """The terminals that this program writes to."""
 
     def __init__(self) -> None:
-        self._open = [one for one in (1, 2) if os.isatty(one)]
+        self._open = [fd for fd in (1, 2) if os.isatty(fd)]
 
     def silence_closed(self) -> None:
         """Write nothing to a terminal that was closed: each write would be an error."""
-        for one in self._open:
-            if not os.isatty(one):
-                os.dup2(os.open(os.devnull, os.O_WRONLY), one)
+        for fd in self._open:
+            if not os.isatty(fd):
+                os.dup2(os.open(os.devnull, os.O_WRONLY), fd)

@@ -1,4 +1,4 @@
-"""HDF5 files as they are opened and walked through, whoever made them.
+"""Opening and reading HDF5 files of any origin.
 
 It imports h5py and the errors alone: a process that tries a file starts with it.
 """
@@ -28,8 +28,8 @@ _FIRST_CHECKSUMMED = 3
 _MOST_PER_BYTE = 1100
 """gzip, which run files use for samples, packs at most 1032 bytes into one."""
 _MOST_TEXT_PER_BYTE, _ALWAYS_TEXT = 64, 1 << 28
-"""Texts are read into memory whole: so many bytes for each of the file, and so many more. Of a run
-of many steps they take a twentieth of their size."""
+"""Allowed bytes of text, which is read into memory as a whole: for each byte of the file, and in
+addition. In a run of many steps texts are packed to a twentieth of their size."""
 _DEEPEST = 20
 """Groups in groups; a run has less than ten."""
 
@@ -57,14 +57,14 @@ def open_file(path: Path) -> Iterator[h5py.File]:
         with h5py.File(path, "r") as file:
             yield file
     except FileNotFoundError as error:
-        raise there_is_none(path) from error
+        raise missing_file(path) from error
     # These two are OSErrors, as damage is: they have to come before it.
     except BlockingIOError as error:
         raise DataError(
             f"{path} is locked: another program has it open", hint="close it there"
         ) from error
     except PermissionError as error:
-        raise must_not_be_read(path) from error
+        raise no_permission(path) from error
     except _DAMAGED as error:
         raise DataError(
             f"{path} cannot be read: it is not an HDF5 file, or truncated or damaged",
@@ -75,20 +75,20 @@ def open_file(path: Path) -> Iterator[h5py.File]:
         raise DataError(f"{path} is not a run of Rigrunner, or damaged", hint=str(error)) from error
 
 
-def there_is_none(path: Path) -> DataError:
-    """Return the error of a file that is not there."""
+def missing_file(path: Path) -> DataError:
+    """Return the error of a missing file."""
     return DataError(f"there is no file {path}")
 
 
-def must_not_be_read(path: Path) -> DataError:
-    """Return the error of a file or folder that its rights keep from being read."""
+def no_permission(path: Path) -> DataError:
+    """Return the error of a file or folder that this user must not read."""
     return DataError(
         f"no permission to read {path}", hint="ask its owner for permission to read it"
     )
 
 
 def _damage(path: Path, error: Exception) -> str:
-    """Return what is wrong with a file that is no HDF5 file, or not whole, in a person's words."""
+    """Return what is wrong with a file that is no HDF5 file, or incomplete, in plain words."""
     if not path.is_file():
         return "it is a folder"
     size, stored = path.stat().st_size, _STORED_SIZE.search(str(error))
@@ -122,7 +122,7 @@ def objects(group: h5py.Group) -> Iterator[tuple[str, h5py.Group | h5py.Dataset]
     """Yield all groups and datasets below a group with their paths from it, sorted by name.
 
     Raises DataError where the structure is damaged, or is none that a run file has: a group in two
-    places, values that are kept in another file, or that say they are more than the file can hold.
+    places, values that are stored in another file, or larger by their own statement than the file.
     """
     size, claimed, texts = group.file.id.get_filesize(), 0.0, 0
     is_read_only = group.file.mode == "r"
@@ -134,7 +134,7 @@ def objects(group: h5py.Group) -> Iterator[tuple[str, h5py.Group | h5py.Dataset]
             else:
                 is_samples = is_packed and item.dtype.kind == "f"
                 claimed += item.nbytes / (_MOST_PER_BYTE if is_samples else 1)
-            refuse_odd(item)
+            refuse_external(item)
             if claimed > size or texts > _MOST_TEXT_PER_BYTE * size + _ALWAYS_TEXT:
                 raise DataError(
                     f"{group.file.filename}: {item.name} says it is larger than the file"
@@ -157,7 +157,7 @@ def _below(
             yield from _below(item, f"{path}/", seen, is_read_only=is_read_only)
 
 
-def refuse_odd(item: h5py.Dataset) -> None:
+def refuse_external(item: h5py.Dataset) -> None:
     """Raise DataError for values that are not in the file: they could be changed beside it."""
     if item.is_virtual or item.external:
         raise DataError(f"{item.file.filename}: {item.name} is kept in another file")
@@ -168,18 +168,18 @@ def refuse_odd(item: h5py.Dataset) -> None:
 
 
 def _member(group: h5py.Group, name: str, *, is_read_only: bool) -> h5py.Group | h5py.Dataset:
-    # As group[name] does, which asks for the mode of the file each time: most of what it takes.
+    # As group[name] does, which looks up the mode of the file each time: most of its duration.
     try:
-        found = h5py.h5o.open(group.id, name.encode())
+        object_id = h5py.h5o.open(group.id, name.encode())
     except UNREADABLE as error:
         raise DataError(
             f"{group.file.filename}: {group.name}/{name} cannot be read: it is damaged",
             hint=str(error),
         ) from error
-    if isinstance(found, h5py.h5g.GroupID):
-        return h5py.Group(found)
-    if isinstance(found, h5py.h5d.DatasetID):
-        return h5py.Dataset(found, readonly=is_read_only)
+    if isinstance(object_id, h5py.h5g.GroupID):
+        return h5py.Group(object_id)
+    if isinstance(object_id, h5py.h5d.DatasetID):
+        return h5py.Dataset(object_id, readonly=is_read_only)
     raise DataError(f"{group.file.filename}: {group.name}/{name} is neither group nor dataset")
 
 

@@ -1,4 +1,4 @@
-"""Interlocks: which channel is watched, what it may be, and what happens beyond that."""
+"""Interlocks: the monitored channel, its allowed values, and the action outside them."""
 
 from __future__ import annotations
 
@@ -60,10 +60,10 @@ class Interlock(Settings):
 
     @model_validator(mode="after")
     def _has_one_condition(self) -> Self:
-        given = [name for name in CONDITIONS if getattr(self, name) is not None]
-        if len(given) != 1:
-            got = " and ".join(given) or "none"
-            raise ValueError(f"got {got}, expected one of: {', '.join(CONDITIONS)}")
+        conditions = [name for name in CONDITIONS if getattr(self, name) is not None]
+        if len(conditions) != 1:
+            names = " and ".join(conditions) or "none"
+            raise ValueError(f"got {names}, expected one of: {', '.join(CONDITIONS)}")
         kinds = {quantity.dimension for quantity in self.outside or ()}
         if self.outside and len(kinds) == 1 and self.outside[0].si >= self.outside[1].si:
             raise ValueError(f"{self.outside[0]} must be below {self.outside[1]}")
@@ -88,8 +88,8 @@ class Interlock(Settings):
     def bounds(self) -> dict[str, Quantity]:
         """The lowest and the highest value that is allowed, as 'minimum' and 'maximum'."""
         low, high = self.outside or (self.below, self.above)
-        given = {"minimum": low, "maximum": high}
-        return {name: quantity for name, quantity in given.items() if quantity is not None}
+        bounds = {"minimum": low, "maximum": high}
+        return {name: quantity for name, quantity in bounds.items() if quantity is not None}
 
     @property
     def condition(self) -> str:

@@ -32,12 +32,12 @@ def places() -> Mapping[str, str]:
     """Return the new place of each old one, as the installed packages state it."""
     from importlib.metadata import entry_points  # noqa: PLC0415  (only old names need it)
 
-    tables = (each.load() for each in entry_points(group=GROUP))
+    tables = (entry_point.load() for entry_point in entry_points(group=GROUP))
     return {old: new for table in tables for old, new in table.items()}
 
 
 def moved(module: str, name: str) -> Any:
-    """Return a name that has left a module or class; raise AttributeError for any other name."""
+    """Return a name that has moved from a module or class; raise AttributeError for any other."""
     place = None if name.startswith("__") else places().get(f"{module}.{name}")
     if place is None or ":" not in place:
         raise AttributeError(f"{module!r} has no attribute {name!r}")
@@ -48,7 +48,7 @@ def moved(module: str, name: str) -> Any:
 
 
 class MovedModules:
-    """Finds modules of this package that have moved; the last one that Python asks."""
+    """Finds modules of this package that have moved; the last finder that Python consults."""
 
     def find_spec(
         self, name: str, path: Sequence[str] | None = None, target: ModuleType | None = None

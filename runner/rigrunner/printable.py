@@ -8,15 +8,15 @@ UNPRINTABLE = "\N{REPLACEMENT CHARACTER}"
 
 
 def printable(text: str) -> str:
-    """Return a text of one line or more without what would steer a terminal.
+    """Return a text of one line or more without characters that control a terminal.
 
-    That is control characters, with which a file could remove what was said of it, and marks that
-    turn the order of letters. Spaces of any width, tabs and ends of lines stay.
+    These are control characters, with which a file could erase the lines about it, and marks that
+    reverse the order of letters. Spaces of any width, tabs and ends of lines stay.
     """
     if text.replace("\n", "").replace("\t", "").isprintable():
-        return text  # as nearly all is: to look at each sign of a long result takes its time
-    return "".join(each if _is_shown(each) else UNPRINTABLE for each in text)
+        return text  # as nearly always: checking each character of a long result is slow
+    return "".join(character if _is_shown(character) else UNPRINTABLE for character in text)
 
 
-def _is_shown(sign: str) -> bool:
-    return sign.isprintable() or sign in "\n\t" or unicodedata.category(sign) == "Zs"
+def _is_shown(character: str) -> bool:
+    return character.isprintable() or character in "\n\t" or unicodedata.category(character) == "Zs"

@@ -19,7 +19,7 @@ from rigrunner.api.data import Measurement
 from rigrunner.signal.uncertainty import coverage_factor
 from rigrunner_bearings.api.torque import TorqueDetails
 from rigrunner_bearings.devices.swing_tester_sim.parameters import RigParameters
-from rigrunner_bearings.study.tools import asked
+from rigrunner_bearings.study.tools import analysis_ref
 from rigrunner_bearings.torque.settings import SwingTorque
 from unit.analysis.helpers_analysis import MEASURAND, registry
 
@@ -63,7 +63,8 @@ def compensated(method, loaded, no_load):
         }
     )
     run = replace(loaded, partners={"no_load": no_load} if no_load else {})
-    result = analyse(run, (asked(spec),), acceptance=None, measurand=MEASURAND, lookup=registry())
+    refs = (analysis_ref(spec),)
+    result = analyse(run, refs, acceptance=None, measurand=MEASURAND, lookup=registry())
     return TorqueDetails.of(result).compensations[method]
 
 

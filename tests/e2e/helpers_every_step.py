@@ -58,7 +58,7 @@ class FaultyTester:
         self.fault: Callable[[str], None] | None = None
         self.is_hot = False
 
-    def _told(self, call: str) -> None:
+    def _before(self, call: str) -> None:
         if self.fault is not None:
             self.fault(call)
 
@@ -88,14 +88,14 @@ class FaultyTester:
         """Stay connected, for the test to look at."""
 
     def set(self, drive: str, value: float) -> None:
-        self._told("set")
+        self._before("set")
         self.tester.set(drive, value)
 
     def read_back(self, drive: str) -> float:
         return self.tester.read_back(drive)
 
     def read(self, channels: Sequence[str]) -> Mapping[str, float]:
-        self._told("read")
+        self._before("read")
         values = dict(self.tester.read(channels))
         if self.is_hot and "temperature" in values:
             values["temperature"] = HOT_K
@@ -105,7 +105,7 @@ class FaultyTester:
         self, channels: Sequence[str], duration_s: float, stop: StopToken
     ) -> Iterator[Block]:
         for block in self.tester.stream(channels, duration_s, stop):
-            self._told("block")
+            self._before("block")
             yield block
 
     def truth(self) -> Mapping[str, float]:
@@ -117,7 +117,7 @@ class Faults:
     """Ways for a step to go wrong; each arms the device, or the answers, once the step begins."""
 
     tester: FaultyTester
-    asked: BaseException | None = None
+    answer_error: BaseException | None = None
     hanging: threading.Event = field(default_factory=threading.Event)
     released: threading.Event = field(default_factory=threading.Event)
 
@@ -151,14 +151,14 @@ class Faults:
             self.tester.fault = None
             raise error
 
-        self.tester.fault, self.asked = fail, error
+        self.tester.fault, self.answer_error = fail, error
 
 
-def over_of(hanging: threading.Event) -> Callable[..., bool]:
-    """Return what waits for a call until the device hangs, and not for a busy machine."""
+def is_over_or_hung(hanging: threading.Event) -> Callable[..., bool]:
+    """Return an `_is_over` that waits for a call only until the device hangs."""
     is_over = calling._is_over
 
-    def over(call: object, within_s: float = 0.0) -> bool:
+    def is_over_now(call: object, within_s: float = 0.0) -> bool:
         ends = time.monotonic() + within_s
         while not is_over(call, min(within_s, 0.01)):
             if hanging.is_set() or time.monotonic() > ends:
@@ -166,18 +166,18 @@ def over_of(hanging: threading.Event) -> Callable[..., bool]:
                 return is_over(call)  # just now
         return True
 
-    return over
+    return is_over_now
 
 
 @dataclass
 class FailingAnswers(UnattendedAnswers):
-    """The procedure's own answers, unless a fault is to be raised where somebody is asked."""
+    """The procedure's own answers; a confirmation may raise the error of a fault."""
 
     faults: Faults
 
     def confirm(self, step, question):
-        if self.faults.asked is not None:
-            raise self.faults.asked
+        if self.faults.answer_error is not None:
+            raise self.faults.answer_error
         return super().confirm(step, question)
 
 
@@ -185,8 +185,8 @@ def moment_procedure(folder: Path, name: str) -> Path:
     """Write a shipped procedure with all its steps, each as short as can be, and no analysis."""
     shipped = find_procedure(name)
     text = shipped.read_text(encoding="utf-8")
-    rest = text[text.index("\nanalysis:") :]
-    changes = [(rest, "\n"), ("cycles: 30}", "cycles: 1}"), ("cycles: 5}", "cycles: 1}")]
+    end = text[text.index("\nanalysis:") :]
+    changes = [(end, "\n"), ("cycles: 30}", "cycles: 1}"), ("cycles: 5}", "cycles: 1}")]
     if "cycles: 100}" in text:
         changes.append(("cycles: 100}", "cycles: 1}"))
     return edited(
@@ -237,7 +237,7 @@ def run_with_fault(
     faulty, answers = replace(planned, devices={"tester": tester}), FailingAnswers(faults)
     with (
         stop_on_signals() as stop,
-        patch.object(calling, "_is_over", over_of(faults.hanging)),
+        patch.object(calling, "_is_over", is_over_or_hung(faults.hanging)),
         patch.object(calling.MovingCall, "wait", lambda *_: None),  # it never comes back
     ):
         listeners = [stop, arm]
@@ -258,9 +258,9 @@ def run_with_fault(
 
 def _events(planned, answers, stop, listeners) -> list[Event]:
     """Run in memory, on the rig that `execute` makes of a station."""
-    rig, heard = rig_of(planned), Listener()
+    rig, listener = rig_of(planned), Listener()
     rig.connect()
-    bus = Bus([heard], listeners)
+    bus = Bus([listener], listeners)
     run_plan(planned.plan, rig, bus, planned.clock, answers, stop, "moment")
     rig.close()
-    return heard.events
+    return listener.events

@@ -20,13 +20,13 @@ def resealed(path, change):
 
 def with_content(page, change):
     """Change the JSON in an HTML page, as a text that `json` wrote; `change` takes a dict."""
-    begun, mark, rest = page.partition(b'id="certificate">\n')
-    data, end, after = rest.partition(b"</script>")
-    known = json.loads(data)
-    change(known)
-    text = json.dumps(known, ensure_ascii=False, indent=1)
-    escaped = text.translate({ord(each): f"\\u{ord(each):04x}" for each in "<>&"})
-    return begun + mark + escaped.encode() + b"\n" + end + after
+    before, mark, script = page.partition(b'id="certificate">\n')
+    data, end, after = script.partition(b"</script>")
+    content = json.loads(data)
+    change(content)
+    text = json.dumps(content, ensure_ascii=False, indent=1)
+    escaped = text.translate({ord(sign): f"\\u{ord(sign):04x}" for sign in "<>&"})
+    return before + mark + escaped.encode() + b"\n" + end + after
 
 
 def with_banner(page, printed="0.4268"):
@@ -44,10 +44,10 @@ def forged_pdf(path, printed="0.1000"):
     page, count = VALUE.subn(rf"\g<1>{printed}", path.with_suffix(".html").read_text("utf-8"))
     assert count == 1
     data = unsealed(path.with_suffix(".json").read_bytes(), ".json").decode()
-    made = HTML(string=page).write_pdf(
+    pdf = HTML(string=page).write_pdf(
         attachments=[Attachment(string=data, name=f"{path.stem}.json")]
     )
-    path.write_bytes(seal(made, ".pdf"))
+    path.write_bytes(seal(pdf, ".pdf"))
     return printed
 
 

@@ -52,7 +52,7 @@ def write_runs_until_killed(folder: Path) -> None:
     for number in range(1_000_000):
         run_id = f"run{number:04d}"
         noter = Noter(folder / "notes", run_id)
-        main = [record(name_of(one), seconds=SECONDS) for one in range(RECORDINGS)]
+        main = [record(name_of(index), seconds=SECONDS) for index in range(RECORDINGS)]
         with RunWriter(folder / run_id, header_of(run_id)) as writer:
             run(FakeTester(), plan_of((), main, ()), critical=[writer], guarded=[noter])
             writer.seal({"number": number})
@@ -73,10 +73,10 @@ def time_of_a_run(folder: Path) -> float:
     notes, began, writer = folder / "notes", time.monotonic(), begin(folder)
     while not (notes.exists() and "sealed" in notes.read_text()):
         time.sleep(0.002)
-    taken_s = time.monotonic() - began
+    run_s = time.monotonic() - began
     os.kill(writer, signal.SIGKILL)
     os.waitpid(writer, 0)
-    return taken_s
+    return run_s
 
 
 def kill_one(folder: Path, life_s: float) -> None:
@@ -94,11 +94,11 @@ def main() -> None:
     np.zeros(1)
     longest_s = LIVES * time_of_a_run(folder / "first")
     for number in range(kills):
-        place = folder / f"kill{number:04d}"
-        place.mkdir()
+        kill_folder = folder / f"kill{number:04d}"
+        kill_folder.mkdir()
         life_s = random_life.uniform(0.0, longest_s)
-        kill_one(place, life_s)
-        print(json.dumps({"folder": str(place), "life_s": life_s}), flush=True)  # noqa: T201
+        kill_one(kill_folder, life_s)
+        print(json.dumps({"folder": str(kill_folder), "life_s": life_s}), flush=True)  # noqa: T201
 
 
 if __name__ == "__main__":

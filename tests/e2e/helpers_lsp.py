@@ -69,20 +69,20 @@ class YamlServer:
         document = {"uri": uri, "languageId": "yaml", "version": 1, "text": text}
         self._send({"method": "textDocument/didOpen", "params": {"textDocument": document}})
         while True:
-            said = self._receive()
-            published = said.get("method") == "textDocument/publishDiagnostics"
-            if published and said["params"]["uri"] == uri:
-                return list(said["params"]["diagnostics"])
+            message = self._receive()
+            published = message.get("method") == "textDocument/publishDiagnostics"
+            if published and message["params"]["uri"] == uri:
+                return list(message["params"]["diagnostics"])
 
     def completions(self, path: Path, line: int, column: int) -> list[dict[str, Any]]:
         """Return what the editor offers at a place (from 0) of a file that is open."""
-        found = self._at("textDocument/completion", path, line, column)
-        return list(found["items"] if isinstance(found, dict) else found or [])
+        answer = self._at("textDocument/completion", path, line, column)
+        return list(answer["items"] if isinstance(answer, dict) else answer or [])
 
     def hover(self, path: Path, line: int, column: int) -> str:
         """Return what the editor shows at a place (from 0) of a file that is open."""
-        found = self._at("textDocument/hover", path, line, column)
-        return str(found["contents"]["value"]) if found else ""
+        answer = self._at("textDocument/hover", path, line, column)
+        return str(answer["contents"]["value"]) if answer else ""
 
     def _at(self, method: str, path: Path, line: int, column: int) -> Any:
         place = {"line": line, "character": column}
@@ -93,10 +93,10 @@ class YamlServer:
         self._next_id += 1
         self._send({"id": self._next_id, "method": method, "params": params})
         while True:
-            said = self._receive()
-            if said.get("id") == self._next_id and "method" not in said:
-                assert "error" not in said, said["error"]
-                return said["result"]
+            message = self._receive()
+            if message.get("id") == self._next_id and "method" not in message:
+                assert "error" not in message, message["error"]
+                return message["result"]
 
     def _send(self, message: dict[str, Any]) -> None:
         content = json.dumps({"jsonrpc": "2.0", **message}).encode()
@@ -109,15 +109,15 @@ class YamlServer:
             assert header or self._process.poll() is None, "the server has gone"
             if header.lower().startswith(b"content-length:"):
                 length = int(header.split(b":")[1])
-        said: dict[str, Any] = json.loads(self._process.stdout.read(length))
-        if "method" in said and "id" in said:
-            self._answer(said)
-        return said
+        message: dict[str, Any] = json.loads(self._process.stdout.read(length))
+        if "method" in message and "id" in message:
+            self._answer(message)
+        return message
 
-    def _answer(self, asked: dict[str, Any]) -> None:
-        if asked["method"] == "workspace/configuration":
-            items = asked["params"]["items"]
+    def _answer(self, request: dict[str, Any]) -> None:
+        if request["method"] == "workspace/configuration":
+            items = request["params"]["items"]
             result: Any = [SETTINGS.get(item.get("section")) for item in items]
         else:
             result = None
-        self._send({"id": asked["id"], "result": result})
+        self._send({"id": request["id"], "result": result})

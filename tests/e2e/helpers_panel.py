@@ -27,51 +27,51 @@ class Server:
     """`rigrunner panel` as a process of its own."""
 
     def __init__(self, lab, runs, *options):
-        words = ["panel", "--port", "0", "--no-browser", "--procedures", lab, "--runs", runs]
+        command = ["panel", "--port", "0", "--no-browser", "--procedures", lab, "--runs", runs]
         self.process = subprocess.Popen(
-            [sys.executable, "-c", PROGRAM, *map(str, words), *options],
+            [sys.executable, "-c", PROGRAM, *map(str, command), *options],
             stderr=subprocess.PIPE,
             text=True,
         )
-        self.said = []
-        first = self.process.stderr.readline()
-        if not first.startswith("Panel: "):
-            _, said = self.process.communicate(timeout=PATIENCE_S)
-            raise AssertionError(first + said)
-        self.address = re.search(r"http://\S+?:\d+", first)[0]
+        self.output = []
+        first_line = self.process.stderr.readline()
+        if not first_line.startswith("Panel: "):
+            _, output = self.process.communicate(timeout=PATIENCE_S)
+            raise AssertionError(first_line + output)
+        self.address = re.search(r"http://\S+?:\d+", first_line)[0]
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
 
     def end(self, signal_number=None):
-        """Let it end and return its exit code and all that it said."""
+        """Wait for its end; return its exit code and its whole output."""
         if signal_number is not None:
             self.process.send_signal(signal_number)
         code = self.process.wait(PATIENCE_S)
         self._reader.join(PATIENCE_S)
         self.process.stderr.close()
-        return code, "".join(self.said)
+        return code, "".join(self.output)
 
     def _read(self):
         with suppress(ValueError):
-            self.said.extend(iter(self.process.stderr.readline, ""))
+            self.output.extend(iter(self.process.stderr.readline, ""))
 
 
 class Screen:
     """A client with an id of its own that applies every delta of one rig."""
 
     def __init__(self, server, client, rig=None):
-        named = {} if rig is None else {"rig": rig}  # only one of several has to be named
+        parameters = {} if rig is None else {"rig": rig}  # only one of several has to be named
         self.http = httpx.Client(
             base_url=server.address,
             headers={"X-Rigrunner-Client": client},
-            params=named,
+            params=parameters,
             timeout=PATIENCE_S,
         )
         address = server.address.replace("http", "ws", 1)
-        asked = httpx.QueryParams({"client": client} | named)
-        events = connect(f"{address}/api/v1/events?{asked}", max_size=None)
-        self._held = ExitStack()
-        self._socket = self._held.enter_context(events)
+        query = httpx.QueryParams({"client": client} | parameters)
+        events = connect(f"{address}/api/v1/events?{query}", max_size=None)
+        self._stack = ExitStack()
+        self._socket = self._stack.enter_context(events)
         self.state = {}
         self.frames = []
         self.rigs = []
@@ -83,17 +83,17 @@ class Screen:
         self.until(bool)
 
     def post(self, path, /, status=200, **body):
-        """Ask for something and return the answer; its status must be as expected."""
+        """Post a request and return the answer; its status must be as expected."""
         answer = self.http.post(f"/api/v1/{path}", json=body)
         assert answer.status_code == status, answer.text
         return answer.json()
 
     def until(self, condition, patience_s=PATIENCE_S):
-        """Wait until the state is as wanted, and return it."""
+        """Wait until the state meets the condition, and return it."""
         with self._news:
-            found = self._news.wait_for(lambda: condition(self.state), patience_s)
-        told = {key: self.state.get(key) for key in ("phase", "asked", "finished", "alarms")}
-        assert found, f"still {told}"
+            is_reached = self._news.wait_for(lambda: condition(self.state), patience_s)
+        shown = {key: self.state.get(key) for key in ("phase", "asked", "finished", "alarms")}
+        assert is_reached, f"still {shown}"
         return self.state
 
     def phase(self, *phases):
@@ -107,9 +107,9 @@ class Screen:
         self.until(lambda state: state["prompt"] != prompt)
 
     def close(self):
-        """Go away without a word, as a browser that is closed."""
+        """Disconnect without notice, like a browser that is closed."""
         self.is_closed = True
-        self._held.close()
+        self._stack.close()
         self.http.close()
 
     def _follow(self):
@@ -121,15 +121,15 @@ class Screen:
         with self._news:
             if isinstance(message, bytes):
                 self.frames.append(parse_frame(message))
-            elif (told := json.loads(message))["type"] == "state":
-                self.state = told["state"]
-            elif told["type"] == "event":
-                self.events.append(told)
-            elif told["type"] == "rigs":
-                self.rigs = told["rigs"]
+            elif (update := json.loads(message))["type"] == "state":
+                self.state = update["state"]
+            elif update["type"] == "event":
+                self.events.append(update)
+            elif update["type"] == "rigs":
+                self.rigs = update["rigs"]
             else:
-                assert told["seq"] == self.state["seq"] + 1
-                self.state = {**self.state, **told["changes"], "seq": told["seq"]}
+                assert update["seq"] == self.state["seq"] + 1
+                self.state = {**self.state, **update["changes"], "seq": update["seq"]}
             if self.state.get("phase") not in self.phases[-1:]:
                 self.phases.append(self.state.get("phase"))
             self._news.notify_all()
@@ -137,7 +137,7 @@ class Screen:
 
 @contextmanager
 def served(lab, runs, *options):
-    """Give a served panel, which is killed in the end if it is still there."""
+    """Yield a served panel, which is killed at the end if it still runs."""
     server = Server(lab, runs, *options)
     try:
         yield server
@@ -147,7 +147,7 @@ def served(lab, runs, *options):
 
 
 def ready(screen, procedure, station="station.yaml", name="Ann"):
-    """Take control, look at the rig, and return what a start is to be told."""
+    """Take control, check the rig, and return the arguments of a start."""
     screen.post("control", name=name, take_over=True)
     earlier = screen.state["preflight"]
     screen.post("preflight", 202, procedure=procedure, station=station)
@@ -174,26 +174,26 @@ def process_is_gone(pid, patience_s=PATIENCE_S):
 
 
 def rig_process(server):
-    """Return the number of the process that has the rig."""
+    """Return the PID of the process that controls the rig."""
     started = started_by(server.process.pid).items()
     return next(pid for pid, command in started if "panel.jobs.main" in command)
 
 
 def started_by(pid):
-    """Return the command lines of the processes that one has started and that are still there."""
-    found = {}
-    for each in psutil.Process(pid).children():
+    """Return the command lines of the running children of a process, by PID."""
+    commands = {}
+    for child in psutil.Process(pid).children():
         with suppress(psutil.NoSuchProcess):
-            found[each.pid] = " ".join(each.cmdline())
-    return found
+            commands[child.pid] = " ".join(child.cmdline())
+    return commands
 
 
 def parse_frame(content):
     """Return header and arrays of a frame, as docs/reference/panel-api.md describes it."""
     (length,) = struct.unpack_from("<I", content)
     header = json.loads(content[4 : 4 + length])
-    arrays, at = {}, 4 + length
+    arrays, offset = {}, 4 + length
     for name, count in header["arrays"]:
-        arrays[name] = np.frombuffer(content, "<f4", count, at)
-        at += 4 * count
+        arrays[name] = np.frombuffer(content, "<f4", count, offset)
+        offset += 4 * count
     return header, arrays

@@ -24,16 +24,16 @@ FEWER = ("cycles: 12}", "cycles: 10}")
 class Snapshot:
     """Copies the folder of a run when an event comes, once: that is what a kill would leave."""
 
-    def __init__(self, runs: Path, kept: Path, at) -> None:
+    def __init__(self, runs: Path, target: Path, at) -> None:
         self.runs = runs
-        self.kept = kept
+        self.target = target
         self.at = at
         self.folder: Path | None = None
 
     def __call__(self, event) -> None:
         if self.folder is None and self.at(event):
             (source,) = (path for path in self.runs.iterdir() if not (path / "run.h5").exists())
-            self.folder = self.kept / source.name
+            self.folder = self.target / source.name
             shutil.copytree(source, self.folder, ignore=shutil.ignore_patterns("run.lock"))
 
 
@@ -42,9 +42,9 @@ def interrupted(tmp_path, at, *, station=None, changes=(), procedure=None):
 
     The procedure is the quick no-load sweep with changes, unless another one is given.
     """
-    known = {"station": station, "changes": changes, "procedure": procedure}
-    (folder,), whole = interrupted_at(tmp_path, [at], **known)
-    return folder, whole
+    options = {"station": station, "changes": changes, "procedure": procedure}
+    (folder,), finished = interrupted_at(tmp_path, [at], **options)
+    return folder, finished
 
 
 def interrupted_at(tmp_path, instants, *, station=None, changes=(), procedure=None):
@@ -54,9 +54,9 @@ def interrupted_at(tmp_path, instants, *, station=None, changes=(), procedure=No
         for number, at in enumerate(instants)
     ]
     procedure = procedure or quick_procedure(tmp_path, NO_LOAD, FEWER, *changes)
-    whole = run(procedure, tmp_path / "runs", station=station, listeners=snapshots)
-    assert all(one.folder is not None for one in snapshots)
-    return [one.folder for one in snapshots], whole
+    finished = run(procedure, tmp_path / "runs", station=station, listeners=snapshots)
+    assert all(snapshot.folder is not None for snapshot in snapshots)
+    return [snapshot.folder for snapshot in snapshots], finished
 
 
 def resumable(folder, by="A. Jones", *, procedure=None, station=None):

@@ -108,22 +108,22 @@ class Bench:
         energised_s = time.monotonic()
         until(lambda: self.lab.stands() == (0.0, 0.0))
         self.energised_s = time.monotonic() - energised_s
-        assert os.waitpid(child, 0)[1] == 0, said(folder / "whole")
+        assert os.waitpid(child, 0)[1] == 0, output_of(folder / "whole")
         self.life_s = time.monotonic() - began_s
 
     def warm_up(self, runs: Path) -> None:
-        """Do a whole run in this process: what it imports, those that are forked need not."""
-        words = ["run", self.short, "--station", self.lab.station, "--runs", runs, "--unattended"]
-        with redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()) as told:
-            assert main([str(each) for each in words]) == 0, told.getvalue()
+        """Do a whole run in this process, so that forked ones need not import anything."""
+        command = ["run", self.short, "--station", self.lab.station, "--runs", runs, "--unattended"]
+        with redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()) as stderr:
+            assert main([str(argument) for argument in command]) == 0, stderr.getvalue()
 
     def start(self, runs: Path, procedure: Path, *more: str) -> int:
         """Start a run in a process of its own, with a person who says yes, and return its number.
 
-        What it says is in `said`.
+        Its output is in `output_of`.
         """
-        words = ["run", procedure, "--station", self.lab.station, "--runs", runs, *more]
-        return forked(words, runs)
+        command = ["run", procedure, "--station", self.lab.station, "--runs", runs, *more]
+        return run_in_fork(command, runs)
 
     def kill(self, kind: str, runs: Path, chance: random.Random) -> None:
         """Start a run, and kill what is to be killed at a random instant of its life."""
@@ -132,8 +132,9 @@ class Bench:
             self.wait(chance, lambda: has_ended(child))
             victims = [child]
             with suppress(psutil.NoSuchProcess):
-                victims += [each.pid for each in psutil.Process(child).children(recursive=True)]
-            shoot(victims if kind == "guardian" else [child], chance)
+                children = psutil.Process(child).children(recursive=True)
+                victims += [process.pid for process in children]
+            kill_all(victims if kind == "guardian" else [child], chance)
             os.waitpid(child, 0)
             return
         with served(self.lab.folder, runs) as server:
@@ -144,8 +145,8 @@ class Bench:
             with suppress(StopIteration):  # the run is over
                 run = rig_process(server)
                 self.wait(chance, lambda: is_zombie(run))
-                whom = {"panel": [run], "server": [server.process.pid]}
-                shoot(whom.get(kind, [run, server.process.pid]), chance)
+                victims_by_kind = {"panel": [run], "server": [server.process.pid]}
+                kill_all(victims_by_kind.get(kind, [run, server.process.pid]), chance)
                 until(lambda: not psutil.pid_exists(run) or is_zombie(run))
             screen.close()
 
@@ -162,65 +163,66 @@ class Bench:
     def check(self, kind: str, runs: Path) -> dict[str, object]:
         """Check what a kill has left, start the next run, and return how it was."""
         until(lambda: not is_held(self.lock))  # a guardian, and a run that ends itself, need a time
-        noted = list(map(float, self.notes.read_text().split())) if self.notes.exists() else []
+        notes = list(map(float, self.notes.read_text().split())) if self.notes.exists() else []
         rows = [value for name in run_names(runs) for value in rows_of(runs / name)]
-        assert rows[: len(noted)] == noted, f"{noted} were told, {rows} are kept"
-        stands, marker = self.lab.stands(), read_marker(self.lab.station_id)
-        is_safe = stands == (0.0, 0.0)
-        assert is_safe or marker is not None, f"the rig is at {stands}, and no marker says so"
+        assert rows[: len(notes)] == notes, f"{notes} were told, {rows} are kept"
+        drives, marker = self.lab.stands(), read_marker(self.lab.station_id)
+        is_safe = drives == (0.0, 0.0)
+        assert is_safe or marker is not None, f"the rig is at {drives}, and no marker says so"
         child = self.start(runs, self.short)
-        code, told = os.waitpid(child, 0)[1], said(runs)
-        assert code == 0, told
+        code, output = os.waitpid(child, 0)[1], output_of(runs)
+        assert code == 0, output
         assert self.lab.stands() == (0.0, 0.0)
         assert read_marker(self.lab.station_id) is None
         if marker is not None:
-            assert -1 < told.find("left energised by STEPS") < told.index(SPECIMEN), told
+            assert -1 < output.find("left energised by STEPS") < output.index(SPECIMEN), output
             events = read(runs / run_names(runs)[-1]).events
-            assert any(getattr(each, "action", "") == "found energised" for each in events)
-        how = "told before any question"
+            assert any(getattr(event, "action", "") == "found energised" for event in events)
+        conclusion = "told before any question"
         if is_safe:
-            how = (
+            conclusion = (
                 "the guardian made it safe"
                 if marker is not None
                 else "not energised, or made safe by its process"
             )
-        return {"kind": kind, "how": how, "rows": len(rows), "noted": len(noted), "stood": stands}
+        counts = {"rows": len(rows), "noted": len(notes)}
+        return {"kind": kind, "how": conclusion, **counts, "stood": drives}
 
 
-def forked(words: list[object], runs: Path) -> int:
-    """Call the command line in a process of its own, which a session of its own has not."""
+def run_in_fork(command: list[object], runs: Path) -> int:
+    """Call the command line in a child process of the same session."""
     runs.mkdir(exist_ok=True)
     child = os.fork()
     if child:
         return child
     try:
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
-        os.dup2(os.open(runs.with_suffix(".said"), os.O_WRONLY | os.O_CREAT | os.O_TRUNC), 2)
+        os.dup2(os.open(runs.with_suffix(".stderr"), os.O_WRONLY | os.O_CREAT | os.O_TRUNC), 2)
         reading, writing = os.pipe()
         os.write(writing, b"yes\n" * 8)
         os.close(writing)
         os.dup2(reading, 0)
         sys.stdin = os.fdopen(0)
         sys.stdout, sys.stderr = os.fdopen(1, "w"), os.fdopen(2, "w")
-        os._exit(main([str(each) for each in words]))
+        os._exit(main([str(argument) for argument in command]))
     finally:
         os._exit(70)
 
 
-def said(runs: Path) -> str:
-    return runs.with_suffix(".said").read_text(encoding="utf-8", errors="replace")
+def output_of(runs: Path) -> str:
+    return runs.with_suffix(".stderr").read_text(encoding="utf-8", errors="replace")
 
 
-def shoot(processes: list[int], chance: random.Random) -> None:
-    """Kill processes in any order, as quickly as it can be done."""
+def kill_all(processes: list[int], chance: random.Random) -> None:
+    """Kill processes in random order, as quickly as possible."""
     chance.shuffle(processes)
-    for each in processes:
+    for process in processes:
         with suppress(ProcessLookupError):
-            os.kill(each, signal.SIGKILL)
+            os.kill(process, signal.SIGKILL)
 
 
 def has_ended(child: int) -> bool:
-    """Say whether a child has ended, and leave it to be waited for."""
+    """Return whether a child has ended; it can still be waited for."""
     return os.waitid(os.P_PID, child, os.WEXITED | os.WNOHANG | os.WNOWAIT) is not None
 
 
@@ -240,33 +242,33 @@ def until(condition) -> None:
 
 def rows_of(folder: Path) -> list[float]:
     try:
-        return [each.values["psu.voltage"] for each in read(folder).measurements]
+        return [measurement.values["psu.voltage"] for measurement in read(folder).measurements]
     except DataError:  # it was killed before its header was on the disk
         return []
 
 
 def kills(folder: Path, number: int, seed: int):
-    """Yield how it was after each kill."""
+    """Yield the state after each kill."""
     folder.mkdir(parents=True, exist_ok=True)
     chance, bench = random.Random(seed), Bench(folder)  # noqa: S311  (it is to be repeatable)
-    for each in range(number):
-        kind, runs = ROUND[each % len(ROUND)], folder / f"{each:03d}"
+    for index in range(number):
+        kind, runs = ROUND[index % len(ROUND)], folder / f"{index:03d}"
         bench.notes.unlink(missing_ok=True)
         bench.kill(kind, runs, chance)
-        yield {"kill": each, **bench.check(kind, runs)}
+        yield {"kill": index, **bench.check(kind, runs)}
 
 
-def table(found: list[dict[str, object]]) -> str:
-    """Return how many kills ended how, as a table."""
-    ways = sorted({str(each["how"]) for each in found})
-    counted = Counter((each["kind"], each["how"]) for each in found)
+def table(results: list[dict[str, object]]) -> str:
+    """Return the numbers of kills by their outcome, as a table."""
+    ways = sorted({str(kill["how"]) for kill in results})
+    counted = Counter((kill["kind"], kill["how"]) for kill in results)
     lines = [f"| killed | kills | {' | '.join(ways)} | rows told | rows lost |"]
     lines.append("|---|" + "---:|" * (len(ways) + 3))
     for kind, words in WORDS.items():
-        of_kind = [each for each in found if each["kind"] == kind]
+        of_kind = [kill for kill in results if kill["kind"] == kind]
         if of_kind:
             counts = " | ".join(str(counted[kind, way]) for way in ways)
-            rows = sum(int(str(each["noted"])) for each in of_kind)
+            rows = sum(int(str(kill["noted"])) for kill in of_kind)
             lines.append(f"| {words} | {len(of_kind)} | {counts} | {rows:,} | 0 |")
     return "\n".join(lines)
 

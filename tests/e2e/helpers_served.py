@@ -43,9 +43,9 @@ if not sys.argv[1:] or sys.argv[1] in {for_itself!r} or "--workers" in sys.argv:
     os.execv(real[0], real)
 server = socket.socket(socket.AF_UNIX)
 server.connect({address!r})
-asked = json.dumps([sys.argv[1:], os.getcwd(), dict(os.environ)]).encode()
-socket.send_fds(server, [len(asked).to_bytes(4, "big")], [0, 1, 2])
-server.sendall(asked)
+request = json.dumps([sys.argv[1:], os.getcwd(), dict(os.environ)]).encode()
+socket.send_fds(server, [len(request).to_bytes(4, "big")], [0, 1, 2])
+server.sendall(request)
 answer = server.recv(1)
 sys.exit(answer[0] if answer else 70)
 """
@@ -53,7 +53,7 @@ sys.exit(answer[0] if answer else 70)
 
 @contextmanager
 def served_command():
-    """Give a folder for the path that holds the command; it is served until the block ends."""
+    """Yield a folder for PATH that holds the command, which is served until the block ends."""
     with tempfile.TemporaryDirectory(prefix="rr-") as name:
         folder, address = Path(name) / "bin", str(Path(name) / "s")
         folder.mkdir()
@@ -73,15 +73,15 @@ def _serve(address: str) -> None:
     """Fork for each connection until the input ends."""
     for module in IMPORTED_ONCE:
         import_module(module)
-    with socket.socket(socket.AF_UNIX) as listens:
-        listens.bind(address)
-        listens.listen(64)
+    with socket.socket(socket.AF_UNIX) as listener:
+        listener.bind(address)
+        listener.listen(64)
         os.write(1, b"serving\n")
-        while listens in select.select([0, listens], [], [])[0]:
-            asks, _ = listens.accept()
+        while listener in select.select([0, listener], [], [])[0]:
+            connection, _ = listener.accept()
             if os.fork() == 0:
-                _answer(asks)
-            asks.close()
+                _answer(connection)
+            connection.close()
             _reap(os.WNOHANG)
     _reap(0)
 
@@ -92,14 +92,14 @@ def _reap(options: int) -> None:
             pass
 
 
-def _answer(asks: socket.socket) -> None:
+def _answer(connection: socket.socket) -> None:
     """Run the command in a process of its own, and tell the client how it ended."""
-    size, streams, _, _ = socket.recv_fds(asks, 4, 3)
-    with asks.makefile("rb") as rest:
-        arguments, folder, environment = json.loads(rest.read(int.from_bytes(size, "big")))
+    size, streams, _, _ = socket.recv_fds(connection, 4, 3)
+    with connection.makefile("rb") as request:
+        arguments, folder, environment = json.loads(request.read(int.from_bytes(size, "big")))
     command = os.fork()
     if command == 0:
-        asks.close()
+        connection.close()
         for number, stream in enumerate(streams):
             os.dup2(stream, number)
             os.close(stream)
@@ -110,7 +110,7 @@ def _answer(asks: socket.socket) -> None:
         sys.argv = ["rigrunner", *arguments]
         sys.exit(main(arguments))
     _, status = os.waitpid(command, 0)
-    asks.send(bytes([os.waitstatus_to_exitcode(status) % 256]))
+    connection.send(bytes([os.waitstatus_to_exitcode(status) % 256]))
     os._exit(0)
 
 

@@ -166,11 +166,11 @@ class SupplyLab:
         return self.folder / name
 
     def put(self, **values):
-        """Let the supply stand so."""
-        known = json.loads(self.state.read_text()) if self.state.exists() else {}
-        self.state.write_text(json.dumps(known | values), encoding="utf-8")
+        """Set values of the supply."""
+        state = json.loads(self.state.read_text()) if self.state.exists() else {}
+        self.state.write_text(json.dumps(state | values), encoding="utf-8")
 
     def stands(self):
-        """Return the voltage and the speed that the supply stands at."""
+        """Return the present voltage and speed of the supply."""
         state = json.loads(self.state.read_text())
         return state["voltage"], state["speed"]

@@ -12,7 +12,7 @@ from rigrunner_bearings.study import coverage_rigs as rigs
 from rigrunner_bearings.study.coverage import limits
 from rigrunner_bearings.study.coverage_plots import FIGURES
 from rigrunner_bearings.study.coverage_rigs import FREQUENCIES_HZ, torque_instrument
-from rigrunner_bearings.study.coverage_table import ROW_HEADER, held_text
+from rigrunner_bearings.study.coverage_table import ROW_HEADER, coverage_text
 from rigrunner_bearings.study.populations import PAUSE_S
 from rigrunner_bearings.study.share import Share
 from rigrunner_bearings.study.tools import tools
@@ -116,4 +116,4 @@ def test_intervals_of_runs_belong_to_their_counts(title):
     for row in rows:
         rigs = int(re.search(r"\((\d+)\)", row[1])[1])
         rate = float(row[-1].split(" %")[0]) / 100
-        assert held_text(Share(round(rate * rigs), rigs)) == row[-1]
+        assert coverage_text(Share(round(rate * rigs), rigs)) == row[-1]

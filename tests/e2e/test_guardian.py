@@ -384,7 +384,7 @@ def stop_at_once(*words, popen=subprocess.Popen, **known):
     return child
 
 subprocess.Popen = stop_at_once
-with ready_station(pathlib.Path(sys.argv[1])).held("late") as held:
+with ready_station(pathlib.Path(sys.argv[1])).hold("late") as held:
     with held.guarded("late", {"psu"}) as guardian, held.rig({"psu"}, guardian.pulse) as rig:
         rig.set("psu", "voltage", 40.0)
         child, owner = guardian._child.pid, os.getpid()

@@ -14,7 +14,7 @@ from rigrunner.analysis.analyse import analyse
 from rigrunner.analysis.document import document
 from rigrunner_bearings.study.bench import Bench, Value
 from rigrunner_bearings.study.recording import RecordedBench, record_bench
-from rigrunner_bearings.study.tools import asked, primary_alone, tools
+from rigrunner_bearings.study.tools import analysis_ref, primary_alone, tools
 from unit.rigrunner_fleet.archive.helpers_archive import store_run
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ def day(natural_hz: float, seed: int, no_load: RunData | None = None) -> Day:
     recorded = record_bench(bench, shared.registry, shared.measured_station)
     result = analyse(
         replace(recorded.loaded, partners={"no_load": no_load or recorded.no_load}),
-        (asked(primary_alone(shared.spec)),),
+        (analysis_ref(primary_alone(shared.spec)),),
         acceptance=None,
         measurand=shared.measurand,
         lookup=shared.registry,

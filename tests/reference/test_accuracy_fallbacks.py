@@ -19,7 +19,7 @@ from rigrunner.analysis.document import document
 from rigrunner.api.analysis import Consequence
 from rigrunner.signal.uncertainty import coverage_factor
 from rigrunner_bearings.api.torque import TorqueDetails
-from rigrunner_bearings.study.tools import asked
+from rigrunner_bearings.study.tools import analysis_ref
 from rigrunner_bearings.torque.settings import SwingTorque
 from unit.analysis.helpers_analysis import MEASURAND, registry
 
@@ -56,7 +56,8 @@ def analysed(rig, seed, motion):
         run_by(motion, rig, load, HERTZ, seed=seed, cycles=15) for load in (1000.0, 0.0)
     )
     run = replace(loaded, partners={"no_load": no_load})
-    return analyse(run, (asked(SPEC),), acceptance=None, measurand=MEASURAND, lookup=registry())
+    refs = (analysis_ref(SPEC),)
+    return analyse(run, refs, acceptance=None, measurand=MEASURAND, lookup=registry())
 
 
 def errors_and_expanded(motion):

@@ -28,7 +28,7 @@ def command(folder: Path) -> ExitCode:
 
     Time is simulated: minutes at the rig take seconds.
     """
-    from rigrunner.cli.finishing import tell_finished
+    from rigrunner.cli.finishing import show_finished
     from rigrunner.cli.progress import shown_progress
     from rigrunner.cli.stopping import stop_on_signals
     from rigrunner.clock import SimulatedClock
@@ -64,5 +64,5 @@ def command(folder: Path) -> ExitCode:
                     break
     finally:
         for finished in runs:
-            tell_finished(finished)
+            show_finished(finished)
     return runs[-1].exit_code

@@ -1,1 +1,1 @@
-"""Swings, their cycles and starts from rest in samples, and what their torques have in common."""
+"""Swings, their cycles and starts from rest in samples, and the mean of their torques."""

@@ -21,15 +21,15 @@ def compensated_point(
     trace: Trace | None = None,
     cycles_used: int | None = None,
 ) -> CompensatedPoint:
-    """Return the point of which that is the model: its torque and budget follow from it."""
-    found = propagate(model)
+    """Return the point with this model, from which its torque and budget follow."""
+    propagated = propagate(model)
     return CompensatedPoint(
         set_frequency_hz=set_frequency_hz,
         frequency_hz=frequency_hz,
         raw_nm=raw_nm,
-        rig_nm=raw_nm - found.estimate.value,
-        torque=found.estimate,
-        components=found.components,
+        rig_nm=raw_nm - propagated.estimate.value,
+        torque=propagated.estimate,
+        components=propagated.components,
         trace=trace,
         model=model,
         cycles_used=cycles_used,

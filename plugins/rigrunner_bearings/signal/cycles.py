@@ -29,10 +29,10 @@ if TYPE_CHECKING:
     from rigrunner.api.data import Samples
 
 HYSTERESIS = 0.3
-"""Of the amplitude: what the angle must pass on both sides of zero to count as a swing."""
+"""Share of the amplitude that the angle must exceed on both sides of zero to be a swing."""
 
 LEAST_SWING = 0.5
-"""Of the amplitude that the kinematics give: less is noise of a rig at rest."""
+"""Share of the amplitude by the kinematics: less is noise of a rig at rest."""
 
 SHORTEST = 0.5
 """Of the median: the least length of a cycle. No crank turns a single time twice as fast."""
@@ -150,25 +150,25 @@ def _refine(angle: Samples, starts: Array, ratio: float) -> tuple[Array, float, 
         edges = _edges(angle, starts)
         means = _means(angle[edges[0] : edges[-1]], edges - edges[0])
     else:
-        turns, means = _walked(angle, starts, period, half, ratio)
+        turns, means = _in_groups(angle, starts, period, half, ratio)
     offset = float(np.median(means))
     scale = turns.scale(offset)
     return starts + turns.late(offset, scale), offset, scale
 
 
-def _walked(
+def _in_groups(
     angle: Samples, starts: Array, period: Array, half: int, ratio: float
 ) -> tuple[HalfTurnSums, list[float]]:
     """Return the half turns and the cycles' means of an angle that is read once, in groups."""
     sums: list[HalfTurnSums] = []
     means: list[float] = []
     edges = _edges(angle, starts)
-    for some in cycle_groups(starts):
-        first = max(edges[some.start] - half - 1, 0) // 2 * 2  # even, so that halves round alike
-        part = angle[first : edges[some.stop] + half + 2]
-        means += _means(part, edges[some.start : some.stop + 1] - first)
-        own = slice(some.start, some.stop + (some.stop == len(starts) - 1))
-        sums.append(HalfTurnSums.around(part, starts[own] - first, period[own], half, ratio))
+    for cycles in cycle_groups(starts):
+        first = max(edges[cycles.start] - half - 1, 0) // 2 * 2  # even, so that halves round alike
+        part = angle[first : edges[cycles.stop] + half + 2]
+        means += _means(part, edges[cycles.start : cycles.stop + 1] - first)
+        rows = slice(cycles.start, cycles.stop + (cycles.stop == len(starts) - 1))
+        sums.append(HalfTurnSums.around(part, starts[rows] - first, period[rows], half, ratio))
     return HalfTurnSums.joined(sums), means
 
 
@@ -192,17 +192,17 @@ def resample(values: Samples, starts: Array, n: int = 1024) -> Array:
 
 
 def resampled(values: Samples, starts: Array, n: int) -> Iterator[tuple[slice, Array]]:
-    """Yield the same in groups of as many cycles as fit into memory, with which cycles they are."""
+    """Yield the same in groups of cycles that fit into memory, with the slice of each group."""
     period = np.diff(starts)
     dense = n * max(1, int(np.ceil(period.max() / n)))
     if len(values) <= BLOCK:
         yield slice(0, len(period)), _rows(values[:], starts, dense, n)
         return
-    for some in cycle_groups(starts):
-        own = starts[some.start : some.stop + 1]
-        first = max(int(own[0]) - SETTLED, 0)
-        part = values[first : int(own[-1]) + SETTLED]
-        yield some, _rows(part, own - first, dense, n)
+    for cycles in cycle_groups(starts):
+        bounds = starts[cycles.start : cycles.stop + 1]
+        first = max(int(bounds[0]) - SETTLED, 0)
+        part = values[first : int(bounds[-1]) + SETTLED]
+        yield cycles, _rows(part, bounds - first, dense, n)
 
 
 def _rows(values: Array, starts: Array, dense: int, n: int) -> Array:

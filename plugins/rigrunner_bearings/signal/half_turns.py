@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from rigrunner.api.data import Samples
 
 TOGETHER = 1 << 16
-"""Samples of half turns that are summed at once: what is made of them stays in a core's cache."""
+"""Samples of half turns that are summed at once, so that they stay in a core's cache."""
 
 
 def _indices(starts: Array, half: int) -> NDArray[np.intp]:
@@ -62,7 +62,7 @@ class HalfTurns:
         return float(product) / float((self.model[self.inside] ** 2).sum())
 
     def late(self, offset: float, scale: float) -> Array:
-        """Return by how much each start is to be later, in samples."""
+        """Return the number of samples by which each start must be later."""
         residual = np.where(self.inside, self.measured - offset - scale * self.model, 0.0)
         slope = np.where(self.inside, scale * self.velocity, 0.0) / self.period
         return np.asarray(-(slope * residual).sum(axis=1) / (slope**2).sum(axis=1))
@@ -70,9 +70,9 @@ class HalfTurns:
 
 @dataclass(frozen=True, eq=False)
 class HalfTurnSums:
-    """What `HalfTurns` says of scale and lateness, as sums over each half turn, (starts,) each.
+    """The scale and lateness of `HalfTurns`, from sums over each half turn, (starts,) each.
 
-    An angle that is too long for memory is so read once for a step, though offset and scale are
+    An angle that is too long for memory is then read once per step, although offset and scale are
     known only at its end. m, f and v are the measured angle, the kinematics' and its velocity.
     """
 
@@ -89,10 +89,10 @@ class HalfTurnSums:
     def around(
         cls, angle: Array, starts: Array, period: Array, half: int, ratio: float
     ) -> HalfTurnSums:
-        """Sum up the same as `HalfTurns.around` takes."""
+        """Return the sums over the half turns of `HalfTurns.around`."""
         step = max(TOGETHER // (2 * half + 1), 1)
-        some = [slice(k, k + step) for k in range(0, len(starts), step)]
-        return cls.joined([cls._of(angle, starts[k], period[k], half, ratio) for k in some])
+        groups = [slice(k, k + step) for k in range(0, len(starts), step)]
+        return cls.joined([cls._of(angle, starts[k], period[k], half, ratio) for k in groups])
 
     @classmethod
     def _of(
@@ -113,7 +113,7 @@ class HalfTurnSums:
 
     @classmethod
     def joined(cls, parts: list[HalfTurnSums]) -> HalfTurnSums:
-        """Return those of several groups of starts as one."""
+        """Return the sums of several groups of starts as one."""
         columns = zip(*(vars(part).values() for part in parts), strict=True)
         return cls(*map(np.concatenate, columns))
 
@@ -122,6 +122,6 @@ class HalfTurnSums:
         return float((self.mf - offset * self.f).sum() / self.ff.sum())
 
     def late(self, offset: float, scale: float) -> Array:
-        """Return by how much each start is to be later, in samples."""
+        """Return the number of samples by which each start must be later."""
         residual = self.mv - offset * self.v - scale * self.fv
         return np.asarray(-self.period / scale * residual / self.vv)

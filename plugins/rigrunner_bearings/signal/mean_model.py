@@ -1,4 +1,4 @@
-"""The measurement model of a mean over set-points: what they have in common enters once."""
+"""The measurement model of a mean over set-points, in which common inputs occur once."""
 
 from __future__ import annotations
 
@@ -32,22 +32,22 @@ def mean_of_models(models: Sequence[MeasurementModel]) -> MeasurementModel:
     the others are distinguished by the point and average out. Raises ValueError if a common input
     is not the same in two points.
     """
-    # What each input of a point is called among those of all points.
+    # The name of each input of a point among the inputs of all points.
     names = [
         {
-            each.name: each.name if each.common else f"{each.name}, point {place}"
-            for each in model.inputs
+            input_.name: input_.name if input_.common else f"{input_.name}, point {place}"
+            for input_ in model.inputs
         }
         for place, model in enumerate(models, 1)
     ]
     inputs: dict[str, Input] = {}
     for model, renamed in zip(models, names, strict=True):
-        for own in model.inputs:
-            name = renamed[own.name]
-            # An ensemble of a point's own stays its own.
-            ensemble = own.ensemble + name.removeprefix(own.name) if own.ensemble else ""
-            new = replace(own, name=name, line=own.budget_line, ensemble=ensemble)
-            if not _same(inputs.setdefault(name, new), new):
+        for input_ in model.inputs:
+            name = renamed[input_.name]
+            # An ensemble of one point stays an ensemble of that point.
+            ensemble = input_.ensemble + name.removeprefix(input_.name) if input_.ensemble else ""
+            renamed_input = replace(input_, name=name, line=input_.budget_line, ensemble=ensemble)
+            if not _same(inputs.setdefault(name, renamed_input), renamed_input):
                 raise ValueError(f"{name} is common to all points, but not the same in two of them")
     return MeasurementModel(
         inputs=tuple(inputs.values()),
@@ -62,15 +62,15 @@ class _Mean:
 
     def __call__(self, inputs: Mapping[str, Array]) -> Array:
         total = sum(
-            model.equation({own: inputs[name] for own, name in names.items()})
+            model.equation({original: inputs[name] for original, name in names.items()})
             for model, names in self.parts
         )
         return np.asarray(total / len(self.parts))
 
 
 def _same(one: Input, other: Input) -> bool:
-    known = (one.value, one.distribution) == (other.value, other.distribution)
-    return known and (one.u == other.u or (isnan(one.u) and isnan(other.u)))
+    is_same_estimate = (one.value, one.distribution) == (other.value, other.distribution)
+    return is_same_estimate and (one.u == other.u or (isnan(one.u) and isnan(other.u)))
 
 
 def _correlation(
@@ -79,12 +79,12 @@ def _correlation(
     if all(model.correlation is None for model in models):
         return None
     place = {name: i for i, name in enumerate(order)}
-    whole = np.eye(len(order))
+    correlation = np.eye(len(order))
     for model, renamed in zip(models, names, strict=True):
         if model.correlation is not None:
-            rows = [place[renamed[each.name]] for each in model.inputs]
-            whole[np.ix_(rows, rows)] = model.correlation
-    return whole
+            rows = [place[renamed[input_.name]] for input_ in model.inputs]
+            correlation[np.ix_(rows, rows)] = model.correlation
+    return correlation
 
 
 def model_of_point(point: CompensatedPoint) -> MeasurementModel:
@@ -93,16 +93,16 @@ def model_of_point(point: CompensatedPoint) -> MeasurementModel:
         return point.model
     effects = tuple(_effect(part) for part in point.components)
     return MeasurementModel(
-        inputs=tuple(each.input for each in effects),
+        inputs=tuple(effect.input for effect in effects),
         equation=Corrected(point.torque.value, effects),
     )
 
 
 def with_effects(point: CompensatedPoint, effects: Sequence[Effect]) -> CompensatedPoint:
-    """Return the point with more in its model, and so in its uncertainty and its budget."""
+    """Return the point with further effects in its model, its uncertainty and its budget."""
     model = extended(model_of_point(point), effects)
-    found = propagate(model)
-    return replace(point, torque=found.estimate, components=found.components, model=model)
+    propagated = propagate(model)
+    return replace(point, torque=propagated.estimate, components=propagated.components, model=model)
 
 
 def _effect(part: Component) -> Effect:
@@ -111,6 +111,6 @@ def _effect(part: Component) -> Effect:
     Its sign is not known: that of a common one is taken to be the same in all points.
     """
     name = part.distribution
-    known = Distribution(name) if name in set(Distribution) else Distribution.NORMAL
+    distribution = Distribution(name) if name in set(Distribution) else Distribution.NORMAL
     u = nan if isnan(part.u) else 1.0
-    return Effect(Input(part.name, 0.0, u, part.dof, known, "1", part.common), part.u)
+    return Effect(Input(part.name, 0.0, u, part.dof, distribution, "1", part.common), part.u)

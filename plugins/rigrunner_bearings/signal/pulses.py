@@ -17,14 +17,14 @@ if TYPE_CHECKING:
     from rigrunner.api.data import Samples
 
 LOW, HIGH = 0.25, 0.75
-"""Of the signal's range: below the one a pulse is over, above the other the next has come."""
+"""Shares of the signal's range: below LOW a pulse has ended, above HIGH the next has begun."""
 
 UNEVEN = 0.25
 """Relative difference of a period from the usual one that only a lost or doubled pulse makes."""
 
 FOLDED = 64
 ENOUGH, THINNED = 64, 1 << 18
-"""Cycles of a recording that is too long for memory, and the most samples for them."""
+"""The cycles that are used of a recording too long for memory, and the most samples of them."""
 SEARCH, PADDING, HARMONICS, REFINEMENTS = 0.15, 8, 9, 3
 
 
@@ -73,13 +73,13 @@ def starts_by_frequency(torque_nm: Samples, rate_hz: float, frequency_hz: float)
     least: as far as can be from the peak that is looked for. Raises DataError for no whole cycle.
     """
     period = rate_hz / frequency_hz
-    whole = np.arange(0, len(torque_nm) - 1, period)
-    if len(whole) < 2:  # noqa: PLR2004  (a cycle has two ends)
+    starts = np.arange(0, len(torque_nm) - 1, period)
+    if len(starts) < 2:  # noqa: PLR2004  (a cycle has two ends)
         raise DataError(
             f"no whole cycle of {frequency_hz:g} Hz in {len(torque_nm) / rate_hz:.3g} s",
             hint="record more cycles",
         )
-    folded = resample(torque_nm, whole, FOLDED).mean(axis=0)
+    folded = resample(torque_nm, starts, FOLDED).mean(axis=0)
     return np.arange(period * np.argmin(folded) / FOLDED, len(torque_nm) - 1, period)
 
 
@@ -89,31 +89,31 @@ def repetition_frequency(values: Samples, rate_hz: float, near_hz: float) -> flo
     Found where the first harmonics together are strongest, then refined by how much the phase of
     the first one turns from one half to the other. It tells a wrong entry from a right one; where
     cycles begin it does not show. Some cycles are needed, and a first harmonic; of a recording that
-    is too long for memory, as many as tell.
+    is too long for memory, as many as needed.
     """
     if len(values) > BLOCK:
         samples, rate_hz = _thinned(values, rate_hz, near_hz)
     else:
         samples = values[:]
     centred = samples - samples.mean()
-    found = _strongest(centred, rate_hz, near_hz)
+    repetition_hz = _strongest(centred, rate_hz, near_hz)
     for _ in range(REFINEMENTS):
-        # Halves of whole cycles: what is at other harmonics sums up to nothing in each.
-        half = round(int(len(samples) / 2 * found / rate_hz) * rate_hz / found)
-        turning = np.exp(-2j * pi * found / rate_hz * np.arange(2 * half))
+        # Halves of whole cycles: other harmonics sum to zero in each.
+        half = round(int(len(samples) / 2 * repetition_hz / rate_hz) * rate_hz / repetition_hz)
+        turning = np.exp(-2j * pi * repetition_hz / rate_hz * np.arange(2 * half))
         first, second = (centred[: 2 * half] * turning).reshape(2, half).sum(axis=1)
-        found += float(np.angle(second / first)) / (2 * pi) * rate_hz / half
-    return found
+        repetition_hz += float(np.angle(second / first)) / (2 * pi) * rate_hz / half
+    return repetition_hz
 
 
 def _thinned(values: Samples, rate_hz: float, near_hz: float) -> tuple[Array, float]:
     """Return the first cycles with neighbouring samples averaged, and their rate."""
     count = min(len(values), round(ENOUGH * rate_hz / near_hz))
-    together = -(-count // THINNED)
-    step, end = BLOCK // together * together, count // together * together
-    parts = (values[at : min(at + step, end)] for at in range(0, end, step))
-    means = [part.reshape(-1, together).mean(axis=1) for part in parts]
-    return np.concatenate(means), rate_hz / together
+    averaged = -(-count // THINNED)
+    step, end = BLOCK // averaged * averaged, count // averaged * averaged
+    parts = (values[start : min(start + step, end)] for start in range(0, end, step))
+    means = [part.reshape(-1, averaged).mean(axis=1) for part in parts]
+    return np.concatenate(means), rate_hz / averaged
 
 
 def _strongest(centred: Array, rate_hz: float, near_hz: float) -> float:

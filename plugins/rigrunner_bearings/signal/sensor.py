@@ -28,27 +28,27 @@ def gain(instrument: Instrument) -> Input:
 
 def stated(instrument: Instrument, error: str, name: str, unit: str = "N·m") -> Input:
     """Return the input of one error that the register states, the same in the whole run."""
-    known = instrument.accuracy
-    each = known.limits.get(error) if known else None
-    shape = Distribution(each.distribution if each else "rectangular")
+    accuracy = instrument.accuracy
+    limit = accuracy.limits.get(error) if accuracy else None
+    shape = Distribution(limit.distribution if limit else "rectangular")
     u = instrument.half_width(error) / OVER_U[shape]
     return Input(name, 0.0, u, distribution=shape, unit=unit, common=True)
 
 
 def curve_slope(instrument: Instrument, torque_nm: float) -> Effect:
-    """Return what a smooth error curve may change in the difference of two torques.
+    """Return the effect of a smooth error curve on the difference of two torques.
 
     Only its slope between them is left, of a parabola at most `NONLINEAR_SLOPE`.
     """
-    whole = stated(instrument, "nonlinearity", "sensor non-linearity", "1")
-    of_full_scale = replace(whole, u=whole.u / instrument.full_scale)
+    error = stated(instrument, "nonlinearity", "sensor non-linearity", "1")
+    of_full_scale = replace(error, u=error.u / instrument.full_scale)
     return Effect(of_full_scale, -NONLINEAR_SLOPE * torque_nm)
 
 
 def one_figure(instrument: Instrument) -> tuple[Effect, ...]:
-    """Return the whole error of a sensor of which one figure is known, if it is.
+    """Return the error of a sensor whose accuracy is stated in one figure; empty for others.
 
-    Nothing says what of it two runs have in common, so a difference may be off by all of it.
+    It is unknown what two runs have in common of it, so all of it counts in a difference.
     """
     if instrument.half_width("overall") == 0:
         return ()
@@ -56,9 +56,9 @@ def one_figure(instrument: Instrument) -> tuple[Effect, ...]:
 
 
 def reading_effects(instrument: Instrument, *, zeroed: bool) -> tuple[Effect, ...]:
-    """Return what one torque reading may be off by, besides the gain: curve, drift and offset.
+    """Return the errors of one torque reading except the gain: curve, drift and offset.
 
-    A zero reading takes the offset out; what drifts after it stays.
+    A zero reading removes the offset, but not the drift after it.
     """
     return (
         Effect(stated(instrument, "nonlinearity", "sensor non-linearity"), -1.0),
@@ -69,10 +69,10 @@ def reading_effects(instrument: Instrument, *, zeroed: bool) -> tuple[Effect, ..
 
 
 def difference_effects(instrument: Instrument, runs: int) -> tuple[Effect, ...]:
-    """Return what the difference of two runs' peaks may be off by, besides the gain.
+    """Return the errors of the difference of two runs' peaks except the gain.
 
-    The offset is the same in both and falls out, also where no zero was taken; each run has
-    drifted on its own since its zero reading. With one run the other side is no reading of ours.
+    The offset is the same in both and cancels, also without a zero reading; each run has
+    drifted since its own zero reading. With one run the other torque is not read by this sensor.
     """
     drift = stated(instrument, "drift", "zero drift")
     return (

@@ -1,4 +1,4 @@
-"""How long samples keep one value: what a channel that hangs for a while looks like."""
+"""How long samples keep one value, as those of a channel that hangs for a while."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def longest_stuck(values: Samples, parts: int) -> IntArray:
     """Return the longest run of equal samples that begins in each part, shape (parts,).
 
     Of values (n,) cut into that many equal parts, 1 to n. A run that continues in the next part
-    counts whole where it begins.
+    counts as a whole in the part in which it begins.
     """
     size = len(values) / parts
     longest = np.ones(parts, np.intp)
@@ -34,26 +34,26 @@ def longest_stuck(values: Samples, parts: int) -> IntArray:
 
 
 def longest_at(values: Samples, levels: Sequence[float]) -> int:
-    """Return how many samples in a row have one of these values, at most; each has to occur."""
-    runs = ((lengths, np.isin(held, levels)) for _, lengths, held in _runs(values))
-    return max(int(lengths[mine].max(initial=1)) for lengths, mine in runs)
+    """Return the longest run of samples at one of these levels; each level must occur."""
+    runs = ((lengths, np.isin(level, levels)) for _, lengths, level in _runs(values))
+    return max(int(lengths[at_levels].max(initial=1)) for lengths, at_levels in runs)
 
 
 def _runs(values: Samples) -> Iterator[tuple[IntArray, IntArray, Array]]:
-    """Yield where two samples or more are equal, how many they are, and their value, by blocks.
+    """Yield the starts of runs of two or more equal samples, their lengths and values, by blocks.
 
-    A run that continues in the next block is there again, with its length up to there.
+    A run that continues in the next block is yielded again, with its length so far.
     """
-    last, began, length = np.empty(0), 0, 1
-    for at, part in blocks(values):
-        joined = np.concatenate([last, part])
-        same = np.flatnonzero(joined[1:] == joined[:-1])
-        first = np.flatnonzero(np.diff(same, prepend=-2) > 1)
-        begins = same[first] + (at - len(last))
-        lengths = np.diff(first, append=len(same)) + 1
-        if len(last) and len(same) and same[0] == 0:
+    previous, began, length = np.empty(0), 0, 1
+    for start, part in blocks(values):
+        joined = np.concatenate([previous, part])
+        equal = np.flatnonzero(joined[1:] == joined[:-1])
+        first = np.flatnonzero(np.diff(equal, prepend=-2) > 1)
+        begins = equal[first] + (start - len(previous))
+        lengths = np.diff(first, append=len(equal)) + 1
+        if len(previous) and len(equal) and equal[0] == 0:
             begins[0], lengths[0] = began, length + lengths[0] - 1
-        yield begins, lengths, joined[same[first]]
-        continues = len(same) and same[-1] == len(joined) - 2
-        began, length = (begins[-1], lengths[-1]) if continues else (at + len(part) - 1, 1)
-        last = part[-1:]
+        yield begins, lengths, joined[equal[first]]
+        continues = len(equal) and equal[-1] == len(joined) - 2
+        began, length = (begins[-1], lengths[-1]) if continues else (start + len(part) - 1, 1)
+        previous = part[-1:]

@@ -58,8 +58,8 @@ class SwingCutter:
         swings = []
         for start, end in pairwise(starts):
             is_swing = abs(end - start - self._period) <= AGREE * self._period
-            # The middle of the range moves as samples come: a swing that was there may be found a
-            # little later again.
+            # The middle of the range moves with further samples, so a swing that was yielded
+            # before may be found again a little later.
             if is_swing and self._first + end > self._shown + AGREE * self._period:
                 places = start + (end - start) * np.arange(PHASES) / PHASES
                 torque = np.interp(places, np.arange(len(self._torque)), self._torque)

@@ -1,4 +1,4 @@
-"""Asks for the whole swings that a waveform method needs, and counts those that it keeps."""
+"""Requires the whole swings that a waveform method needs, and selects the cycles that count."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ def with_swings(sweep: Sweep) -> SwingSweep:
 
 def swings(points: Sequence[PeakPoint]) -> tuple[SwingPoint, ...]:
     """Return the points as swings; raise DataError naming one that has none."""
-    found = tuple(point for point in points if isinstance(point, SwingPoint))
-    if len(found) == len(points):
-        return found
-    bare = [point.recording for point in points if not isinstance(point, SwingPoint)]
-    others = f" and {len(bare) - 1} more" if len(bare) > 1 else ""
+    swing_points = tuple(point for point in points if isinstance(point, SwingPoint))
+    if len(swing_points) == len(points):
+        return swing_points
+    without_swing = [point.recording for point in points if not isinstance(point, SwingPoint)]
+    more = f" and {len(without_swing) - 1} more" if len(without_swing) > 1 else ""
     raise DataError(
         "comparing whole swings needs an angle channel (or a tacho, or an index pulse in every "
-        f"cycle), and {bare[0]}{others} had none",
+        f"cycle), and {without_swing[0]}{more} had none",
         hint="record the angle of the swing; peak methods can do without",
     )
 

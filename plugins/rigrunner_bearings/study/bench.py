@@ -60,7 +60,7 @@ BenchSettings: TypeAlias = "Mapping[str, Value | str]"
 
 @dataclass(frozen=True, kw_only=True)
 class Bench:
-    """Two runs on one rig: what really happens, and what the station and the procedure state."""
+    """Two runs on one rig: its true properties, and what station and procedure state."""
 
     simulator: str
     seed: int
@@ -88,10 +88,10 @@ class Bench:
 def drawn(ranges: Iterable[Range], rng: Generator) -> dict[str, Value]:
     """Return a value drawn from each range, by setting."""
     values: dict[str, Value] = {}
-    for each in ranges:
-        unit_value = rng.uniform(each.low, each.high)
-        times = values[each.times].number if each.times else 1.0
-        values[each.setting] = Value(unit_value * times, each.unit)
+    for range_ in ranges:
+        unit_value = rng.uniform(range_.low, range_.high)
+        times = values[range_.times].number if range_.times else 1.0
+        values[range_.setting] = Value(unit_value * times, range_.unit)
     return values
 
 
@@ -119,7 +119,7 @@ def nested(settings: BenchSettings, seed: int) -> dict[str, Any]:
     for dotted, value in settings.items():
         *within, name = dotted.split(".")
         branch = tree
-        for each in within:
-            branch = branch.setdefault(each, {})
+        for key in within:
+            branch = branch.setdefault(key, {})
         branch[name] = str(value)
     return tree

@@ -1,4 +1,4 @@
-"""The ways in which a study breaks a healthy rig, and which check is to see each."""
+"""The ways in which a study breaks a healthy rig, and the check that must detect each."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ class Break:
     """From where to where it is drawn, evenly, in words."""
     apply: Callable[[Bench, Generator], Bench]
     seen_by: str = ""
-    """The check that is to see it; empty where no check can."""
+    """The check that must detect it; empty if no check can."""
     unseen: str = ""
-    """Why no check can, where that is so."""
+    """Why no check can detect it; empty if one can."""
     before_compensation: bool = False
-    """The check looks at the recordings alone, so that no method need be run."""
+    """The check needs the recordings only, so no method is run."""
     simulators: tuple[str, ...] = tuple(POPULATIONS)
 
 

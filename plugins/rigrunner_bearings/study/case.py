@@ -1,4 +1,4 @@
-"""What names one case of a study: the same names give the same rig and the same recordings."""
+"""The identity of a case of a study: equal cases give the same rig and the same recordings."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ class Case:
 
     simulator: str
     fault: str
-    """What is wrong with it, by its name; empty where nothing is."""
+    """Name of its fault; empty for a healthy rig."""
     study_seed: int
     number: int
 
     def rng(self, words: str) -> Generator:
-        """Return the source of all that is drawn for it; the words part the studies."""
+        """Return the source of its random numbers; `words` distinguish the studies."""
         return np.random.default_rng([self.study_seed, zlib.crc32(words.encode()), self.number])

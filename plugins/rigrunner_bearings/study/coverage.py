@@ -1,4 +1,4 @@
-"""A study of coverage: how wrong the results are, and how often their interval holds the truth."""
+"""A study of coverage: errors of results, and how often their interval contains the truth."""
 
 from __future__ import annotations
 
@@ -37,8 +37,8 @@ if TYPE_CHECKING:
     from rigrunner.api import Array
     from rigrunner_bearings.api.compensations import CompensatedPoint
     from rigrunner_bearings.study.bench import Bench
+    from rigrunner_bearings.study.case_runner import CaseRunner
     from rigrunner_bearings.study.coverage_rigs import Rig
-    from rigrunner_bearings.study.going import Going
     from rigrunner_bearings.study.share import Clustered
 
 METHODS = ("template_inverse", "model_inverse")
@@ -46,26 +46,26 @@ METHODS = ("template_inverse", "model_inverse")
 
 @dataclass(frozen=True)
 class Outcome:
-    """What one method said of one rig, against the truth; N·m, one value per set-point."""
+    """The results of one method on one rig, against the truth; N·m, one value per set-point."""
 
     error_nm: tuple[float, ...]
     u_nm: tuple[float, ...]
     expanded_nm: tuple[float, ...]
     """The half-width of the 95 % interval."""
     mean_error_nm: float
-    """Of the mean over the set-points, the result of the run."""
+    """Error of the mean over the set-points, the result of the run."""
     mean_expanded_nm: float
 
 
 @dataclass(frozen=True)
 class Finding:
-    """What became of one rig; a method that was refused has no outcome."""
+    """The outcomes of one rig; a method that was refused has none."""
 
     case: Case
     law: str
     natural_hz: float
-    whole: dict[str, Outcome]
-    """By method, of recordings with all errors."""
+    all_errors: dict[str, Outcome]
+    """By method, for recordings with all errors."""
     no_sensor: dict[str, Outcome]
     """The same without the sensor's constant errors, and without their part of the budget."""
 
@@ -84,14 +84,14 @@ def examine(case: Case) -> Finding:
         case,
         rig.law,
         rig.natural_hz,
-        whole=_outcomes(rig, rig.bench, sensor=True),
+        all_errors=_outcomes(rig, rig.bench, sensor=True),
         no_sensor=_outcomes(rig, rig.without_sensor_errors, sensor=False),
     )
 
 
 @lru_cache(maxsize=1)
 def limits() -> Limits:
-    """Return what the primary method's budget allows the rig, and the station it describes."""
+    """Return the limits of the rig's errors, by the primary method's budget and the station."""
     settings = tools().registry.settings_of("compensation", METHODS[0])().model_dump()
     rig = own_keys(RigDescription, tools().measured_station.rig)
     settings["load_tolerance"] = rig.load_tolerance
@@ -106,22 +106,19 @@ def is_sensor(component: str) -> bool:
 
 def _outcomes(rig: Rig, bench: Bench, *, sensor: bool) -> dict[str, Outcome]:
     shared = tools()
-    recorded = record_bench(bench, shared.registry, rig.station)
+    bench_runs = record_bench(bench, shared.registry, rig.station)
     methods = tuple(CompensationRef.model_validate(name) for name in METHODS)
-    asked = {"compensations": methods, "primary_": METHODS[0], "fits": ()}
-    result = shared.analysed(recorded, shared.spec.model_copy(update=asked))
-    # Results are stated for the load that is said to act, and friction is proportional to load.
-    truths = np.array(recorded.truths_nm) * LOAD_N / bench.load_n
-    return {
-        name: _outcome([_kept(each, sensor=sensor) for each in found.points], truths)
-        for name, found in TorqueDetails.of(result).compensations.items()
-        if found.points
-    }
+    changes = {"compensations": methods, "primary_": METHODS[0], "fits": ()}
+    result = shared.analysed(bench_runs, shared.spec.model_copy(update=changes))
+    # Results are for the stated load, and friction is proportional to the load.
+    truths = np.array(bench_runs.truths_nm) * LOAD_N / bench.load_n
+    points = {name: each.points for name, each in TorqueDetails.of(result).compensations.items()}
+    if not sensor:
+        points = {name: tuple(map(_without_sensor_lines, each)) for name, each in points.items()}
+    return {name: _outcome(each, truths) for name, each in points.items() if each}
 
 
-def _kept(point: CompensatedPoint, *, sensor: bool) -> CompensatedPoint:
-    if sensor:
-        return point
+def _without_sensor_lines(point: CompensatedPoint) -> CompensatedPoint:
     components = tuple(part for part in point.components if not is_sensor(part.name))
     u, dof = combine(components)
     kurtosis = excess_kurtosis(((part.u, part.distribution) for part in components), u)
@@ -149,7 +146,7 @@ BOTH = "both"
 
 @dataclass(frozen=True)
 class Spread:
-    """What torques erred by, in N·m; the percentiles are those of the magnitude."""
+    """The errors of torques in N·m; the percentiles are those of the magnitude."""
 
     bias: float
     rms: float
@@ -160,38 +157,38 @@ class Spread:
 
 @dataclass(frozen=True)
 class Row:
-    """What became of one method on one group of rigs."""
+    """The results of one method on one group of rigs."""
 
     method: str
     simulator: str
     sensor: bool
-    """With the sensor's constant errors, and with their part of the budget."""
+    """Whether with the sensor's constant errors and their part of the budget."""
     rigs: int
     error: Spread
-    """Of the set-points."""
-    held: Clustered
-    """How often a set-point's interval holds the truth."""
-    mean_held: Share
-    """How often that of a run's result, the mean over the set-points, does."""
+    """Errors at the set-points."""
+    coverage: Clustered
+    """Coverage at the set-points."""
+    mean_coverage: Share
+    """Coverage of a run's result, the mean over the set-points."""
     error_over_u: float
-    """The rms of a set-point's error over its standard uncertainty: 1 if it is stated right."""
+    """The rms of a set-point's error over its standard uncertainty: 1 if that is right."""
 
 
 @dataclass(frozen=True)
 class Stratum:
-    """How often the interval holds the truth at one frequency, on rigs of one band of resonance."""
+    """The coverage at one frequency, on rigs with a resonance in one band."""
 
     method: str
     sensor: bool
     band_hz: tuple[float, float]
     frequency_hz: float
-    held: Share
+    coverage: Share
     error: Spread
 
 
 @dataclass(frozen=True, eq=False)
 class Sample:
-    """Everything that one method said; arrays of shape (rigs, set-points), in N·m."""
+    """All results of one method; arrays of shape (rigs, set-points), in N·m."""
 
     method: str
     sensor: bool
@@ -206,39 +203,38 @@ class Sample:
     mean_expanded_nm: Array
 
     @property
-    def held(self) -> Array:
-        """1 where the interval holds the truth, else 0."""
+    def covered(self) -> Array:
+        """1 where the interval contains the true value, else 0."""
         return np.asarray(np.abs(self.error_nm) <= self.expanded_nm, dtype=float)
 
 
 @dataclass(frozen=True)
 class Study:
-    """What a study found."""
+    """The results of a study."""
 
     rigs: int
     refused: int
-    """Rigs that a method could not be used on; they are in no table."""
+    """Rigs on which a method could not be used; they are in no table."""
     rows: tuple[Row, ...]
     laws: tuple[Row, ...]
-    """The rows of the primary method by the bearing's law, which stands for the simulator."""
+    """The rows of the primary method by the bearing's law, in place of the simulator."""
     strata: tuple[Stratum, ...]
     frequencies: tuple[Stratum, ...]
     samples: tuple[Sample, ...]
 
 
-def run_coverage(*, rigs: int, seed: int, going: Going) -> Study:
-    """Examine so many rigs of each simulator.
+def run_coverage(*, rigs: int, seed: int, runner: CaseRunner) -> Study:
+    """Examine `rigs` rigs of each simulator.
 
-    The same seed gives the same study, whoever does it. Raises AbortedError once it is stopped.
+    The same seed gives the same study, on any workers. Raises AbortedError once it is stopped.
     """
-    wanted = list(cases(rigs, seed))
-    return tally(going.findings("coverage", examine, Finding, wanted))
+    return tally(runner.findings("coverage", examine, Finding, list(cases(rigs, seed))))
 
 
 def tally(findings: Iterable[Finding]) -> Study:
-    """Return what the findings come to; raise DataError if every rig was refused."""
+    """Return the study of some findings; raise DataError if every rig was refused."""
     everything = list(findings)
-    used = [each for each in everything if len(each.whole) == len(each.no_sensor) == len(METHODS)]
+    used = [f for f in everything if len(f.all_errors) == len(f.no_sensor) == len(METHODS)]
     if not used:
         raise DataError(
             f"no method could be used on any of the {len(everything)} rigs",
@@ -259,63 +255,63 @@ def tally(findings: Iterable[Finding]) -> Study:
 
 
 def _sample(findings: Sequence[Finding], method: str, sensor: bool) -> Sample:  # noqa: FBT001  (a field)
-    outcomes: list[Outcome] = [(f.whole if sensor else f.no_sensor)[method] for f in findings]
+    outcomes: list[Outcome] = [(f.all_errors if sensor else f.no_sensor)[method] for f in findings]
     return Sample(
         method=method,
         sensor=sensor,
-        simulator=[each.case.simulator for each in findings],
-        law=[each.law for each in findings],
-        natural_hz=np.array([each.natural_hz for each in findings]),
-        error_nm=np.array([each.error_nm for each in outcomes]),
-        u_nm=np.array([each.u_nm for each in outcomes]),
-        expanded_nm=np.array([each.expanded_nm for each in outcomes]),
-        mean_error_nm=np.array([each.mean_error_nm for each in outcomes]),
-        mean_expanded_nm=np.array([each.mean_expanded_nm for each in outcomes]),
+        simulator=[finding.case.simulator for finding in findings],
+        law=[finding.law for finding in findings],
+        natural_hz=np.array([finding.natural_hz for finding in findings]),
+        error_nm=np.array([outcome.error_nm for outcome in outcomes]),
+        u_nm=np.array([outcome.u_nm for outcome in outcomes]),
+        expanded_nm=np.array([outcome.expanded_nm for outcome in outcomes]),
+        mean_error_nm=np.array([outcome.mean_error_nm for outcome in outcomes]),
+        mean_expanded_nm=np.array([outcome.mean_expanded_nm for outcome in outcomes]),
     )
 
 
 def _rows(sample: Sample) -> Iterable[Row]:
     names = np.array(sample.simulator)
     yield _row(sample, BOTH, np.ones(len(names), bool))
-    yield from (_row(sample, each, names == each) for each in RANGES if each in names)
+    yield from (_row(sample, name, names == name) for name in RANGES if name in names)
 
 
 def _laws(sample: Sample) -> Iterable[Row]:
     pairs = np.array([f"{s}: {law}" for s, law in zip(sample.simulator, sample.law, strict=True)])
-    wanted = [f"{simulator}: {law}" for simulator, laws in LAWS.items() for law in laws]
-    yield from (_row(sample, each, pairs == each) for each in wanted if each in pairs)
+    labels = [f"{simulator}: {law}" for simulator, laws in LAWS.items() for law in laws]
+    yield from (_row(sample, label, pairs == label) for label in labels if label in pairs)
 
 
-def _row(sample: Sample, name: str, of: Array) -> Row:
-    error = sample.error_nm[of]
-    mean_held = np.abs(sample.mean_error_nm[of]) <= sample.mean_expanded_nm[of]
+def _row(sample: Sample, name: str, mask: Array) -> Row:
+    error = sample.error_nm[mask]
+    mean_covered = np.abs(sample.mean_error_nm[mask]) <= sample.mean_expanded_nm[mask]
     return Row(
         method=sample.method,
         simulator=name,
         sensor=sample.sensor,
         rigs=len(error),
         error=_spread(error),
-        held=clustered(sample.held[of]),
-        mean_held=Share(int(mean_held.sum()), len(mean_held)),
-        error_over_u=float(np.sqrt(np.mean((error / sample.u_nm[of]) ** 2))),
+        coverage=clustered(sample.covered[mask]),
+        mean_coverage=Share(int(mean_covered.sum()), len(mean_covered)),
+        error_over_u=float(np.sqrt(np.mean((error / sample.u_nm[mask]) ** 2))),
     )
 
 
 def _strata(sample: Sample, band_hz: tuple[float, float]) -> Iterable[Stratum]:
-    """Yield one stratum per frequency; of the band's limits the lower belongs to it."""
+    """Yield one stratum per frequency; the band includes its lower limit."""
     low, high = band_hz
-    of = (sample.natural_hz >= low) & (sample.natural_hz < high)
-    if not of.any():
+    mask = (sample.natural_hz >= low) & (sample.natural_hz < high)
+    if not mask.any():
         return
     for i, frequency in enumerate(FREQUENCIES_HZ):
-        held = sample.held[of, i]
+        covered = sample.covered[mask, i]
         yield Stratum(
             method=sample.method,
             sensor=sample.sensor,
             band_hz=band_hz,
             frequency_hz=frequency,
-            held=Share(int(held.sum()), len(held)),
-            error=_spread(sample.error_nm[of, i]),
+            coverage=Share(int(covered.sum()), len(covered)),
+            error=_spread(sample.error_nm[mask, i]),
         )
 
 

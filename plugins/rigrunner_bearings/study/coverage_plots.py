@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from rigrunner_bearings.study.coverage import Sample, Study
 
 BLUE, VERMILION, GREY, INK = "#0072B2", "#D55E00", "#5F6B7A", "#1f2933"
-"""Of the palette of Okabe and Ito (2008), told apart by most colour-blind readers."""
+"""Of the palette of Okabe and Ito (2008), distinguishable by most colour-blind readers."""
 COLOURS = dict(zip(RANGES, (BLUE, VERMILION), strict=True))
 STYLE = {
     "svg.hashsalt": "rigrunner",
@@ -43,17 +43,17 @@ WIDEST = 4.0
 
 
 def draw_figures(study: Study, folder: Path) -> list[Path]:
-    """Write every figure into a folder, which is made; return the files."""
+    """Write every figure into a folder, which is created; return the files."""
     folder.mkdir(parents=True, exist_ok=True)
-    written = []
+    paths = []
     for name, (paint, height_in) in FIGURES.items():
         path = folder / f"{name}.svg"
         with style.context(["default", STYLE]):
             figure = Figure(figsize=(8.4, height_in), layout="constrained")
             paint(figure, study)
             figure.savefig(path, format="svg", metadata={"Date": None})
-        written.append(path)
-    return written
+        paths.append(path)
+    return paths
 
 
 def _errors(figure: Any, study: Study) -> None:
@@ -61,10 +61,10 @@ def _errors(figure: Any, study: Study) -> None:
     all_axes = figure.subplots(1, len(METHODS), sharey=True)
     for axes, sample in zip(all_axes, _samples(study, sensor=True), strict=True):
         for place, (simulator, colour) in enumerate(COLOURS.items()):
-            of = np.array(sample.simulator) == simulator
-            if of.any():
+            mask = np.array(sample.simulator) == simulator
+            if mask.any():
                 x = np.array(FREQUENCIES_HZ) + DODGE_HZ * (2 * place - 1)
-                _bars(axes, x, 1000 * sample.error_nm[of], colour, simulator)
+                _bars(axes, x, 1000 * sample.error_nm[mask], colour, simulator)
         axes.axhline(0, color=INK, linewidth=0.7)
         axes.set(title=sample.method, xlabel="frequency / Hz")
         axes.grid(visible=True, color="#E1E6EB")
@@ -106,13 +106,13 @@ def _strata(figure: Any, study: Study) -> None:
 
 
 def _rates(study: Study, method: str, *, sensor: bool) -> Any:
-    """Return the coverage, shape (bands, frequencies); not a number where there was no rig."""
-    chosen = {
-        (s.band_hz, s.frequency_hz): s.held.rate
+    """Return the coverage, shape (bands, frequencies); NaN without a rig."""
+    rates_by_place = {
+        (s.band_hz, s.frequency_hz): s.coverage.rate
         for s in study.strata
         if s.method == method and s.sensor is sensor
     }
-    rates = [[chosen.get((band, f), np.nan) for f in FREQUENCIES_HZ] for band in BANDS_HZ]
+    rates = [[rates_by_place.get((band, f), np.nan) for f in FREQUENCIES_HZ] for band in BANDS_HZ]
     return np.array(rates)
 
 

@@ -138,8 +138,8 @@ def draw(simulator: str, rng: Generator, station: Station, limits: Limits) -> Ri
         pause_s=rng.uniform(*PAUSE_S),
         load_n=LOAD_N * (1 + _within(limits.load_tolerance, rng)),
     )
-    known = _described(station, values["eccentric"].number, corner)
-    return Rig(bench, known, law, natural_hz)
+    described = _described(station, values["eccentric"].number, corner)
+    return Rig(bench, described, law, natural_hz)
 
 
 def _within(limit: float, rng: Generator) -> float:

@@ -38,34 +38,34 @@ def frequency_rows(study: Study) -> list[list[str]]:
     """Return one row per method and frequency, in the order of FREQUENCY_HEADER; mN·m."""
     return [
         [
-            each.method,
-            _sensor(each.sensor),
-            f"{each.frequency_hz:g}",
-            *_millis(each.error.bias, each.error.rms, each.error.p99, each.error.largest),
-            held_text(each.held),
+            s.method,
+            _sensor(s.sensor),
+            f"{s.frequency_hz:g}",
+            *_millis(s.error.bias, s.error.rms, s.error.p99, s.error.largest),
+            coverage_text(s.coverage),
         ]
-        for each in study.frequencies
+        for s in study.frequencies
     ]
 
 
 def stratum_rows(study: Study, method: str, *, sensor: bool) -> list[list[str]]:
     """Return the coverage of one method, bands of resonance down and frequencies across."""
-    chosen = [s for s in study.strata if s.method == method and s.sensor is sensor]
-    bands = dict.fromkeys(each.band_hz for each in chosen)
+    strata = [s for s in study.strata if s.method == method and s.sensor is sensor]
+    bands = dict.fromkeys(stratum.band_hz for stratum in strata)
     return [
-        [band_text(band), *(held_text(s.held) for s in chosen if s.band_hz == band)]
+        [band_text(band), *(coverage_text(s.coverage) for s in strata if s.band_hz == band)]
         for band in bands
     ]
 
 
 def stratum_header(study: Study) -> list[str]:
     """Return the header of these rows."""
-    frequencies = dict.fromkeys(each.frequency_hz for each in study.strata)
-    return ["fn / Hz", *(f"{each:g} Hz" for each in frequencies)]
+    frequencies = dict.fromkeys(stratum.frequency_hz for stratum in study.strata)
+    return ["fn / Hz", *(f"{frequency_hz:g} Hz" for frequency_hz in frequencies)]
 
 
 def printed(study: Study) -> Iterator[Part]:
-    """Yield what the study prints: what was examined, and every table."""
+    """Yield the printed parts: a summary, and every table."""
     yield summary(study)
     title = "Errors in mN·m, and how often the interval holds the truth"
     yield _table(title, ROW_HEADER, main_rows(study), words=3)
@@ -81,18 +81,18 @@ def printed(study: Study) -> Iterator[Part]:
 def _table(
     title: str, header: Sequence[str], rows: Sequence[Sequence[str]], *, words: int
 ) -> Table:
-    """Return a table of which so many columns are words, the others numbers."""
+    """Return a table whose first `words` columns are words, the others numbers."""
     sides = "l" * words + "r" * (len(header) - words)
     return Table(title=title, header=header, rows=rows, sides=sides)
 
 
 def summary(study: Study) -> str:
-    """Return what was examined in a sentence."""
+    """Return the number of rigs in one sentence."""
     refused = f"; {study.refused} more were refused" if study.refused else ""
     return f"{study.rigs} rigs, half of each simulator{refused}."
 
 
-def held_text(share: Share | Clustered) -> str:
+def coverage_text(share: Share | Clustered) -> str:
     """Return '95.1 % (93.0-97.0)'."""
     low, high = share.interval
     return f"{100 * share.rate:.1f} % ({100 * low:.1f}-{100 * high:.1f})"
@@ -111,8 +111,8 @@ def _row(row: Row) -> list[str]:
         _sensor(row.sensor),
         *_millis(error.bias, error.rms, error.p95, error.p99, error.largest),
         f"{row.error_over_u:.2f}",
-        held_text(row.held),
-        held_text(row.mean_held),
+        coverage_text(row.coverage),
+        coverage_text(row.mean_coverage),
     ]
 
 
@@ -145,24 +145,24 @@ def _row_document(row: Row) -> dict[str, Any]:
         "error_nm": asdict(row.error),
         "error_over_u": row.error_over_u,
         "points_held": {
-            "rate": row.held.rate,
-            "of": row.held.of,
-            "effective": row.held.effective,
-            "interval_95": list(row.held.interval),
+            "rate": row.coverage.rate,
+            "of": row.coverage.of,
+            "effective": row.coverage.effective,
+            "interval_95": list(row.coverage.interval),
         },
-        "runs_held": row.mean_held.document(),
+        "runs_held": row.mean_coverage.document(),
     }
 
 
 def _stratum_documents(strata: Iterable[Stratum]) -> list[dict[str, Any]]:
     return [
         {
-            "method": each.method,
-            "sensor_term": each.sensor,
-            "natural_hz": list(each.band_hz),
-            "frequency_hz": each.frequency_hz,
-            "held": each.held.document(),
-            "error_nm": asdict(each.error),
+            "method": stratum.method,
+            "sensor_term": stratum.sensor,
+            "natural_hz": list(stratum.band_hz),
+            "frequency_hz": stratum.frequency_hz,
+            "held": stratum.coverage.document(),
+            "error_nm": asdict(stratum.error),
         }
-        for each in strata
+        for stratum in strata
     ]

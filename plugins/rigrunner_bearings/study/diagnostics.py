@@ -1,4 +1,4 @@
-"""A study of the diagnostics: how often each cries wolf on healthy rigs, and misses broken ones."""
+"""A study of the diagnostics: false alarms of each check on healthy rigs, and missed breaks."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from rigrunner_bearings.study.breaks import Break
-    from rigrunner_bearings.study.going import Going
+    from rigrunner_bearings.study.case_runner import CaseRunner
 
 
 @dataclass(frozen=True)
 class Finding:
-    """What the analysis made of one rig."""
+    """The results of the analysis of one rig."""
 
     case: Case
     failed: tuple[str, ...]
     """The checks that flagged something."""
-    made: tuple[str, ...]
-    """All that were made; those that were skipped are not among them."""
+    performed: tuple[str, ...]
+    """All checks that were not skipped."""
     error_nm: float | None = None
-    """Of the primary method's mean, against the simulator's truth; None where there is none."""
+    """Error of the primary method's mean against the simulator's truth; None without a mean."""
 
 
 def cases(healthy_rigs: int, broken_rigs: int, study_seed: int) -> Iterator[Case]:
@@ -49,7 +49,7 @@ def cases(healthy_rigs: int, broken_rigs: int, study_seed: int) -> Iterator[Case
 
 def examine(case: Case) -> Finding:
     """Record and analyse one rig; the same case gives the same finding."""
-    fault = next((each for each in BREAKS if each.name == case.fault), None)
+    fault = next((fault for fault in BREAKS if fault.name == case.fault), None)
     shared = tools()
     spec = primary_alone(shared.spec)
     rng = case.rng(f"{case.simulator}/{case.fault}")
@@ -58,23 +58,24 @@ def examine(case: Case) -> Finding:
         bench = fault.apply(bench, rng)
         if fault.before_compensation:
             spec = spec.model_copy(update={"compensations": (), "primary_": None})
-    recorded = record_bench(bench, shared.registry, shared.measured_station)
+    bench_runs = record_bench(bench, shared.registry, shared.measured_station)
     try:
-        result = shared.analysed(recorded, spec)
+        result = shared.analysed(bench_runs, spec)
     except DataError:
         return Finding(case, (REFUSED,), (REFUSED,))
     checks = [(checked_by(check), check) for check in checks_of(result)]
     failed = {name for name, check in checks if not check.ok}
-    if any(each.not_applicable for each in TorqueDetails.of(result).compensations.values()):
+    compensations = TorqueDetails.of(result).compensations.values()
+    if any(compensation.not_applicable for compensation in compensations):
         failed.add(REFUSED)
-    made = {name for name, check in checks if check.value is not None}
-    error = None if result.headline is None else result.headline.value - recorded.truth_nm
-    return Finding(case, tuple(sorted(failed)), tuple(sorted(made)), error)
+    performed = {name for name, check in checks if check.value is not None}
+    error = None if result.headline is None else result.headline.value - bench_runs.truth_nm
+    return Finding(case, tuple(sorted(failed)), tuple(sorted(performed)), error)
 
 
 @dataclass(frozen=True)
 class Error:
-    """What the primary method's mean erred by in N·m, over some rigs."""
+    """The error of the primary method's mean over some rigs, in N·m."""
 
     rms_nm: float
     largest_nm: float
@@ -82,19 +83,19 @@ class Error:
 
 @dataclass(frozen=True)
 class BreakRow:
-    """What became of the rigs with one break."""
+    """The results of the rigs with one break."""
 
     fault: Break
     missed: Share | None
-    """Neither flagged by the check that is to see it nor refused; None where no check can."""
+    """Neither flagged by the check for it nor refused; None if no check can detect it."""
     others: Counter[str]
-    """How often other checks flagged something."""
+    """How often other checks failed."""
     error: Error | None
 
 
 @dataclass(frozen=True)
 class Study:
-    """What a study found."""
+    """The results of a study."""
 
     healthy: int
     alarms: dict[str, dict[str, Share]]
@@ -109,40 +110,40 @@ def run_diagnostics(
     healthy_rigs: int,
     broken_rigs: int,
     seed: int,
-    going: Going,
+    runner: CaseRunner,
 ) -> Study:
-    """Examine so many healthy rigs of each simulator and so many of each break.
+    """Examine healthy rigs of each simulator, and rigs of each break.
 
-    The same seed gives the same study, whoever does it. Raises AbortedError once it is stopped.
+    The same seed gives the same study, on any workers. Raises AbortedError once it is stopped.
     """
-    wanted = list(cases(healthy_rigs, broken_rigs, seed))
-    return tally(going.findings("diagnostics", examine, Finding, wanted))
+    all_cases = list(cases(healthy_rigs, broken_rigs, seed))
+    return tally(runner.findings("diagnostics", examine, Finding, all_cases))
 
 
 def tally(findings: Iterable[Finding]) -> Study:
-    """Return what the findings come to."""
+    """Return the study of some findings."""
     everything = list(findings)
-    healthy = [each for each in everything if not each.case.fault]
-    simulators = sorted({each.case.simulator for each in healthy})
-    per_simulator = {name: [e for e in healthy if e.case.simulator == name] for name in simulators}
-    checks = sorted({name for each in healthy for name in each.made})
+    healthy = [finding for finding in everything if not finding.case.fault]
+    simulators = sorted({finding.case.simulator for finding in healthy})
+    per_simulator = {name: [f for f in healthy if f.case.simulator == name] for name in simulators}
+    checks = sorted({name for finding in healthy for name in finding.performed})
     rows = []
     for fault in BREAKS:
-        broken = [each for each in everything if each.case.fault == fault.name]
+        broken = [finding for finding in everything if finding.case.fault == fault.name]
         if broken:
             missed = None
             if fault.seen_by:
                 seen_by = {fault.seen_by, REFUSED}
-                count = sum(seen_by.isdisjoint(each.failed) for each in broken)
+                count = sum(seen_by.isdisjoint(finding.failed) for finding in broken)
                 missed = Share(count, len(broken))
-            failed = (name for each in broken for name in each.failed)
-            others = Counter(name for name in failed if name != fault.seen_by)
-            rows.append(BreakRow(fault, missed, others, _error(broken)))
+            failed = (name for finding in broken for name in finding.failed)
+            other_checks = Counter(name for name in failed if name != fault.seen_by)
+            rows.append(BreakRow(fault, missed, other_checks, _error(broken)))
     return Study(
         healthy=len(healthy),
         alarms={
             check: {
-                name: Share(sum(check in each.failed for each in rigs), len(rigs))
+                name: Share(sum(check in finding.failed for finding in rigs), len(rigs))
                 for name, rigs in per_simulator.items()
             }
             for check in checks
@@ -153,7 +154,7 @@ def tally(findings: Iterable[Finding]) -> Study:
 
 
 def _error(rigs: Iterable[Finding]) -> Error | None:
-    errors = [each.error_nm for each in rigs if each.error_nm is not None]
+    errors = [finding.error_nm for finding in rigs if finding.error_nm is not None]
     if not errors:
         return None
-    return Error(sqrt(sum(e**2 for e in errors) / len(errors)), max(map(abs, errors)))
+    return Error(sqrt(sum(error**2 for error in errors) / len(errors)), max(map(abs, errors)))

@@ -31,14 +31,14 @@ def break_rows(study: Study) -> list[list[str]]:
     """Return the breaks, one row each, in the order of BREAK_HEADER."""
     rows = []
     for row in study.breaks:
-        others = ", ".join(f"{name} {count}" for name, count in row.others.most_common())
+        other_checks = ", ".join(f"{name} {count}" for name, count in row.others.most_common())
         rows.append(
             [
                 row.fault.name,
                 row.fault.extent,
                 row.fault.seen_by or NOTHING,
                 NOTHING if row.missed is None else share_text(row.missed),
-                others or NOTHING,
+                other_checks or NOTHING,
                 error_text(row.error),
             ]
         )
@@ -46,10 +46,10 @@ def break_rows(study: Study) -> list[list[str]]:
 
 
 def printed(study: Study) -> Iterator[Part]:
-    """Yield what the study prints."""
+    """Yield the printed parts."""
     title = f"False alarms on {study.healthy} healthy rigs"
     yield Table(title=title, header=ALARM_HEADER, rows=alarm_rows(study), sides="lrr")
-    errors = [[name, error_text(each)] for name, each in study.error.items()]
+    errors = [[name, error_text(error)] for name, error in study.error.items()]
     title, header = "Error on healthy rigs, in N·m", ("rigs of", "rms, largest")
     yield Table(title=title, header=header, rows=errors, sides="lr")
     yield Table(title="Broken rigs", header=BREAK_HEADER, rows=break_rows(study), sides="lllrlr")
@@ -65,19 +65,19 @@ def share_text(share: Share) -> str:
 
 
 def error_text(error: Error | None) -> str:
-    """Return 'rms, largest', or a dash where no method was run."""
+    """Return 'rms, largest', or a dash without a method."""
     return NOTHING if error is None else f"{error.rms_nm:.3f}, {error.largest_nm:.3f}"
 
 
 def study_document(study: Study) -> dict[str, Any]:
-    """Return the study as JSON has it."""
+    """Return the study for JSON."""
     return {
         "healthy_rigs": study.healthy,
         "false_alarms": {
             check: {name: share.document() for name, share in shares.items()}
             for check, shares in study.alarms.items()
         },
-        "error_of_healthy_rigs_nm": {name: _error(each) for name, each in study.error.items()},
+        "error_of_healthy_rigs_nm": {name: _error(error) for name, error in study.error.items()},
         "breaks": [
             {
                 "name": row.fault.name,

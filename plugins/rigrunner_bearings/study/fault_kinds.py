@@ -19,13 +19,13 @@ class DataFault:
 
     name: str
     extent: str
-    """From where to where it is drawn, in words."""
+    """The range from which it is drawn, in words."""
     draw: Callable[[Generator], Mapping[str, Any]]
-    """Returns the fault as the plugin `fault` is told it, without where."""
+    """Returns the fault as settings of the plugin `fault`, without its place."""
     unseen: str = ""
-    """Why no data can show it, where that is so."""
+    """Why no data can show it; empty if data can."""
     both_runs: bool = False
-    """It affects both runs alike, at every set-point."""
+    """Whether it affects both runs alike, at every set-point."""
 
 
 def _logarithmic(rng: Generator, low: float, high: float) -> float:

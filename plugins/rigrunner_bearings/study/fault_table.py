@@ -47,7 +47,7 @@ def fault_rows(study: Study) -> list[list[str]]:
 
 
 def silent_rows(study: Study) -> list[list[str]]:
-    """Return what nothing flagged, of faulty cases and of clean ones."""
+    """Return the results that no check flagged, of faulty cases and of clean ones."""
     return [_silent("with a fault", study.silent), _silent("clean", study.clean)]
 
 
@@ -67,7 +67,7 @@ def unseen_rows(study: Study) -> list[list[str]]:
 
 
 def summary(study: Study) -> str:
-    """Return the figure that matters, in a sentence."""
+    """Return the main figures in one sentence."""
     share = share_text_of(study.silent)
     return (
         f"Of {study.cases} cases with a fault {study.silent.count} passed in silence;"
@@ -79,12 +79,12 @@ def summary(study: Study) -> str:
 
 
 def share_text_of(silent: Silent) -> str:
-    """Return how many are between one and two times what is stated, with the rate's interval."""
+    """Return the share with an error of once to twice the stated one, with its interval."""
     return share_text(silent.share_beyond) if silent.count else NOTHING
 
 
 def printed(study: Study) -> Iterator[Part]:
-    """Yield what the study prints."""
+    """Yield the printed parts."""
     yield Table(header=HEADER, rows=fault_rows(study), sides="llrrrrlrrrr")
     yield Table(header=SILENT_HEADER, rows=silent_rows(study), sides="lrrrrr")
     yield Table(header=UNSEEN_HEADER, rows=unseen_rows(study), sides="llrrrl")
@@ -93,10 +93,10 @@ def printed(study: Study) -> Iterator[Part]:
 
 
 def listing(study: Study) -> list[str]:
-    """Return the cases that are wrong in silence, and those that crashed, one a line."""
+    """Return the wrong cases that nothing flagged, and those that crashed, one per line."""
     return [
-        *(f"{_case(each)}: error {each.ratio:.1f} U, unflagged" for each in study.wrong),
-        *(f"{_case(each)}: crashed" for each in study.crashed),
+        *(f"{_case(finding)}: error {finding.ratio:.1f} U, unflagged" for finding in study.wrong),
+        *(f"{_case(finding)}: crashed" for finding in study.crashed),
     ]
 
 
@@ -106,21 +106,21 @@ def _case(finding: Finding) -> str:
 
 
 def study_document(study: Study) -> dict[str, Any]:
-    """Return the study as JSON has it."""
+    """Return the study for JSON."""
     return {
         "cases": study.cases,
         "faults": [_document(row) for row in study.rows],
         "unseen": [{**_document(row), "unseen_because": row.fault.unseen} for row in study.unseen],
         "silent": _silent_document(study.silent),
         "clean": {**_silent_document(study.clean), "flagged": study.clean_flagged},
-        "wrong": [_case(each) for each in study.wrong],
-        "crashed": [_case(each) for each in study.crashed],
+        "wrong": [_case(finding) for finding in study.wrong],
+        "crashed": [_case(finding) for finding in study.crashed],
     }
 
 
-def _silent(what: str, silent: Silent) -> list[str]:
+def _silent(label: str, silent: Silent) -> list[str]:
     return [
-        what,
+        label,
         str(silent.count),
         share_text_of(silent),
         str(silent.far_beyond),

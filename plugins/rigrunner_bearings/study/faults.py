@@ -1,4 +1,4 @@
-"""A study of faults: how many results are wrong, beyond what they state, and nothing says so."""
+"""A study of faults: how many results are wrong beyond their uncertainty without a flag."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ if TYPE_CHECKING:
     from rigrunner.api import Estimate
     from rigrunner.api.results import Result
     from rigrunner_bearings.study.bench import Bench
+    from rigrunner_bearings.study.case_runner import CaseRunner
     from rigrunner_bearings.study.fault_kinds import DataFault
-    from rigrunner_bearings.study.going import Going
     from rigrunner_bearings.study.recording import RecordedBench
 
 RECORDING, ANALYSIS, CRASH = "(recording failed)", "(refused)", "(crashed)"
-"""Stand for the answers of the engine and of the analysis, and for an analysis that broke."""
+"""In place of checks: refused by the engine, refused by the analysis, a crash of the analysis."""
 
 RUNS = ("no load", "loaded", "both")
 UNSEEN_CASES = 10
@@ -39,21 +39,21 @@ UNSEEN_CASES = 10
 
 @dataclass(frozen=True)
 class Finding:
-    """What became of a case."""
+    """The results of a case."""
 
     case: Case
     answers: tuple[str, ...]
-    """The checks that flagged something, or who refused."""
+    """The checks that failed, or what refused it."""
     where: str = ""
     """Fault, run and set-point in words."""
     ratio: float | None = None
     """Error over stated expanded uncertainty (95 %) of the result, the mean over the set-points."""
     worst_ratio: float | None = None
-    """Of the worst set-point."""
+    """The same at the worst set-point."""
 
 
 def cases(faulty: int, study_seed: int) -> Iterator[Case]:
-    """Yield so many faulty cases, half as many clean ones, and those that no data can show."""
+    """Yield `faulty` cases, half as many clean ones, and those of faults that no data can show."""
     simulators = tuple(RANGES)
     for number in range(faulty):
         fault = FAULTS[number % len(FAULTS)]
@@ -73,12 +73,12 @@ def examine(case: Case) -> Finding:
     """Record and analyse one case; the same case gives the same finding."""
     rng = case.rng(f"faults/{case.simulator}/{case.fault}")
     rig = draw(case.simulator, rng, tools().measured_station, limits())
-    fault = next((each for each in (*FAULTS, *UNSEEN) if each.name == case.fault), None)
+    fault = next((fault for fault in (*FAULTS, *UNSEEN) if fault.name == case.fault), None)
     faults, where = (NO_FAULTS, "") if fault is None else _drawn(fault, rig.bench, rng)
     try:
-        recorded = record_bench(rig.bench, tools().registry, rig.station, faults)
-        result = tools().analysed(recorded, primary_alone(tools().spec))
-        return _finding(case, where, recorded, result)
+        bench_runs = record_bench(rig.bench, tools().registry, rig.station, faults)
+        result = tools().analysed(bench_runs, primary_alone(tools().spec))
+        return _finding(case, where, bench_runs, result)
     except DeviceError:
         return Finding(case, (RECORDING,), where)
     except DataError:
@@ -89,41 +89,41 @@ def examine(case: Case) -> Finding:
 
 def _drawn(fault: DataFault, bench: Bench, rng: Generator) -> tuple[Faults, str]:
     """Return the fault in one run or in both, at one set-point or at all of them."""
-    told = dict(fault.draw(rng))
+    settings = dict(fault.draw(rng))
     run = "both" if fault.both_runs else str(rng.choice(RUNS))
     everywhere = fault.both_runs or bool(rng.integers(2))
     hz = float(rng.choice(bench.frequencies_hz))
-    where = f"{told}, {run}, all set-points"
+    where = f"{settings}, {run}, all set-points"
     if not everywhere:
-        # A frequency is set before it is there: the fault of a drive comes by its number.
+        # A frequency is set before it is reached: the fault of a drive is given by its call.
         nth = bench.frequencies_hz.index(hz) + 1
-        at = {"at": {"frequency": f"{hz:g} Hz"}}
-        told |= {"calls": [nth]} if told["kind"] == "wrong frequency" else at
-        where = f"{told}, {run}"
-    if told["kind"] == "wrong frequency":
-        told["drive"] = "frequency"
-    found = (told,)
+        place = {"at": {"frequency": f"{hz:g} Hz"}}
+        settings |= {"calls": [nth]} if settings["kind"] == "wrong frequency" else place
+        where = f"{settings}, {run}"
+    if settings["kind"] == "wrong frequency":
+        settings["drive"] = "frequency"
+    entry = (settings,)
     seed = int(rng.integers(2**31))
-    return Faults(found if run != "loaded" else (), found if run != "no load" else (), seed), where
+    return Faults(entry if run != "loaded" else (), entry if run != "no load" else (), seed), where
 
 
-def _finding(case: Case, where: str, recorded: RecordedBench, result: Result) -> Finding:
+def _finding(case: Case, where: str, bench_runs: RecordedBench, result: Result) -> Finding:
     torque = TorqueDetails.of(result)
     primary = torque.compensations[torque.primary]
     if primary.not_applicable or result.headline is None:
         return Finding(case, (ANALYSIS,), where)
-    pairs = zip(primary.points, recorded.truths_nm, strict=True)
+    pairs = zip(primary.points, bench_runs.truths_nm, strict=True)
     return Finding(
         case,
         tuple(sorted({checked_by(check) for check in checks_of(result) if not check.ok})),
         where,
-        _ratio(result.headline, recorded.truth_nm),
+        _ratio(result.headline, bench_runs.truth_nm),
         max((_ratio(point.torque, truth) for point, truth in pairs), key=abs),
     )
 
 
-def _ratio(found: Estimate, truth_nm: float) -> float:
-    return float((found.value - truth_nm) / (found.u * coverage_factor(found.dof)))
+def _ratio(estimate: Estimate, truth_nm: float) -> float:
+    return float((estimate.value - truth_nm) / (estimate.u * coverage_factor(estimate.dof)))
 
 
 FAR = 2.0
@@ -132,104 +132,104 @@ FAR = 2.0
 
 @dataclass(frozen=True)
 class Silent:
-    """Results that nothing flagged, by error over stated expanded uncertainty."""
+    """Results that no check flagged, by error over stated expanded uncertainty."""
 
     within: int
-    """Up to 1."""
+    """Number up to 1."""
     beyond: int
-    """From 1 to 2."""
+    """Number from 1 to 2."""
     far_beyond: int
-    """Above 2: a wrong result that nothing reports."""
+    """Number above 2: wrong results that nothing reports."""
     worst: float
     worst_point: float
-    """Of a single set-point."""
+    """The worst ratio of a single set-point."""
 
     @property
     def count(self) -> int:
-        """How many there are."""
+        """Number of results."""
         return self.within + self.beyond + self.far_beyond
 
     @property
     def share_beyond(self) -> Share:
-        """How many of them are beyond what is stated, but not far."""
+        """Share of them beyond the stated uncertainty, but not far."""
         return Share(self.beyond, self.count)
 
 
 @dataclass(frozen=True)
 class FaultRow:
-    """What became of the cases with one fault."""
+    """The results of the cases with one fault."""
 
     fault: DataFault
     cases: int
     recording_failed: int
     refused: int
     flagged: Counter[str]
-    """How often each check flagged something."""
+    """How often each check failed."""
     flagged_cases: int
     silent: Silent
 
 
 @dataclass(frozen=True)
 class Study:
-    """What a study found."""
+    """The results of a study."""
 
     cases: int
     rows: tuple[FaultRow, ...]
-    """Of faults that data can show."""
+    """Faults that data can show."""
     unseen: tuple[FaultRow, ...]
     silent: Silent
-    """Of all rows."""
+    """Results of all rows."""
     clean: Silent
     clean_flagged: int
     wrong: tuple[Finding, ...]
-    """The cases that passed in silence with an error above twice the stated uncertainty."""
+    """The cases that no check flagged, with an error above twice the stated uncertainty."""
     crashed: tuple[Finding, ...]
-    """The cases that the analysis broke at: bugs."""
+    """The cases at which the analysis crashed: bugs."""
 
 
 def run_faults(
     *,
     cases_wanted: int,
     seed: int,
-    going: Going,
+    runner: CaseRunner,
 ) -> Study:
-    """Examine so many faulty cases and half as many clean ones.
+    """Examine faulty cases, and half as many clean ones.
 
-    The same seed gives the same study, whoever does it. Raises AbortedError once it is stopped.
+    The same seed gives the same study, on any workers. Raises AbortedError once it is stopped.
     """
-    wanted = list(cases(cases_wanted, seed))
-    return tally(going.findings("faults", examine, Finding, wanted))
+    all_cases = list(cases(cases_wanted, seed))
+    return tally(runner.findings("faults", examine, Finding, all_cases))
 
 
 def tally(findings: Iterable[Finding]) -> Study:
-    """Return what the findings come to."""
+    """Return the study of some findings."""
     everything = list(findings)
-    known = {each.name for each in FAULTS}
-    faulty = [each for each in everything if each.case.fault in known]
-    clean = [each for each in everything if not each.case.fault]
+    names = {fault.name for fault in FAULTS}
+    faulty = [finding for finding in everything if finding.case.fault in names]
+    clean = [finding for finding in everything if not finding.case.fault]
     return Study(
         cases=len(faulty),
         rows=_rows(FAULTS, everything),
         unseen=_rows(UNSEEN, everything),
         silent=_silent(faulty),
         clean=_silent(clean),
-        clean_flagged=sum(bool(each.answers) for each in clean),
-        wrong=tuple(each for each in faulty if _is_silent(each) and abs(each.ratio or 0) > FAR),
-        crashed=tuple(each for each in everything if CRASH in each.answers),
+        clean_flagged=sum(bool(finding.answers) for finding in clean),
+        wrong=tuple(f for f in faulty if _is_silent(f) and abs(f.ratio or 0) > FAR),
+        crashed=tuple(finding for finding in everything if CRASH in finding.answers),
     )
 
 
 def _rows(faults: Sequence[DataFault], findings: Sequence[Finding]) -> tuple[FaultRow, ...]:
     rows = []
     for fault in faults:
-        found = [each for each in findings if each.case.fault == fault.name]
-        failed = sum(RECORDING in each.answers for each in found)
-        refused = sum(ANALYSIS in each.answers for each in found)
-        flagged = [each for each in found if each.answers and each.ratio is not None]
-        names = Counter(name for each in flagged for name in each.answers)
-        if found:
-            silent = _silent(found)
-            rows.append(FaultRow(fault, len(found), failed, refused, names, len(flagged), silent))
+        group = [finding for finding in findings if finding.case.fault == fault.name]
+        failed = sum(RECORDING in finding.answers for finding in group)
+        refused = sum(ANALYSIS in finding.answers for finding in group)
+        flagged = [finding for finding in group if finding.answers and finding.ratio is not None]
+        names = Counter(name for finding in flagged for name in finding.answers)
+        if group:
+            silent = _silent(group)
+            rows.append(FaultRow(fault, len(group), failed, refused, names, len(flagged), silent))
     return tuple(rows)
 
 
@@ -238,12 +238,12 @@ def _is_silent(finding: Finding) -> bool:
 
 
 def _silent(findings: Sequence[Finding]) -> Silent:
-    silent = [each for each in findings if _is_silent(each)]
-    ratios = [abs(each.ratio or 0.0) for each in silent]
+    silent = [finding for finding in findings if _is_silent(finding)]
+    ratios = [abs(finding.ratio or 0.0) for finding in silent]
     return Silent(
         within=sum(ratio <= 1 for ratio in ratios),
         beyond=sum(1 < ratio <= FAR for ratio in ratios),
         far_beyond=sum(ratio > FAR for ratio in ratios),
         worst=max(ratios, default=0.0),
-        worst_point=max((abs(each.worst_ratio or 0.0) for each in silent), default=0.0),
+        worst_point=max((abs(finding.worst_ratio or 0.0) for finding in silent), default=0.0),
     )

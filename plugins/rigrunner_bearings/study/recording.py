@@ -1,6 +1,6 @@
 """Records both runs of a study's rig in memory, in simulated time.
 
-Through the device plugin, and as the engine accepts streams: what it refuses is refused here too.
+Through the device plugin and the stream checks of the engine, which refuse the same recordings.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 SETTLE_CYCLES = 5
 MARGIN_CYCLES = 1.0
-"""Recorded beyond the cycles that are wanted, as the first one begins anywhere."""
+"""Recorded in addition to the required cycles, as the first one begins anywhere."""
 
 ZERO_S = 1.0
 ROLE = "tester"
@@ -44,7 +44,7 @@ UNITS = {ANGLE: "rad", TORQUE: "N·m", "tester.frequency": "Hz", "tester.load": 
 
 @dataclass(frozen=True, eq=False)
 class RecordedBench:
-    """Both runs, and what was true of the loaded one."""
+    """Both runs, and the true values of the loaded one."""
 
     no_load: RunData
     loaded: RunData
@@ -54,7 +54,7 @@ class RecordedBench:
     """A second no-load run, after the loaded one."""
 
     @property
-    def whole(self) -> RunData:
+    def loaded_with_partners(self) -> RunData:
         """The loaded run with its partner runs."""
         runs = {NO_LOAD: self.no_load, NO_LOAD_AFTER: self.no_load_after}
         partners = {name: run for name, run in runs.items() if run is not None}
@@ -62,13 +62,13 @@ class RecordedBench:
 
     @property
     def truth_nm(self) -> float:
-        """Its mean over the set-points."""
+        """The mean of the truths over the set-points."""
         return float(np.mean(self.truths_nm))
 
 
 @dataclass(frozen=True)
 class Faults:
-    """What goes wrong in each of the two runs, as the plugin `fault` is told it."""
+    """The faults of each of the two runs, as settings of the plugin `fault`."""
 
     no_load: tuple[Mapping[str, Any], ...] = ()
     loaded: tuple[Mapping[str, Any], ...] = ()
@@ -80,7 +80,7 @@ NO_FAULTS = Faults()
 
 @dataclass(frozen=True, eq=False)
 class _Setup:
-    """A device that is connected, with its time and the run that it is recorded into."""
+    """A connected device, with its clock, rig and station."""
 
     device: Any
     clock: SimulatedClock
@@ -90,7 +90,7 @@ class _Setup:
 
     @property
     def session(self) -> Session:
-        """What the engine streams with; nobody listens, nobody stops it."""
+        """A session of the engine for streams, without listeners."""
         rig = Rig({ROLE: self.device}, self.clock)
         emit = Emitter(Bus((), ()), self.clock)
         return Session(rig, emit, UnattendedAnswers(), self.stop, Guard((), rig, emit))
@@ -99,25 +99,25 @@ class _Setup:
 def record_bench(
     bench: Bench, registry: Registry, station: Station, faults: Faults = NO_FAULTS
 ) -> RecordedBench:
-    """Do the no-load run, wait, and do the loaded run; one set-up, so that the zero drifts on.
+    """Do the no-load run, wait, and do the loaded run, in one set-up, so that the zero drifts on.
 
     Raises the DeviceError with which the engine refuses a recording.
     """
     clock = SimulatedClock()
     device = _device(bench, bench.no_load, faults.no_load, faults.seed, registry, clock)
-    first = _Setup(device, clock, bench, station)
-    second = first
+    no_load_setup = _Setup(device, clock, bench, station)
+    loaded_setup = no_load_setup
     if bench.loaded != bench.no_load or faults.loaded != faults.no_load:
-        # Connected before the first run: from there on its zero drifts, as that of the other does.
+        # Connected before the first run: its zero drifts from then on, like that of the first.
         device = _device(bench, bench.loaded, faults.loaded, faults.seed, registry, clock)
-        second = replace(first, device=device)
-    no_load, _ = _run(first, "no-load", bench.no_load_n, 0.0)
+        loaded_setup = replace(no_load_setup, device=device)
+    no_load, _ = _run(no_load_setup, "no-load", bench.no_load_n, 0.0)
     clock.sleep(bench.pause_s)
-    loaded, truths = _run(second, "loaded", bench.load_n, LOAD_N)
+    loaded, truths = _run(loaded_setup, "loaded", bench.load_n, LOAD_N)
     return RecordedBench(no_load, _shifted(loaded, bench), truths)
 
 
-def _device(  # noqa: PLR0917  (what a device is made of)
+def _device(  # noqa: PLR0917  (the parts of a device)
     bench: Bench,
     settings: BenchSettings,
     faults: Sequence[Mapping[str, Any]],
@@ -126,25 +126,25 @@ def _device(  # noqa: PLR0917  (what a device is made of)
     clock: SimulatedClock,
 ) -> Any:
     context = DeviceContext(ROLE, clock, Path())
-    told = nested(settings, bench.seed)
-    device = registry.make_device(bench.simulator, told, context)
+    tree = nested(settings, bench.seed)
+    device = registry.make_device(bench.simulator, tree, context)
     if faults:
-        wrapped = {"plugin": bench.simulator, "settings": told, "seed": seed, "faults": [*faults]}
+        wrapped = {"plugin": bench.simulator, "settings": tree, "seed": seed, "faults": [*faults]}
         device = registry.make_device("fault", wrapped, context)
     device.connect(1.0)
     return device
 
 
 def _run(
-    setup: _Setup, name: str, actual_n: float, said_n: float
+    setup: _Setup, name: str, actual_n: float, stated_n: float
 ) -> tuple[RunData, tuple[float, ...]]:
-    """Return one run under that load, said to be another, and the truth of each set-point."""
+    """Return one run under the actual load with the stated one, and the truth of each set-point."""
     started = utc_text(setup.clock.utc())
     zero = float(np.mean(_streamed(setup, ZERO_S)[TORQUE]))
     setup.device.set("load", actual_n)
-    pairs = [_recording(setup, frequency, said_n) for frequency in setup.bench.frequencies_hz]
+    pairs = [_recording(setup, frequency, stated_n) for frequency in setup.bench.frequencies_hz]
     setup.device.make_safe()
-    known = {"natural_frequency": f"{float(setup.bench.reference_hz)!r} Hz"}
+    reference = {"natural_frequency": f"{float(setup.bench.reference_hz)!r} Hz"}
     (instrument,) = torque_instruments(setup.station.instruments).values()
     run = RunData(
         run_id=f"{name}-{setup.bench.seed}",
@@ -156,7 +156,7 @@ def _run(
         ended_utc=utc_text(setup.clock.utc()),
         outcome="completed",
         inputs={},
-        rig_keys={**setup.station.rig, **known},
+        rig_keys={**setup.station.rig, **reference},
         instruments={TORQUE: instrument},
         zeros={TORQUE: zero},
         recordings=tuple(recording for recording, _ in pairs),
@@ -188,13 +188,13 @@ def _streamed(setup: _Setup, duration_s: float) -> dict[str, Array]:
 
 
 def _shifted(run: RunData, bench: Bench) -> RunData:
-    """Return the loaded run with its zero moved, and with what else comes with its load."""
+    """Return the loaded run with the zero shift and the torques that come with its load."""
     recordings = []
-    for each in run.recordings:
-        angle = np.asarray(each.channels[ANGLE])
+    for recording in run.recordings:
+        angle = np.asarray(recording.channels[ANGLE])
         spring = bench.spring_nm * angle / np.abs(angle).max()
         shift = bench.zero_shift_nm + bench.one_sided_nm
-        torque = np.asarray(np.asarray(each.channels[TORQUE]) + shift + spring)
-        recordings.append(replace(each, channels={**each.channels, TORQUE: torque}))
+        torque = np.asarray(np.asarray(recording.channels[TORQUE]) + shift + spring)
+        recordings.append(replace(recording, channels={**recording.channels, TORQUE: torque}))
     zeros = {TORQUE: run.zeros[TORQUE] + bench.zero_shift_nm}
     return replace(run, recordings=tuple(recordings), zeros=zeros)

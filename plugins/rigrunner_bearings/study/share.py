@@ -14,24 +14,24 @@ if TYPE_CHECKING:
 CONFIDENCE = 0.95
 
 
-def rate_interval(hits: float, of: float) -> tuple[float, float]:
-    """Return the 95 % interval of a rate (Clopper and Pearson, Biometrika 26, 1934)."""
-    half = (1 - CONFIDENCE) / 2
-    lower = betaincinv(hits, of - hits + 1, half) if hits > 0 else 0.0
-    upper = betaincinv(hits + 1, of - hits, 1 - half) if hits < of else 1.0
+def rate_interval(hits: float, total: float) -> tuple[float, float]:
+    """Return the 95 % interval total a rate (Clopper and Pearson, Biometrika 26, 1934)."""
+    tail = (1 - CONFIDENCE) / 2
+    lower = betaincinv(hits, total - hits + 1, tail) if hits > 0 else 0.0
+    upper = betaincinv(hits + 1, total - hits, 1 - tail) if hits < total else 1.0
     return float(lower), float(upper)
 
 
 @dataclass(frozen=True)
 class Share:
-    """So many of so many, each independent of the others."""
+    """A number of hits among `of` independent values."""
 
     hits: int
     of: int
 
     @property
     def rate(self) -> float:
-        """Hits over all."""
+        """The share of hits."""
         return self.hits / self.of
 
     @property
@@ -40,15 +40,15 @@ class Share:
         return rate_interval(self.hits, self.of)
 
     def document(self) -> dict[str, object]:
-        """Return it for JSON."""
+        """Return the content for JSON."""
         return {"hits": self.hits, "of": self.of, "interval_95": list(self.interval)}
 
 
 @dataclass(frozen=True)
 class Clustered:
-    """The rate of hits among values of which those of one rig belong together.
+    """The rate of hits among values, of which those of one rig are correlated.
 
-    `effective` is the number of independent values that would scatter as much.
+    `effective` is the number of independent values with the same scatter.
     """
 
     rate: float
@@ -67,13 +67,13 @@ class Clustered:
 def clustered(hits: Array) -> Clustered:
     """Return the rate of hits of shape (rigs, values), 1 or 0.
 
-    The effective number is p(1 - p) over the variance of the mean of the rigs' own rates; of rigs
-    that all have the same rate nothing is seen, and then each counts once.
+    The effective number is p(1 - p) over the variance of the mean of the rigs' own rates; if
+    all rigs have the same rate it is unknown, and each rig counts once.
     """
     rigs, values = hits.shape
-    own = hits.mean(axis=1)
-    rate = float(own.mean())
-    variance = float(own.var(ddof=1)) / rigs if rigs > 1 else 0.0
+    rates = hits.mean(axis=1)
+    rate = float(rates.mean())
+    variance = float(rates.var(ddof=1)) / rigs if rigs > 1 else 0.0
     effective = rate * (1 - rate) / variance if variance > 0 else float(rigs)
-    enough = min(effective, float(rigs * values)) if isfinite(effective) else float(rigs)
-    return Clustered(rate, rigs * values, max(enough, 1.0))
+    bounded = min(effective, float(rigs * values)) if isfinite(effective) else float(rigs)
+    return Clustered(rate, rigs * values, max(bounded, 1.0))

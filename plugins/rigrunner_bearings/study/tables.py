@@ -1,4 +1,4 @@
-"""What a study prints, tables and sentences: for a terminal, and in Markdown."""
+"""Tables and sentences of a study, for a terminal and in Markdown."""
 
 from __future__ import annotations
 
@@ -13,34 +13,34 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Table:
-    """A table; without a title it stands below the one before."""
+    """A table; without a title it belongs to the one before."""
 
     title: str = ""
     header: Sequence[str]
     rows: Sequence[Sequence[str]]
     sides: str
-    """How each column is aligned, letter by letter of 'l' and 'r'."""
+    """Alignment of the columns: a letter 'l' or 'r' for each."""
 
 
 Part: TypeAlias = "Table | str"
 
 
 def text(parts: Iterable[Part]) -> str:
-    """Return the parts as a terminal shows them."""
+    """Return the parts as text for a terminal."""
     return "\n\n".join(
-        each
-        if isinstance(each, str)
-        else f"{each.title}\n{table(each.header, each.rows, each.sides)}".lstrip("\n")
-        for each in parts
+        part
+        if isinstance(part, str)
+        else f"{part.title}\n{table(part.header, part.rows, part.sides)}".lstrip("\n")
+        for part in parts
     )
 
 
 def markdown(parts: Iterable[Part]) -> str:
-    """Return the parts as a page of documentation has them."""
-    return "\n\n".join(each if isinstance(each, str) else _markdown(each) for each in parts)
+    """Return the parts in Markdown."""
+    return "\n\n".join(part if isinstance(part, str) else _markdown(part) for part in parts)
 
 
-def _markdown(each: Table) -> str:
-    lines = [each.header, ["---"] * len(each.header), *each.rows]
-    title = f"### {each.title}\n\n" if each.title else ""
+def _markdown(table: Table) -> str:
+    lines = [table.header, ["---"] * len(table.header), *table.rows]
+    title = f"### {table.title}\n\n" if table.title else ""
     return title + "\n".join(f"| {' | '.join(line)} |" for line in lines)

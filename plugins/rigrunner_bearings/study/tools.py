@@ -1,4 +1,4 @@
-"""What every rig of a study is recorded and analysed with: the shipped procedure and station."""
+"""The shipped procedure and station, with which every rig of a study is recorded and analysed."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 PROCEDURE, STATION = "starting_torque_1000n", "simulated"
 SUPPORT_LIMIT = 0.01
-"""Of what the load changes the support's friction by, on a station that has measured it."""
+"""Relative change of the support's friction under load, on a station that has measured it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,19 +41,19 @@ class Tools:
 
     @property
     def measured_station(self) -> Station:
-        """The same station after its support's friction under load was measured.
+        """The station after a measurement of its support's friction under load.
 
-        The simulated supports do not change under load by more than that, and a study of a method
-        is not to be one of what is assumed where nothing was measured.
+        The simulated supports do not change by more than that, and a study of a method should not
+        depend on what is assumed without a measurement.
         """
-        known = {"support_load_dependence": f"{SUPPORT_LIMIT!r} 1"}
-        return self.station.model_copy(update={"rig": {**self.station.rig, **known}})
+        measured = {"support_load_dependence": f"{SUPPORT_LIMIT!r} 1"}
+        return self.station.model_copy(update={"rig": {**self.station.rig, **measured}})
 
-    def analysed(self, recorded: RecordedBench, spec: TorqueSettings) -> Result:
+    def analysed(self, bench_runs: RecordedBench, spec: TorqueSettings) -> Result:
         """Return the result of both runs; raise DataError where `analyse` does."""
         return analyse(
-            recorded.whole,
-            (asked(spec),),
+            bench_runs.loaded_with_partners,
+            (analysis_ref(spec),),
             acceptance=None,
             measurand=self.measurand,
             lookup=self.registry,
@@ -62,28 +62,28 @@ class Tools:
 
 @lru_cache(maxsize=1)
 def tools() -> Tools:
-    """Return them, loaded once in a process."""
+    """Return the tools, loaded once in a process."""
     procedure = load_procedure(find_procedure(PROCEDURE)).model
     station = load_station(find_station(STATION)).model
     spec = SwingTorque.model_validate(procedure.analysis[0].settings)
     return Tools(station, spec, procedure.measurand, load_registry())
 
 
-def asked(spec: TorqueSettings) -> AnalysisRef:
+def analysis_ref(spec: TorqueSettings) -> AnalysisRef:
     """Return the analysis of torque with these settings."""
     name = "swing_torque" if spec.starts is None else "breakaway"
-    told: Any = spec  # validated already
-    return AnalysisRef.model_construct(name=name, settings=told, label=name)
+    settings: Any = spec  # validated already
+    return AnalysisRef.model_construct(name=name, settings=settings, label=name)
 
 
 def primary_alone(spec: TorqueSettings) -> TorqueSettings:
     """Return an analysis by the primary method and no other."""
-    primary = tuple(each for each in spec.compensations if each.label == spec.primary)
+    primary = tuple(method for method in spec.compensations if method.label == spec.primary)
     return spec.model_copy(update={"compensations": primary})
 
 
 def checks_of(result: Result) -> Iterator[Check]:
     """Yield the checks of both runs and of all methods."""
     yield from result.checks
-    for each in TorqueDetails.of(result).compensations.values():
-        yield from each.checks
+    for compensation in TorqueDetails.of(result).compensations.values():
+        yield from compensation.checks

@@ -48,34 +48,33 @@ def analyse(
     the run is not over, and what takes minutes is left out. Raises DataError if a recording cannot
     be prepared at all, or a partner run is missing.
     """
-    known = Scrutiny(lookup)
+    scrutiny = Scrutiny(lookup)
     context = AnalysisContext(
-        plugins=known,
+        plugins=scrutiny,
         measurand="" if measurand is None else measurand.name,
         symbol="" if measurand is None else measurand.symbol,
         progress=progress,
         interim=interim,
     )
-    found = findings_of(run, analyses, known, context=context)
-    findings = _joined(found)
+    parts = findings_of(run, analyses, scrutiny, context=context)
+    findings = _joined(parts)
     decision = None
     if acceptance is not None:
-        rule = AppliedRule.of(acceptance, known)
-        decision = decide(acceptance, rule, _evidence(found, findings))
-    # What the details of an analysis record of its settings; else all, with their defaults.
-    told = [{k: v for one in each.details for k, v in one.settings().items()} for each in found]
-    recorded = {key: value for each in told for key, value in each.items()}
-    named = []
-    for each, own in zip(analyses, told, strict=True):
-        if not own:
-            settings = known.validated(each.kind, each.name, each.settings)
+        rule = AppliedRule.of(acceptance, scrutiny)
+        decision = decide(acceptance, rule, _evidence(parts, findings))
+    # The settings that the details of an analysis record; else all, with their defaults.
+    recorded = {k: v for details in findings.details for k, v in details.settings().items()}
+    others = []
+    for ref, part in zip(analyses, parts, strict=True):
+        if not any(details.settings() for details in part.details):
+            settings = scrutiny.validated(ref.kind, ref.name, ref.settings)
             text = _as_text(settings.model_dump(exclude_none=True))
-            named.append({"name": each.name, "settings": text})
+            others.append({"name": ref.name, "settings": text})
     result = Result(
         run=run,
         measurand=context.measurand,
         symbol=context.symbol,
-        unit=_unit_of(measurand, analyses, known),
+        unit=_unit_of(measurand, analyses, scrutiny),
         decision=decision,
         results=findings.results,
         missing=findings.missing,
@@ -87,8 +86,8 @@ def analyse(
         sections=findings.sections,
         checks=findings.checks,
         notes=(*(each.sentence for each in findings.missing), *findings.notes),
-        settings={**(recorded or ALWAYS_SETTINGS), **({"named": named} if named else {})},
-        revisions=revisions_of(analyses, acceptance, known),
+        settings={**(recorded or ALWAYS_SETTINGS), **({"named": others} if others else {})},
+        revisions=revisions_of(analyses, acceptance, scrutiny),
     )
     if interim or not (result.other_results or result.limits.values):
         return result
@@ -100,20 +99,20 @@ def analyse(
 def _beyond_calibration(run: RunData) -> Iterator[tuple[str, str]]:
     """Yield each channel with readings beyond its calibrated range, and how far, in words.
 
-    What is zeroed counts less its zero, as it is calibrated.
+    The zero is subtracted from quantities that are zeroed, as in their calibration.
     """
     for instrument in run.instruments.values():
         name, is_zeroed = instrument.channel, instrument.quantity in ZEROED
-        kept = [name, *(f"{name}.{each}" for each in ("minimum", "maximum", "mean"))]
+        names = [name, *(f"{name}.{statistic}" for statistic in ("minimum", "maximum", "mean"))]
         values, unit_of = [], ""
         for row in run.measurements:
             zero = row.zeros.get(name, run.zero(row.recording, name)) if is_zeroed else 0.0
-            values += [row.values[each] - zero for each in kept if each in row.values]
+            values += [row.values[key] - zero for key in names if key in row.values]
             unit_of = row.units.get(name, unit_of)
         for recording in run.recordings:
             if name in recording.channels and recording.samples:
                 zero = run.zero(recording.name, name) if is_zeroed else 0.0
-                values += [each - zero for each in limits(recording.channels[name])]
+                values += [value - zero for value in limits(recording.channels[name])]
                 unit_of = recording.units[name]
         if values and (text := instrument.beyond_range(min(values), max(values), unit_of)):
             yield name, text
@@ -125,8 +124,8 @@ def _unit_of(measurand: Measurand | None, analyses: Sequence[AnalysisRef], looku
     The SI unit of what the analysis gives it for; else as the procedure states it, and that of
     LEAST_PLACES for all of its kind, as documents of result/1 have it.
     """
-    for each in analyses:
-        record = lookup.record(each.kind, each.name)
+    for ref in analyses:
+        record = lookup.record(ref.kind, ref.name)
         if isinstance(record, AnalysisRecord) and record.measurand:
             return si_symbol(record.measurand)
     if measurand is None or measurand.unit is None:
@@ -135,59 +134,57 @@ def _unit_of(measurand: Measurand | None, analyses: Sequence[AnalysisRef], looku
     return si if si in LEAST_PLACES else measurand.unit
 
 
-def _joined(found: Sequence[Findings]) -> Findings:
+def _joined(parts: Sequence[Findings]) -> Findings:
     """Return what several analyses found as one, with the checks as judged."""
     return Findings(
-        results=tuple(result for each in found for result in each.results),
-        missing=tuple(missing for each in found for missing in each.missing),
-        means=tuple(mean for each in found for mean in each.means),
-        checks=tuple(as_judged(check) for each in found for check in each.checks),
-        notes=tuple(note for each in found for note in each.notes),
-        formulas=tuple(formula for each in found for formula in each.formulas),
-        tables=tuple(table for each in found for table in each.tables),
-        figures=tuple(figure for each in found for figure in each.figures),
-        sections=tuple(section for each in found for section in each.sections),
-        details=tuple(one for each in found for one in each.details),
+        results=tuple(result for part in parts for result in part.results),
+        missing=tuple(missing for part in parts for missing in part.missing),
+        means=tuple(mean for part in parts for mean in part.means),
+        checks=tuple(as_judged(check) for part in parts for check in part.checks),
+        notes=tuple(note for part in parts for note in part.notes),
+        formulas=tuple(formula for part in parts for formula in part.formulas),
+        tables=tuple(table for part in parts for table in part.tables),
+        figures=tuple(figure for part in parts for figure in part.figures),
+        sections=tuple(section for part in parts for section in part.sections),
+        details=tuple(details for part in parts for details in part.details),
     )
 
 
-def _evidence(found: Sequence[Findings], findings: Findings) -> Evidence:
-    """Return all results, each with why nothing can be decided on it.
+def _evidence(parts: Sequence[Findings], findings: Findings) -> Evidence:
+    """Return all results, each with the reason why nothing can be decided on it.
 
-    An analysis that keeps details says so itself; of all others one failed check forbids all, or
-    the results that it is about.
+    An analysis with details states the reason itself; of all others, one failed check forbids all
+    decisions, or those on the results that it is about.
     """
-    others = forbidden(
+    problem = forbidden(
         as_judged(check)
-        for each in found
-        if not each.details
-        for check in each.checks
+        for part in parts
+        if not part.details
+        for check in part.checks
         if not check.of
     )
-    details = {name: one for each in found for one in each.details for name in one.shown_results}
-    problems = {each.name: others for each in findings.results}
-    for each in found:
-        if each.details:
-            own = next(filter(None, (one.undecided for one in each.details)), "")
-            names = {result.name for result in each.results}.union(
-                *(one.shown_results for one in each.details)
-            )
-            why = own or forbidden(as_judged(check) for check in each.checks if not check.of)
-            problems |= dict.fromkeys(names, why)
+    problems = {result.name: problem for result in findings.results}
+    for part in parts:
+        if part.details:
+            problem = next(filter(None, (details.undecided for details in part.details)), "")
+            problem = problem or forbidden(as_judged(each) for each in part.checks if not each.of)
+            names = {result.name for result in part.results}
+            names.update(*(details.shown_results for details in part.details))
+            problems |= dict.fromkeys(names, problem)
     return Evidence(
         results=findings.results,
         missing=findings.missing,
         means=findings.means,
         problems=problems,
         checks=tuple(check for check in findings.checks if check.of),
-        details=details,
+        details={name: each for each in findings.details for name in each.shown_results},
     )
 
 
 def _as_text(value: object) -> object:
     """Return settings for JSON, with quantities as they are written."""
     if isinstance(value, dict):
-        return {name: _as_text(each) for name, each in value.items()}
+        return {name: _as_text(item) for name, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_as_text(each) for each in value]
+        return [_as_text(item) for item in value]
     return value if isinstance(value, bool | int | float | str) else str(value)

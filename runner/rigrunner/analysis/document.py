@@ -1,7 +1,7 @@
 """The content of `result.json`: the numbers of a Result, each with its unit, nothing else.
 
 Full precision (the shortest text that reads back as the same float), stable keys, no waveforms.
-JSON knows no NaN and no infinity: unknown is null with its reason beside it, infinite degrees of
+JSON has no NaN and no infinity: unknown is null with its reason beside it, infinite degrees of
 freedom are the text "infinite".
 """
 
@@ -45,24 +45,24 @@ ALWAYS_SETTINGS: Json = {
     "compensations": [],
     "primary": None,
 }
-"""What its key `analysis` has where no analysis records its settings itself."""
+"""The content of its key `analysis` where no analysis records its settings."""
 
 
 def document(result: Result) -> Json:
     """Return the result as plain dicts, lists, texts, numbers, bools and null."""
-    # Keys with a value of ALWAYS stand in every document; of the others below, where there is one.
-    details = ALWAYS | {key: each for own in result.details for key, each in own.document().items()}
-    named = [_named(each) for each in result.results]
+    # The keys of ALWAYS are in every document; of the keys below, those that have a content.
+    details = ALWAYS | {k: v for each in result.details for k, v in each.document().items()}
+    results = [_measurement_result(measured) for measured in result.results]
     missing = [
         {
-            "name": each.name,
-            "symbol": each.of.symbol or None,
-            "text": each.of.text or None,
-            "unit": each.of.unit,
-            "coordinates": coordinates_of(each.coordinates),
-            "why": each.why,
+            "name": result.name,
+            "symbol": result.of.symbol or None,
+            "text": result.of.text or None,
+            "unit": result.of.unit,
+            "coordinates": coordinates_of(result.coordinates),
+            "why": result.why,
         }
-        for each in result.missing
+        for result in result.missing
     ]
     tables = [
         {
@@ -74,24 +74,24 @@ def document(result: Result) -> Json:
         for each in result.tables
     ]
     partners = {name: _run(run) for name, run in result.run.partners.items()}
-    # result/1 has the key of the first of them in any case, of the other where there is such a run.
-    stated = {key: partners.pop(name, None) for name, key in KEYS.items()}
+    # result/1 always has the key of the first of them, and of the other where there is such a run.
+    by_key = {key: partners.pop(name, None) for name, key in KEYS.items()}
     return {
         "format": FORMAT,
         "measurand": {"symbol": result.symbol, "name": result.measurand, "unit": result.unit},
         "run": _run(result.run),
-        **{key: each for key, each in stated.items() if each is not None or key == KEYS[ONLY]},
+        **{key: run for key, run in by_key.items() if run is not None or key == KEYS[ONLY]},
         **({"partner_runs": partners} if partners else {}),
         "analysis": plain(result.settings),
         "revisions": dict(result.revisions),
         "headline": details.pop("headline"),
-        **({"results": named} if named else {}),
+        **({"results": results} if results else {}),
         **({"missing": missing} if missing else {}),
         **({"tables": tables} if tables else {}),
         **{
-            name: [plain(asdict(each)) for each in given]
-            for name, given in (("figures", result.figures), ("sections", result.sections))
-            if given
+            name: [plain(asdict(item)) for item in items]
+            for name, items in (("figures", result.figures), ("sections", result.sections))
+            if items
         },
         "verdict": verdict(result),
         "limits": limits(result.limits),
@@ -102,7 +102,7 @@ def document(result: Result) -> Json:
     }
 
 
-def _named(result: MeasurementResult) -> Json:
+def _measurement_result(result: MeasurementResult) -> Json:
     return {
         "name": result.name,
         "symbol": result.of.symbol or None,
@@ -142,15 +142,16 @@ def _run(run: RunData) -> Json:
         "imported": dict(run.imported),
         "zeros": {name: quantity(value, _unit_of(run, name)) for name, value in run.zeros.items()},
         "instruments": {
-            name: {"serial": each.serial, "certificate": each.certificate}
-            for name, each in run.instruments.items()
+            name: {"serial": instrument.serial, "certificate": instrument.certificate}
+            for name, instrument in run.instruments.items()
         },
     }
 
 
 def _unit_of(run: RunData, channel: str) -> str:
     """Return the SI unit of a channel, '' if nothing states it."""
-    if known := run.instruments.get(channel):
-        return si_symbol(known.quantity)
-    recorded, measured = ([each.units for each in of] for of in (run.recordings, run.measurements))
+    if instrument := run.instruments.get(channel):
+        return si_symbol(instrument.quantity)
+    recorded = [recording.units for recording in run.recordings]
+    measured = [row.units for row in run.measurements]
     return next((units[channel] for units in (*recorded, *measured) if channel in units), "")

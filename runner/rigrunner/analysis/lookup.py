@@ -46,7 +46,7 @@ class Lookup(Protocol):
     def definitions(
         self, name: str, settings: Mapping[str, Any], context: AnalysisContext | None = None
     ) -> tuple[ResultDefinition, ...]:
-        """Return the results that an analysis names, by its settings; raise PluginError."""
+        """Return the results that an analysis names, given its settings; raise PluginError."""
         ...
 
     def requires(self, kind: str, name: str, settings: Mapping[str, Any]) -> Requirements:

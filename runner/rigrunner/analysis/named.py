@@ -32,53 +32,54 @@ def findings_of(
     missing: Iterable[MissingResult] = (),
     as_far_as_possible: bool = False,
 ) -> tuple[Findings, ...]:
-    """Return what each analysis found in a run, in the order in which they are given.
+    """Return the findings of each analysis in a run, in the order of `analyses`.
 
-    `context` is that of the procedure; `known` are results that are there already,
+    `context` is that of the procedure; `known` are results that exist already,
     and `missing` those without a value.
-    `as_far_as_possible`: one that cannot be made finds nothing. Raises DataError otherwise, and for
-    analyses whose results are made of each other.
+    `as_far_as_possible`: an analysis that fails finds nothing. Raises DataError otherwise, and for
+    analyses that need results of each other.
     """
-    results, without = list(known), list(missing)
-    required = [lookup.requires(each.kind, each.name, each.settings) for each in analyses]
-    needed = [frozenset(one.name for one in each.results) for each in required]
-    found = [Findings()] * len(analyses)
+    results, without_value = list(known), list(missing)
+    required = [lookup.requires(ref.kind, ref.name, ref.settings) for ref in analyses]
+    needed = [frozenset(result.name for result in each.results) for each in required]
+    findings = [Findings()] * len(analyses)
     for index in _in_order(analyses, needed, lookup):
-        each = analyses[index]
-        given = tuple(one for one in results if one.name in needed[index])
-        lacking = tuple(one for one in without if one.name in needed[index])
+        ref, names = analyses[index], needed[index]
+        inputs = tuple(result for result in results if result.name in names)
+        missing_inputs = tuple(result for result in without_value if result.name in names)
         with suppress(DataError) if as_far_as_possible else nullcontext():
-            made = lookup.make(each.kind, each.name, each.settings, context)
-            of = _with_partners(run, each.name, required[index])
+            analysis = lookup.make(ref.kind, ref.name, ref.settings, context)
+            data = _with_partners(run, ref.name, required[index])
             # What needs no results is a plain Analysis, which takes the run alone.
-            found[index] = made(of, given, lacking) if needed[index] else made(of)
-            results += found[index].results
-            without += found[index].missing
-            if needed[index]:
-                found = [_reaching(one, found[index].results, needed[index]) for one in found]
-    return tuple(found)
+            findings[index] = analysis(data, inputs, missing_inputs) if names else analysis(data)
+            results += findings[index].results
+            without_value += findings[index].missing
+            if names:
+                outputs = findings[index].results
+                findings = [_with_checks_of_outputs(each, outputs, names) for each in findings]
+    return tuple(findings)
 
 
-def _reaching(
-    found: Findings, made: Sequence[MeasurementResult], needed: frozenset[str]
+def _with_checks_of_outputs(
+    findings: Findings, outputs: Sequence[MeasurementResult], inputs: frozenset[str]
 ) -> Findings:
-    """Return findings whose checks of some results are also of the results made of those."""
+    """Return findings whose checks of some results are also of the results computed from those."""
 
-    def reached(check: Check) -> Check:
-        given = [place for name, place in check.of if name in needed]
-        also = tuple(
-            (each.name, each.coordinates)
-            for each in made
-            if any(_may_enter(place, each.coordinates) for place in given)
+    def extended(check: Check) -> Check:
+        places = [place for name, place in check.of if name in inputs]
+        added = tuple(
+            (output.name, output.coordinates)
+            for output in outputs
+            if any(_may_enter(place, output.coordinates) for place in places)
         )
-        return replace(check, of=(*check.of, *also))
+        return replace(check, of=(*check.of, *added))
 
-    return replace(found, checks=tuple(map(reached, found.checks)))
+    return replace(findings, checks=tuple(map(extended, findings.checks)))
 
 
-def _may_enter(given: Mapping[str, CoordinateValue], made: Mapping[str, CoordinateValue]) -> bool:
-    """Return whether no coordinate tells the place of a result from that of one made of it."""
-    return all(made[name].usual == each.usual for name, each in given.items() if name in made)
+def _may_enter(place: Mapping[str, CoordinateValue], output: Mapping[str, CoordinateValue]) -> bool:
+    """Return whether no coordinate distinguishes the place of a result from that of an output."""
+    return all(output[name].usual == at.usual for name, at in place.items() if name in output)
 
 
 def makers_of(
@@ -91,31 +92,31 @@ def makers_of(
         index = by_name.get(waiting.pop())
         if index is not None and index not in needed:
             needed.add(index)
-            each = analyses[index]
-            of = lookup.requires(each.kind, each.name, each.settings).results
-            waiting += [one.name for one in of]
-    return tuple(each for index, each in enumerate(analyses) if index in needed)
+            ref = analyses[index]
+            required = lookup.requires(ref.kind, ref.name, ref.settings)
+            waiting += [result.name for result in required.results]
+    return tuple(ref for index, ref in enumerate(analyses) if index in needed)
 
 
 def _with_partners(run: RunData, analysis: str, needs: Requirements) -> RunData:
-    """Return a run with the partner runs alone that an analysis requires; raise DataError."""
-    wanted = {each.name: each for each in needs.partners}
-    for name in wanted.keys() - run.partners.keys():
-        if wanted[name].optional:
+    """Return a run with only the partner runs that an analysis requires; raise DataError."""
+    required = {partner.name: partner for partner in needs.partners}
+    for name in required.keys() - run.partners.keys():
+        if required[name].optional:
             continue
         raise DataError(
-            f"the analysis '{analysis}' needs a {wanted[name].words}, and {run.run_id} has none",
+            f"the analysis '{analysis}' needs a {required[name].words}, and {run.run_id} has none",
             hint=f"name one: --partner {name}=RUN",
         )
-    there = {name: each for name, each in run.partners.items() if name in wanted}
-    return replace(run, partners=there)
+    partners = {name: partner for name, partner in run.partners.items() if name in required}
+    return replace(run, partners=partners)
 
 
 def _by_name(analyses: Sequence[AnalysisRef], lookup: Lookup) -> dict[str, int]:
     return {
         definition.name: index
-        for index, each in enumerate(analyses)
-        for definition in lookup.definitions(each.name, each.settings)
+        for index, ref in enumerate(analyses)
+        for definition in lookup.definitions(ref.name, ref.settings)
     }
 
 
@@ -132,5 +133,5 @@ def _in_order(
     try:
         return tuple(TopologicalSorter(graph).static_order())
     except CycleError as error:
-        circle = " -> ".join(analyses[index].name for index in error.args[1])
-        raise DataError(f"analyses need results of each other: {circle}") from error
+        cycle = " -> ".join(analyses[index].name for index in error.args[1])
+        raise DataError(f"analyses need results of each other: {cycle}") from error

@@ -1,8 +1,8 @@
 """The revisions of the methods by which a result is computed.
 
 A stored result is computed again only by the revisions that computed it. So whoever changes a
-method in a way that gives another number, verdict or list of checks counts its revision up by one:
-a plugin's in its record, those of the program itself here. Results of version 0.1.0 carry none, and
+method in a way that gives another number, verdict or list of checks increments its revision:
+a plugin's in its record, those of the program itself here. Results of version 0.1.0 have none, and
 count as of revision 1.
 """
 
@@ -21,10 +21,10 @@ if TYPE_CHECKING:
     from rigrunner.procedure import Acceptance, AnalysisRef
 
 FIRST = 1
-"""Of what has no revision of its own."""
+"""The revision of a method that states none."""
 ANALYSIS = "analysis"
 OWN: Mapping[str, int] = {ANALYSIS: 2}
-"""What is no plugin: preparing recordings, the mean, its uncertainty and the checks."""
+"""Methods of the program itself: preparing recordings, the mean, its uncertainty, the checks."""
 
 
 def revisions_of(
@@ -45,19 +45,19 @@ def methods_of(
     An analysis of the measurand was part of the program in version 0.1.0, whose results do not list
     it: in its first revision it is left out.
     """
-    found = [ANALYSIS]
+    methods = [ANALYSIS]
     if acceptance is not None:
-        found.append(f"decision_rule {acceptance.rule.name}")
-    for each in analyses:
-        own = f"analysis {each.name}"
+        methods.append(f"decision_rule {acceptance.rule.name}")
+    for ref in analyses:
+        method = f"analysis {ref.name}"
         try:
-            settings = lookup.validated(each.kind, each.name, each.settings)
-            record = lookup.record(each.kind, each.name)
+            settings = lookup.validated(ref.kind, ref.name, ref.settings)
+            record = lookup.record(ref.kind, ref.name)
         except PluginError:  # not installed, or in a version with other settings
-            found.append(own)
+            methods.append(method)
             continue
         of_measurand = isinstance(record, AnalysisRecord) and record.measurand
         if not of_measurand or record.revision > FIRST:
-            found.append(own)
-        found += [f"{used.kind} {used.name}" for _, used in plugins_in(settings)]
-    return tuple(dict.fromkeys(found))
+            methods.append(method)
+        methods += [f"{plugin.kind} {plugin.name}" for _, plugin in plugins_in(settings)]
+    return tuple(dict.fromkeys(methods))

@@ -1,4 +1,4 @@
-"""Checks what plugins of the analysis return before it is used, and what they may not change.
+"""Checks what plugins of the analysis return before it is used, and write-protects their inputs.
 
 Otherwise a value that is no number, a missing point or an array changed in place would reach the
 verdict unnoticed. Such an error is a PluginError that names the plugin.
@@ -41,12 +41,12 @@ if TYPE_CHECKING:
     from rigrunner.api.verdict import DecisionRule, Limits
 
 _ROUNDING = 1e-9
-"""How far an uncertainty may be from what its own budget gives, relatively."""
+"""Allowed relative difference of an uncertainty from that of its own budget."""
 
 
 @dataclass(frozen=True)
 class Scrutiny:
-    """A Lookup whose plugins are given what they cannot change, and give what can be used."""
+    """A Lookup whose plugins get write-protected data, and whose outputs are checked."""
 
     lookup: Lookup
 
@@ -60,8 +60,8 @@ class Scrutiny:
     ) -> Any:
         """Return the callable of a kind such as 'fit' or 'decision_rule'; raise PluginError.
 
-        `fits`: as for a Lookup; those that are not given are looked at too. Who makes plugins of a
-        kind that another package brings looks at what they give itself.
+        `fits`: as for a Lookup; those that are left out are checked too. Whoever makes plugins of a
+        kind that another package defines checks what they return.
         """
         subject = Subject(kind, name)
         if kind == "analysis":
@@ -69,8 +69,8 @@ class Scrutiny:
                 fits.setdefault(at, self.make("fit", fit.name, fit.settings))
             context = context or AnalysisContext(plugins=self)
             made = self.lookup.make(kind, name, settings, context, **fits)
-            due = self.lookup.definitions(name, settings, context)
-            return _Analysis(subject, made, {each.name: each for each in due})
+            definitions = self.lookup.definitions(name, settings, context)
+            return _Analysis(subject, made, {each.name: each for each in definitions})
         made = self.lookup.make(kind, name, settings)
         return _CHECKED[kind](subject, made) if kind in _CHECKED else made
 
@@ -105,24 +105,24 @@ class _Rule:
     def __call__(self, values: Array) -> tuple[Rejection, ...]:
         protect(values)
         with self.subject.named():
-            found = self.rule(values)
-        self.subject.need(isinstance(found, (list, tuple)), f"{shown(found)}, expected a list")
-        rejections = tuple(self._checked(each, values) for each in found)
-        indices = [each.index for each in rejections]
+            output = self.rule(values)
+        self.subject.need(isinstance(output, (list, tuple)), f"{shown(output)}, expected a list")
+        rejections = tuple(self._checked(item, values) for item in output)
+        indices = [rejection.index for rejection in rejections]
         self.subject.need(len(set(indices)) == len(indices), "one rejection twice")
         return rejections
 
-    def _checked(self, found: object, values: Array) -> Rejection:
-        if not isinstance(found, Rejection):
-            self.subject.refuse(f"{shown(found)}, expected a Rejection")
+    def _checked(self, rejection: object, values: Array) -> Rejection:
+        if not isinstance(rejection, Rejection):
+            self.subject.refuse(f"{shown(rejection)}, expected a Rejection")
         # A bool is an index to Python: True would leave out the second value.
-        whole = not isinstance(found.index, bool) and hasattr(found.index, "__index__")
-        inside = whole and 0 <= found.index < len(values)
-        self.subject.need(inside, f"the index {found.index!r} of {len(values)} values")
-        numbers = (found.value, found.statistic, found.critical)
+        is_integer = not isinstance(rejection.index, bool) and hasattr(rejection.index, "__index__")
+        is_index = is_integer and 0 <= rejection.index < len(values)
+        self.subject.need(is_index, f"the index {rejection.index!r} of {len(values)} values")
+        numbers = (rejection.value, rejection.statistic, rejection.critical)
         self.subject.need(all(map(is_real, numbers)), f"a rejection of {shown(numbers)}")
         value, statistic, critical = map(float, numbers)
-        return Rejection(index(found.index), value, found.rule, statistic, critical)
+        return Rejection(index(rejection.index), value, rejection.rule, statistic, critical)
 
 
 @dataclass(frozen=True)
@@ -147,8 +147,8 @@ class _Fit:
         need(are_numbers(covariance, (count, count)), f"the covariance {shown(covariance)}")
         variances = np.diag(covariance)
         need(bool(np.all(variances >= 0)), f"the negative variances {shown(variances)}")
-        named = len(curve.names), len(curve.units)
-        need(named == (count, count), f"{named} names and units of {count} coefficients")
+        counts = len(curve.names), len(curve.units)
+        need(counts == (count, count), f"{counts} names and units of {count} coefficients")
         need(are_numbers(curve.residuals, points.y.shape), "residuals that are not one a point")
         low, high = curve.valid_x
         need(low <= high, f"the validity range {low} to {high}")
@@ -156,8 +156,8 @@ class _Fit:
         x = points.x[(first >= low) & (first <= high)]
         y, u = curve.predict(x)
         need(are_numbers(y, x.shape[:1]), f"the prediction {shown(y)}")
-        sure = are_numbers(u, x.shape[:1]) and bool(np.all(np.asarray(u) >= 0))
-        need(sure, f"the uncertainty {shown(u)} of its prediction")
+        is_valid = are_numbers(u, x.shape[:1]) and bool(np.all(np.asarray(u) >= 0))
+        need(is_valid, f"the uncertainty {shown(u)} of its prediction")
 
 
 @dataclass(frozen=True)
@@ -168,33 +168,33 @@ class _Verdicts:
     @property
     def words(self) -> Mapping[str, str]:
         words = self.rule.words
-        told = isinstance(words, Mapping) and all(
-            isinstance(each, str) and each for each in (*words, *words.values())
+        is_valid = (
+            isinstance(words, Mapping)
+            and "en" in words
+            and all(isinstance(text, str) and text for text in (*words, *words.values()))
         )
-        self.subject.need(
-            told and "en" in words, f"the words {shown(words)}, expected {{'en': ...}}"
-        )
+        self.subject.need(is_valid, f"the words {shown(words)}, expected {{'en': ...}}")
         return words
 
     def __call__(self, limits: Limits, estimate: Estimate) -> tuple[Zone, ...]:
         refuse = self.subject.refuse
         with self.subject.named():
-            found = self.rule(limits, estimate)
-        if not (isinstance(found, (list, tuple)) and found):
-            refuse(f"{shown(found)}, expected zones")
-        for each in found:
-            if not isinstance(each, Zone):
-                refuse(f"{shown(each)}, expected a Zone")
-            if not is_finite(each.margin):
-                refuse(f"the margin {each.margin!r} of a zone")
-            if each.verdict not in WORST_FIRST or each.verdict is Verdict.FAIL:
-                refuse(f"the verdict {shown(each.verdict)} of a zone")
-        for better, worse in pairwise(found):
+            zones = self.rule(limits, estimate)
+        if not (isinstance(zones, (list, tuple)) and zones):
+            refuse(f"{shown(zones)}, expected zones")
+        for zone in zones:
+            if not isinstance(zone, Zone):
+                refuse(f"{shown(zone)}, expected a Zone")
+            if not is_finite(zone.margin):
+                refuse(f"the margin {zone.margin!r} of a zone")
+            if zone.verdict not in WORST_FIRST or zone.verdict is Verdict.FAIL:
+                refuse(f"the verdict {shown(zone.verdict)} of a zone")
+        for better, worse in pairwise(zones):
             if better.margin <= worse.margin:
                 refuse(f"zones whose margins do not fall: {better.margin:g}, {worse.margin:g}")
             if WORST_FIRST.index(better.verdict) <= WORST_FIRST.index(worse.verdict):
                 refuse(f"'{worse.verdict}' farther out than '{better.verdict}', which is worse")
-        return tuple(found)
+        return tuple(zones)
 
 
 @dataclass(frozen=True)
@@ -203,48 +203,48 @@ class _Analysis:
     analysis: Analysis | AnalysisOfResults
     yields: Mapping[str, ResultDefinition]
 
-    def __call__(self, run: RunData, *given: Any) -> Findings:
+    def __call__(self, run: RunData, *inputs: Any) -> Findings:
         for recording in run.recordings:
             protect(*recording.channels.values())
         with self.subject.named():
-            found = self.analysis(run, *given)
+            findings = self.analysis(run, *inputs)
         need = self.subject.need
-        if not isinstance(found, Findings):
-            self.subject.refuse(f"{shown(found)}, expected Findings")
-        for field in fields(found):
-            several = getattr(found, field.name)
-            if not isinstance(several, (tuple, list)):
-                self.subject.refuse(f"{shown(several)} as {field.name}")
-        for each in (*found.results, *found.missing):
-            self._check_place(each)
-        shown_by_itself = {name for each in found.details for name in each.shown_results}
+        if not isinstance(findings, Findings):
+            self.subject.refuse(f"{shown(findings)}, expected Findings")
+        for field in fields(findings):
+            values = getattr(findings, field.name)
+            if not isinstance(values, (tuple, list)):
+                self.subject.refuse(f"{shown(values)} as {field.name}")
+        for place in (*findings.results, *findings.missing):
+            self._check_place(place)
+        shown_by_itself = {name for details in findings.details for name in details.shown_results}
         places = [
-            (each.name, each.place)
-            for each in (*found.results, *found.missing)
-            if each.name not in shown_by_itself
+            (result.name, result.place)
+            for result in (*findings.results, *findings.missing)
+            if result.name not in shown_by_itself
         ]
         need(len(set(places)) == len(places), "two results of one name and place")
-        means = [each.name for each in found.means]
+        means = [result.name for result in findings.means]
         need(len(set(means)) == len(means), "two means of one name")
-        for each in (*found.results, *found.means):
-            self._check(each)
-        for gone in found.missing:
-            self._check_definition(gone.of)
-            if not isinstance(gone.why, str):
-                self.subject.refuse(f"{shown(gone.why)} as the reason for a missing result")
-        self._check_mathematics(found)
-        return found
+        for result in (*findings.results, *findings.means):
+            self._check(result)
+        for missing in findings.missing:
+            self._check_definition(missing.of)
+            if not isinstance(missing.why, str):
+                self.subject.refuse(f"{shown(missing.why)} as the reason for a missing result")
+        self._check_mathematics(findings)
+        return findings
 
-    def _check_mathematics(self, found: Findings) -> None:
+    def _check_mathematics(self, findings: Findings) -> None:
         need = self.subject.need
-        for formula in chain(found.formulas, *(each.formulas for each in found.sections)):
+        for formula in chain(findings.formulas, *(each.formulas for each in findings.sections)):
             try:
                 parse_any(formula.text)
             except ExpressionError as error:
                 self.subject.refuse(f"the formula {shown(formula.text)}: {error.message}")
-        for table in chain(found.tables, *(each.tables for each in found.sections)):
-            wide = {len(row) for row in table.rows} | {len(table.columns)}
-            need(len(wide) == 1, f"the table '{table.title}' with rows of {wide} columns")
+        for table in chain(findings.tables, *(each.tables for each in findings.sections)):
+            widths = {len(row) for row in table.rows} | {len(table.columns)}
+            need(len(widths) == 1, f"the table '{table.title}' with rows of {widths} columns")
             for cell in chain(*table.rows):
                 if not (isinstance(cell, str) or is_real(cell)):
                     self.subject.refuse(f"the table '{table.title}' with {shown(cell)} in a cell")
@@ -275,20 +275,21 @@ class _Analysis:
             agrees = math.isclose(by_lines, u, rel_tol=_ROUNDING)
             need(agrees, f"'{result.name}' with u = {u:g}, by its budget {by_lines:g}")
 
-    def _check_place(self, found: ResultPlace) -> None:
+    def _check_place(self, place: ResultPlace) -> None:
         need = self.subject.need
-        for name in found.of.per:
-            need(name in found.coordinates, f"'{found.name}' without its coordinate '{name}'")
-        for name, at in found.coordinates.items():
+        for name in place.of.per:
+            need(name in place.coordinates, f"'{place.name}' without its coordinate '{name}'")
+        for name, at in place.coordinates.items():
             if not isinstance(at, CoordinateValue) or not (
                 isinstance(at.value, str) or is_finite(at.value)
             ):
-                what = f"'{found.name}' at {name} = {shown(at)}, expected a CoordinateValue"
-                self.subject.refuse(what)
+                message = f"'{place.name}' at {name} = {shown(at)}, expected a CoordinateValue"
+                self.subject.refuse(message)
 
-    def _check_definition(self, of: ResultDefinition) -> None:
-        is_due = self.yields.get(of.name) == of
-        self.subject.need(is_due, f"the result '{of.name}', which its record does not yield")
+    def _check_definition(self, definition: ResultDefinition) -> None:
+        name = definition.name
+        is_declared = self.yields.get(name) == definition
+        self.subject.need(is_declared, f"the result '{name}', which its record does not yield")
 
 
 _CHECKED = {

@@ -67,9 +67,9 @@ def __getattr__(name: str) -> Any:
     """Load the module of a name; raise AttributeError for any other name."""
     if name not in _MODULE_OF:
         return moved(__name__, name)
-    found = getattr(import_module(f"{__name__}.{_MODULE_OF[name]}"), name)
-    globals()[name] = found
-    return found
+    value = getattr(import_module(f"{__name__}.{_MODULE_OF[name]}"), name)
+    globals()[name] = value
+    return value
 
 
 def __dir__() -> list[str]:

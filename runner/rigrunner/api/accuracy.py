@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from functools import partial
 from math import inf, sqrt
 from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
 
@@ -150,26 +151,18 @@ def _limit(value: object) -> object:
     return {"limit": value} if isinstance(value, str) else value
 
 
-def _share_of(whole: str, value: object) -> object:
+def _share_of(base: str, value: object) -> object:
     """Read a bare percentage, such as '0.3 %', as relative to the reading or to full scale."""
-    read = _limit(value)
-    limit = read.get("limit") if isinstance(read, dict) else None
+    entry = _limit(value)
+    limit = entry.get("limit") if isinstance(entry, dict) else None
     if not isinstance(limit, str) or _SHARE.fullmatch(limit):
-        return read
-    found = parse_quantity(limit)
-    if found.dimension != "ratio":
-        return read
+        return entry
+    quantity = parse_quantity(limit)
+    if quantity.dimension != "ratio":
+        return entry
     # As written, where it is in %: 100 times the SI value can differ in the last digit.
-    percent = found.number if found.unit.symbol == "%" else 100 * found.si
-    return {**read, "limit": f"{percent!r} % {whole}"}  # type: ignore[dict-item]  # a dict
-
-
-def _of_reading(value: object) -> object:
-    return _share_of("reading", value)
-
-
-def _of_full_scale(value: object) -> object:
-    return _share_of("FS", value)
+    percent = quantity.number if quantity.unit.symbol == "%" else 100 * quantity.si
+    return {**entry, "limit": f"{percent!r} % {base}"}  # type: ignore[dict-item]  # a dict
 
 
 def _in_one_figure(value: object) -> object:
@@ -178,8 +171,10 @@ def _in_one_figure(value: object) -> object:
 
 StatedLimit = Annotated[ErrorLimit, BeforeValidator(_limit), _TextOrMapping()]
 """A mapping, or the limit alone."""
-StatedGain = Annotated[ErrorLimit, BeforeValidator(_of_reading), _TextOrMapping()]
-StatedNonlinearity = Annotated[ErrorLimit, BeforeValidator(_of_full_scale), _TextOrMapping()]
+StatedGain = Annotated[ErrorLimit, BeforeValidator(partial(_share_of, "reading")), _TextOrMapping()]
+StatedNonlinearity = Annotated[
+    ErrorLimit, BeforeValidator(partial(_share_of, "FS")), _TextOrMapping()
+]
 
 
 class Accuracy(Settings):
@@ -213,7 +208,7 @@ class Accuracy(Settings):
     @property
     def limits(self) -> dict[str, ErrorLimit]:
         """The stated errors by name."""
-        return {name: each for name, each in self if each is not None}
+        return {name: limit for name, limit in self if limit is not None}
 
     @property
     def has_calibration(self) -> bool:
@@ -225,10 +220,10 @@ class Accuracy(Settings):
 
         0 if not stated; half the step for a resolution.
         """
-        each = self.limits.get(name)
-        if each is None:
+        limit = self.limits.get(name)
+        if limit is None:
             return 0.0
-        width = each.half_width(1.0 if name == "gain" else value, full_scale)
+        width = limit.half_width(1.0 if name == "gain" else value, full_scale)
         return width / 2 if name == "resolution" else width
 
     def limit_of_error(self, value: float, full_scale: float) -> float:
@@ -240,51 +235,51 @@ class Accuracy(Settings):
 
     def errors(self, channel: str, value: float, full_scale: float) -> Iterator[ReadingError]:
         """Yield each error at a value; all in the SI unit."""
-        for name, each in self.limits.items():
+        for name, limit in self.limits.items():
             width = self.half_width(name, value, full_scale)
-            share, absolute = each.in_parts(full_scale)
+            share, absolute = limit.in_parts(full_scale)
             # A limit such as '0.2 N·m' is no share of the reading, and cannot act as a gain.
-            gain = name == "gain" or (name == "temperature_sensitivity" and absolute == 0)
+            is_gain = name == "gain" or (name == "temperature_sensitivity" and absolute == 0)
             yield ReadingError(
                 name=f"{'reading' if name == 'overall' else name.replace('_', ' ')} of {channel}",
-                acts="gain" if gain else "offset" if name == "offset" else "each",
-                u=(share if gain else width) / OVER_U[each.distribution],
-                distribution=each.distribution,
-                source=each.source,
+                acts="gain" if is_gain else "offset" if name == "offset" else "each",
+                u=(share if is_gain else width) / OVER_U[limit.distribution],
+                distribution=limit.distribution,
+                source=limit.source,
             )
 
     def objections(self, quantity: str) -> Iterator[str]:
         """Yield each limit that does not fit the quantity."""
-        for name, each in self.limits.items():
+        for name, limit in self.limits.items():
             path = "" if name == "overall" else f"{name}: "
             if name == "gain" and of_difference(quantity) != quantity:
-                yield f"{path}got '{each.limit}', expected an 'offset' in dB"
-            elif name == "gain" and not each.limit.endswith("reading"):
-                yield f"{path}got '{each.limit}', expected a share, such as '0.3 %'"
-            elif wrong := _misread(each.limit, quantity):
-                yield f"{path}got '{each.limit}'{wrong}"
+                yield f"{path}got '{limit.limit}', expected an 'offset' in dB"
+            elif name == "gain" and not limit.limit.endswith("reading"):
+                yield f"{path}got '{limit.limit}', expected a share, such as '0.3 %'"
+            elif problem := _problem_with(limit.limit, quantity):
+                yield f"{path}got '{limit.limit}'{problem}"
 
     def shares_of_full_scale(self) -> dict[str, str]:
         """Return the limits relative to full scale by name, without the overall one."""
-        found = {name: each.limit for name, each in self.limits.items() if name != "overall"}
-        return {name: limit for name, limit in found.items() if limit.endswith("FS")}
+        limits = {name: limit.limit for name, limit in self.limits.items() if name != "overall"}
+        return {name: limit for name, limit in limits.items() if limit.endswith("FS")}
 
 
-def _misread(limit: str, quantity: str) -> str:
+def _problem_with(limit: str, quantity: str) -> str:
     """Return what is wrong with a limit for that quantity; '' for nothing."""
-    wanted = of_difference(quantity)
-    has_scale = quantity == "temperature" or wanted != quantity  # 0 of it is not nothing
+    difference_kind = of_difference(quantity)
+    has_scale = quantity == "temperature" or difference_kind != quantity  # 0 of it is not nothing
     share = _SHARE.fullmatch(limit)
     if share and has_scale:
-        return f", expected a difference in {si_symbol(wanted)}"
-    found = "" if share else parse_quantity(limit).dimension
-    if share or found == wanted:
+        return f", expected a difference in {si_symbol(difference_kind)}"
+    kind = "" if share else parse_quantity(limit).dimension
+    if share or kind == difference_kind:
         return ""
-    if found == quantity:
-        return f", {with_article(found)}, expected a difference in {si_symbol(wanted)}"
-    if found == "ratio":
+    if kind == quantity:
+        return f", {with_article(kind)}, expected a difference in {si_symbol(difference_kind)}"
+    if kind == "ratio":
         return ", which does not say of what: write '% FS' or '% reading'"
-    return f", {with_article(found)}, expected {with_article(quantity)}"
+    return f", {with_article(kind)}, expected {with_article(quantity)}"
 
 
 StatedAccuracy = Annotated[Accuracy, BeforeValidator(_in_one_figure), _TextOrMapping()]

@@ -123,9 +123,9 @@ def _check_ascending(lowest: float, highest: float) -> None:
         raise ValueError("min must be below max")
 
 
-def _same_dimension(quantity: Quantity, wanted: str, name: str) -> None:
-    if quantity.dimension != wanted:
+def _same_dimension(quantity: Quantity, kind: str, name: str) -> None:
+    if quantity.dimension != kind:
         raise ValueError(
             f"{name} is '{quantity}', {with_article(quantity.dimension)}; expected"
-            f" {with_article(wanted)}"
+            f" {with_article(kind)}"
         )

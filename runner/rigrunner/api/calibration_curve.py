@@ -25,12 +25,12 @@ def linear(known: Mapping[float, float], *, through_zero: bool) -> Table:
 
 def cubic(known: Mapping[float, float]) -> Table:
     """Return the cubic through zero of each direction, fitted by least squares."""
-    found = {0.0: 0.0}
+    curve = {0.0: 0.0}
     for points in _directions(known):
         end, coefficients = _fit(points)
         shares = (step / STEPS for step in range(1, STEPS + 1))
-        found |= {share * end: _at(share, coefficients) for share in shares}
-    return tuple(sorted(found.items()))
+        curve |= {share * end: _at(share, coefficients) for share in shares}
+    return tuple(sorted(curve.items()))
 
 
 def off_linear(table: Table) -> float:
@@ -57,9 +57,9 @@ def too_few_for_cubic(known: Mapping[float, float]) -> int | None:
     return next((count for count in counts if count <= DEGREE), None)
 
 
-def _directions(known: Mapping[float, float]) -> Sequence[Sequence[tuple[float, float]]]:
-    positive = [(x, y) for x, y in known.items() if x > 0]
-    negative = [(x, y) for x, y in known.items() if x < 0]
+def _directions(deviations: Mapping[float, float]) -> Sequence[Sequence[tuple[float, float]]]:
+    positive = [(x, y) for x, y in deviations.items() if x > 0]
+    negative = [(x, y) for x, y in deviations.items() if x < 0]
     return [points for points in (negative, positive) if points]
 
 
@@ -71,7 +71,7 @@ def _fit(points: Sequence[tuple[float, float]]) -> tuple[float, Sequence[float]]
     share = np.array([x / end for x, _ in points])
     powers = np.stack([share**k for k in range(1, DEGREE + 1)], axis=1)
     coefficients, *_ = np.linalg.lstsq(powers, np.array([y for _, y in points]))
-    return end, [float(each) for each in coefficients]
+    return end, [float(coefficient) for coefficient in coefficients]
 
 
 def _at(share: float, coefficients: Sequence[float]) -> float:

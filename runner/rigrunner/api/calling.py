@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 _T = TypeVar("_T")
 
 _LATE_S = 2.0
-"""A wait that ends so much later than asked for: no device is to blame."""
+"""A wait that ends this much later than requested is not the fault of a device."""
 
 
 class Caller(Protocol):
@@ -234,13 +234,13 @@ class MovingCalls:
 
         Later calls of the device are refused and move nothing.
         """
-        begun = (each for each in self._calls if each.has_begun and not each.has_returned)
-        return next(begun, None)
+        calls = (call for call in self._calls if call.has_begun and not call.has_returned)
+        return next(calls, None)
 
     def next(self, what: str, function: Callable[[], _T], timeout_s: float) -> Callable[[], _T]:
         """Return a call of the same function, as the next one."""
         moving = MovingCall(what, function, timeout_s)
-        self._calls = [*(each for each in self._calls if not each.has_returned), moving]
+        self._calls = [*(call for call in self._calls if not call.has_returned), moving]
         return moving
 
 

@@ -91,7 +91,7 @@ def effect_words(check: Check) -> str:
         return follows
     moved = [f"{_moved(mean)} on the mean"]
     if len(points) > 1:
-        worst = max(points, key=lambda each: each.contribution)
+        worst = max(points, key=lambda point: point.contribution)
         moved.append(f"{_moved(worst)} at {worst.of}")
     return "; ".join([", ".join(moved), *([follows] if follows else [])])
 

@@ -38,10 +38,10 @@ def raise_first(errors: Sequence[BaseException]) -> None:
     """Raise the first error, or a Ctrl-C among them, with the others as its notes; or nothing."""
     if not errors:
         return
-    first = next((each for each in errors if isinstance(each, KeyboardInterrupt)), errors[0])
-    for other in errors:
-        if other is not first:
-            add_beside(first, error_text(other))
+    first = next((error for error in errors if isinstance(error, KeyboardInterrupt)), errors[0])
+    for error in errors:
+        if error is not first:
+            add_beside(first, error_text(error))
     raise first
 
 
@@ -93,5 +93,5 @@ def error_text(error: BaseException) -> str:
 
     Hidden characters, as a driver may quote them from its instrument, are made visible.
     """
-    told = str(error) if isinstance(error, RigrunnerError) else f"{type(error).__name__}: {error}"
-    return visible("; ".join((told, *getattr(error, "__notes__", ()))))
+    text = str(error) if isinstance(error, RigrunnerError) else f"{type(error).__name__}: {error}"
+    return visible("; ".join((text, *getattr(error, "__notes__", ()))))

@@ -42,10 +42,10 @@ class CoordinateValue:
             return cls("yes" if value else "no")
         if isinstance(value, str) or not si_unit:
             return cls(value)
-        known, shown = unit(si_unit), unit(written_in or usual_unit(si_unit))
-        number = (value * known.factor + known.offset - shown.offset) / shown.factor
+        source, target = unit(si_unit), unit(written_in or usual_unit(si_unit))
+        number = (value * source.factor + source.offset - target.offset) / target.factor
         # 12 digits: without what the conversion adds in the last ones, 70 °F is 70 again.
-        return cls(float(f"{number:.12g}"), shown.symbol)
+        return cls(float(f"{number:.12g}"), target.symbol)
 
     @classmethod
     def stored(cls, found: object) -> CoordinateValue:
@@ -60,17 +60,17 @@ class CoordinateValue:
         """The coordinate in the usual unit: equal for equal values."""
         if isinstance(self.value, str) or not self.unit:
             return self
-        found = self.in_unit(usual_unit(si_symbol(unit(self.unit).dimension)))
+        usual = self.in_unit(usual_unit(si_symbol(unit(self.unit).dimension)))
         # Fewer digits than a conversion keeps: one value written in two units is equal then.
-        return CoordinateValue(float(f"{found.value:.10g}"), found.unit)
+        return CoordinateValue(float(f"{usual.value:.10g}"), usual.unit)
 
     def in_unit(self, symbol: str) -> CoordinateValue:
         """Return the number in another unit of its kind; a text stays as it is."""
         if isinstance(self.value, str) or self.unit == symbol:
             return self
-        known, shown = unit(self.unit or "1"), unit(symbol or "1")
-        si = self.value * known.factor + known.offset
-        return CoordinateValue(float(f"{(si - shown.offset) / shown.factor:.12g}"), symbol)
+        source, target = unit(self.unit or "1"), unit(symbol or "1")
+        si = self.value * source.factor + source.offset
+        return CoordinateValue(float(f"{(si - target.offset) / target.factor:.12g}"), symbol)
 
     def __str__(self) -> str:
         """Return it as text: '2 A', 'final'."""
@@ -87,13 +87,13 @@ def usual_unit(si_unit: str) -> str:
 
 def is_told(written_in: str, si_unit: str) -> bool:
     """Return whether the unit as written must be stored beside the SI unit."""
-    # K is an SI unit, but not the usual one: untold, a temperature would be shown in °C.
+    # K is an SI unit, but not the usual one: unless stored, a temperature would be shown in °C.
     return bool(written_in) and not written_in == si_unit == usual_unit(si_unit)
 
 
 def place_text(coordinates: Mapping[str, CoordinateValue]) -> str:
     """Return the place of a result as text: 'load.current = 2 A'; '' for the only one."""
-    return ", ".join(f"{name} = {each}" for name, each in coordinates.items())
+    return ", ".join(f"{name} = {value}" for name, value in coordinates.items())
 
 
 class Placed(Protocol):
@@ -200,28 +200,28 @@ def _with_equal_decimals(cells: list[str]) -> list[str]:
     decimals = max((len(cell.partition(".")[2]) for cell in cells), default=0)
     padded = [_padded(cell, decimals) if cell and decimals else cell for cell in cells]
     digits = [cell.replace(".", "").lstrip("-0") for cell in padded]
-    are_few = all(not each or (each.isdigit() and len(each) <= DIGITS) for each in digits)
+    are_few = all(not text or (text.isdigit() and len(text) <= DIGITS) for text in digits)
     return padded if are_few else cells
 
 
 def _padded(number: str, decimals: int) -> str:
-    whole, _, part = number.partition(".")
-    return f"{whole}.{part:0<{decimals}}"
+    integer, _, part = number.partition(".")
+    return f"{integer}.{part:0<{decimals}}"
 
 
 def _column(values: Sequence[Coordinate], units: Sequence[str], unit: str) -> tuple[str, list[str]]:
-    written = {each for each, value in zip(units, values, strict=True) if value != ""}
-    if len(written) == 1:
-        (one,) = written
-        return one or unit, [number_text(value, one) for value in values]
+    symbols = {symbol for symbol, value in zip(units, values, strict=True) if value != ""}
+    if len(symbols) == 1:
+        (symbol,) = symbols
+        return symbol or unit, [number_text(value, symbol) for value in values]
     return "", [written_text(value, unit, each) for value, each in zip(values, units, strict=True)]
 
 
 def matches(coordinates: Mapping[str, Coordinate], where: Mapping[str, Any]) -> bool:
     """Return whether coordinates have the values of a selection, which are Labels of a file."""
     return all(
-        name in coordinates and _is_same(coordinates[name], in_si(wanted)[0])
-        for name, wanted in where.items()
+        name in coordinates and _is_same(coordinates[name], in_si(selected)[0])
+        for name, selected in where.items()
     )
 
 
@@ -242,10 +242,10 @@ def mixed_labels(
     return ""
 
 
-def _is_same(value: Coordinate, wanted: Coordinate) -> bool:
-    if isinstance(value, bool | str) or isinstance(wanted, bool | str):
-        return type(value) is type(wanted) and value == wanted
-    return isclose(value, wanted, rel_tol=1e-9)
+def _is_same(value: Coordinate, selected: Coordinate) -> bool:
+    if isinstance(value, bool | str) or isinstance(selected, bool | str):
+        return type(value) is type(selected) and value == selected
+    return isclose(value, selected, rel_tol=1e-9)
 
 
 def with_unit(name: str, unit: str) -> str:

@@ -167,23 +167,23 @@ class Measurement:
         """The decision on each limited value and reading, in the order of the limits."""
         values, readings = self.values, self.readings
         return (
-            *(each.decision(values[each.of]) for each in self.limits if each.of in values),
+            *(limit.decision(values[limit.of]) for limit in self.limits if limit.of in values),
             *(each.decision(readings[each.of]) for each in self.expected if each.of in readings),
         )
 
 
 def place_of(of: Recording | Measurement) -> dict[str, CoordinateValue]:
     """Return the set-points and coordinates of a recording or row, with time and cycle count."""
-    known = {**of.setpoints, **of.coordinates}
-    found = {
+    values = {**of.setpoints, **of.coordinates}
+    place = {
         name: CoordinateValue.of_si(value, of.units.get(name, ""), of.written_in.get(name, ""))
-        for name, value in known.items()
+        for name, value in values.items()
     }
     if of.elapsed_s is not None:
-        found["elapsed"] = CoordinateValue(of.elapsed_s, "s")
+        place["elapsed"] = CoordinateValue(of.elapsed_s, "s")
     if of.cycles is not None:
-        found["cycles"] = CoordinateValue(float(of.cycles))
-    return found
+        place["cycles"] = CoordinateValue(float(of.cycles))
+    return place
 
 
 class ZeroScatter(NamedTuple):
@@ -237,7 +237,7 @@ class RunData:
     if not TYPE_CHECKING:  # a checker would take any name
 
         def __getattr__(self, name: str) -> Any:
-            """Return what has left this class; raise AttributeError for any other name."""
+            """Return a name that has moved from this class; raise AttributeError for any other."""
             return moved(f"{__name__}.RunData", name)(self)
 
     @property
@@ -252,25 +252,28 @@ class RunData:
         reading is subtracted from a root mean square, 'role.name.rms'; nor is this or a peak to
         peak value corrected by the calibration points, so their greatest deviation is an error.
         """
-        of = channel_of(channel)
-        known, zeroed = self.instruments.get(of), of in self.zeros and not channel.endswith(".rms")
-        found = known.reading_errors(value, zeroed=zeroed) if known else ()
-        if found and known and known.interpolation and channel.endswith((".rms", ".peak_to_peak")):
-            limit = max(abs(deviation) for _, deviation in known.deviations)
-            found += (ReadingError(f"deviation of {of}, not corrected", "each", limit / sqrt(3)),)
-        return found or (ReadingError(f"reading of {channel}", "each", nan),)
+        member = channel_of(channel)
+        instrument = self.instruments.get(member)
+        zeroed = member in self.zeros and not channel.endswith(".rms")
+        errors = instrument.reading_errors(value, zeroed=zeroed) if instrument else ()
+        if not instrument or not errors:
+            return (ReadingError(f"reading of {channel}", "each", nan),)
+        if instrument.interpolation and channel.endswith((".rms", ".peak_to_peak")):
+            u = max(abs(deviation) for _, deviation in instrument.deviations) / sqrt(3)
+            errors += (ReadingError(f"deviation of {member}, not corrected", "each", u),)
+        return errors
 
     def zero_error(self, channel: str, zero: float) -> ReadingError | None:
         """Return the error of all values of a channel that a zero reading was subtracted from.
 
         It is one error of all of them, in the SI unit. None for a zero whose scatter is not known.
         """
-        known = self.zero_scatter.get(channel_of(channel), {})
-        scatter = known.get(zero)
+        scatters = self.zero_scatter.get(channel_of(channel), {})
+        scatter = scatters.get(zero)
         if scatter is None:
             return None
-        which = f" {scatter.number}" if len(known) > 1 else ""
-        name = f"scatter of zero{which} of {channel_of(channel)}"
+        number = f" {scatter.number}" if len(scatters) > 1 else ""
+        name = f"scatter of zero{number} of {channel_of(channel)}"
         return ReadingError(name, "offset", scatter.u, scatter.dof, "t")
 
     def readings(self, channel: str, values: Array, zero: float) -> Array:
@@ -278,8 +281,8 @@ class RunData:
 
         Corrected by the table of the certificate if the register says so.
         """
-        known = self.instruments.get(channel)
-        return values - zero if known is None else known.corrected(values, zero)
+        instrument = self.instruments.get(channel)
+        return values - zero if instrument is None else instrument.corrected(values, zero)
 
     def zero(self, recording: str, channel: str) -> float:
         """Return the zero reading of a channel for a recording; 0 without one.

@@ -207,7 +207,7 @@ class DriveInfo:
     @property
     def range_text(self) -> str:
         """The range in words: '0 to 3000 N', '300 nm to 1.1 µm'."""
-        low, high = (legible(each, self.unit) for each in (self.minimum, self.maximum))
+        low, high = (legible(value, self.unit) for value in (self.minimum, self.maximum))
         number, _, symbol = low.partition(" ")
         return f"{number if high.partition(' ')[2] == symbol else low} to {high}"
 
@@ -270,7 +270,7 @@ class ReadableInPlaces(Readable, Protocol):
     """Can be read at certain set-points alone, as a table of values can."""
 
     def unreadable_at(self, set_points: Mapping[str, float]) -> DeviceRejectedError | None:
-        """Return why it cannot be read where its drives stand so; None if it can.
+        """Return why it cannot be read at these set-points of its drives; None if it can.
 
         Asked before it is connected, so that a plan is refused before anything moves.
         """

@@ -177,7 +177,7 @@ class Driver:
         call that it is part of.
         """
         # Cleared first: a call of the driver within `open` would otherwise reconnect again.
-        why, self._lost_by = self._lost_by or "not connected", ""
+        cause, self._lost_by = self._lost_by or "not connected", ""
         self.is_reconnecting = True
         timeout_s = min(self._timeout_s or _SHORT_S, self._patience.answer_s / 2)
         with suppress(DeviceError):  # of a connection that is broken
@@ -186,7 +186,7 @@ class Driver:
             identity = self._mapped("reconnect", lambda: self.open(timeout_s))
             self._need_same(identity)
         except BaseException as error:
-            self._lost_by = why
+            self._lost_by = cause
             with noted_on(error, "closing the connection"):
                 self._mapped("close", self.shut)
             if isinstance(error, DeviceNotFoundError):
@@ -195,14 +195,14 @@ class Driver:
         finally:
             self.is_reconnecting = False
         self._is_open, self._lost_by = True, ""
-        self._device_log.warning("reconnected to %s after: %s", _named(identity), why)
+        self._device_log.warning("reconnected to %s after: %s", _named(identity), cause)
 
     def _need_same(self, identity: Identity) -> None:
-        before = self._identity
-        if before is None or _named(identity) == _named(before):
+        previous = self._identity
+        if previous is None or _named(identity) == _named(previous):
             return
         raise DeviceLostError(
-            f"reconnected to {_named(identity)}, but the run began with {_named(before)}",
+            f"reconnected to {_named(identity)}, but the run began with {_named(previous)}",
             hint="was another instrument connected, or its address changed?",
         )
 
@@ -220,9 +220,9 @@ class Driver:
     def observe(self, readings: Sequence[str]) -> dict[str, Reading]:
         """Return the present readings."""
         self._need_connection()
-        known = {info.name: info for info in self.readings}
+        by_name = {info.name: info for info in self.readings}
         for name in readings:
-            _find("reading", name, known)
+            _find("reading", name, by_name)
         with self._watched():
             return {
                 name: self._mapped(f"read {name}", partial(self.get_reading, name))
@@ -291,7 +291,7 @@ class Driver:
             self.set(drive, value)  # over a new connection
 
     def _need_connection_to_make_safe(self) -> None:
-        """Reopen a closed connection; one that was never opened says nothing about drives."""
+        """Reopen a closed connection; raise DeviceLostError for one that was never opened."""
         if not self._is_open and self._timeout_s is not None:
             self.reconnect()
         self._need_connection()
@@ -318,7 +318,7 @@ class Driver:
         except DeviceError:
             raise
         except tuple(self.errors) as error:
-            kind = next(mine for theirs, mine in self.errors.items() if isinstance(error, theirs))
+            kind = next(ours for theirs, ours in self.errors.items() if isinstance(error, theirs))
             raise kind(f"{what}: {error or type(error).__name__}") from error
         except TimeoutError as error:
             raise DeviceTimeoutError(f"{what}: no answer in time") from error
@@ -335,18 +335,18 @@ def _need_several(what: str, infos: Iterable[object]) -> None:
             hint=f"a tuple of one has a comma: `{what} = ({kind}(...),)`",
         )
     needed = ChannelInfo if what == "channels" else DriveInfo
-    for each in infos:
-        if not isinstance(each, needed):
-            raise PluginError(f"{what} has {each!r}, expected a tuple of {needed.__name__}")
+    for info in infos:
+        if not isinstance(info, needed):
+            raise PluginError(f"{what} has {info!r}, expected a tuple of {needed.__name__}")
 
 
-def _find(kind: str, name: str, known: Mapping[str, _Info]) -> _Info:
-    if name not in known:
+def _find(kind: str, name: str, by_name: Mapping[str, _Info]) -> _Info:
+    if name not in by_name:
         raise DeviceRejectedError(
-            f"there is no {kind} '{name}'", hint=f"there are: {', '.join(known) or 'none'}"
+            f"there is no {kind} '{name}'", hint=f"there are: {', '.join(by_name) or 'none'}"
         )
-    return known[name]
+    return by_name[name]
 
 
 def _named(identity: Identity) -> str:
-    return " ".join(each for each in (identity.maker, identity.model, identity.serial) if each)
+    return " ".join(part for part in (identity.maker, identity.model, identity.serial) if part)

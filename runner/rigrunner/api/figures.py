@@ -76,7 +76,7 @@ class Series:
         U: Iterable[float] | None = None,  # noqa: N803  (the symbol of GUM)
     ) -> Series:
         """Return the series of columns of equal length; a U that is not finite is unknown."""
-        half = repeat(None) if U is None else (each if isfinite(each) else None for each in U)
+        half = repeat(None) if U is None else (u if isfinite(u) else None for u in U)
         columns = map(float, x), map(float, y), half
         # Without U the third column has no end, so equal lengths cannot be asked for.
         return cls(name, tuple(starmap(Point, zip(*columns, strict=U is not None))), kind)

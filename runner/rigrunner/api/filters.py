@@ -50,7 +50,7 @@ class Fir(Settings):
     """Rate of the samples that it filters."""
 
     @model_validator(mode="after")
-    def _passes_what_rests(self) -> Self:
+    def _passes_constant_signals(self) -> Self:
         # Taps are written with few digits: those of a high-pass do not add up to exactly 0.
         if abs(sum(self.taps)) <= 1e-6 * sum(abs(tap) for tap in self.taps):
             raise ValueError("the taps add up to 0: such a filter gives 0 for a constant signal")
@@ -88,7 +88,7 @@ class MeasuredResponse(Settings):
     """Who measured it and when."""
 
     @model_validator(mode="after")
-    def _ascends(self) -> Self:
+    def _frequencies_ascend(self) -> Self:
         hertz = [point.frequency for point in self.response]
         if any(after <= before for before, after in itertools.pairwise(hertz)):
             raise ValueError("the frequencies of the response must ascend")

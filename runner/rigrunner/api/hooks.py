@@ -67,18 +67,18 @@ class Imported:
     called: bool = True
     """False for a factory that gives it as it is, such as a function that has no settings."""
 
-    def __call__(self, *given: Any, **named: Any) -> Any:
+    def __call__(self, *args: Any, **kwargs: Any) -> Any:
         """Import it, and call it if so declared; raise PluginError if the path leads to nothing."""
         module, _, name = self.place.partition(":")
         try:
-            found = getattr(import_module(module), name)
+            target = getattr(import_module(module), name)
         except (ImportError, AttributeError, ValueError) as error:
             reason = f"{type(error).__name__}: {error}"
             raise PluginError(
                 f"'{self.place}' cannot be loaded: {reason}",
                 hint="a record names a function or class as 'package.module:name'",
             ) from error
-        return found(*given, **named) if self.called else found
+        return target(*args, **kwargs) if self.called else target
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -263,8 +263,8 @@ class AnalysisRecord(PluginRecord):
     @property
     def limit_measurand_model(self) -> type[Settings] | None:
         """The model of the key `measurand`; raises PluginError if the path leads to none."""
-        found = self.limit_measurand
-        return _model_at(found) if isinstance(found, str) else found
+        model = self.limit_measurand
+        return _model_at(model) if isinstance(model, str) else model
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -401,7 +401,7 @@ class LabRecord(PluginRecord):
 class KindRecord(PluginRecord):
     """A kind of plugin; plugins of it are returned by a function with the name `hook`.
 
-    `name` and `help` describe the kind. The package that brings a kind uses its plugins, and states
+    `name` and `help` describe the kind. The package that provides it uses its plugins, and states
     what they must comply with.
     """
 
@@ -433,72 +433,72 @@ class HookSpecs:
 
     @hookspec
     def rigrunner_steps(self) -> Iterable[StepRecord]:
-        """Return the kinds of steps that this plugin brings."""
+        """Return the kinds of steps that this plugin provides."""
         raise NotImplementedError
 
     @hookspec
     def rigrunner_devices(self) -> Iterable[DeviceRecord]:
-        """Return the devices that this plugin brings."""
+        """Return the devices that this plugin provides."""
         raise NotImplementedError
 
     @hookspec
     def rigrunner_outlier_rules(self) -> Iterable[OutlierRuleRecord]:
-        """Return the rules for gross errors that this plugin brings."""
+        """Return the rules for gross errors that this plugin provides."""
         raise NotImplementedError
 
     @hookspec
     def rigrunner_fits(self) -> Iterable[FitRecord]:
-        """Return the fits that this plugin brings."""
+        """Return the fits that this plugin provides."""
         raise NotImplementedError
 
     @hookspec
     def rigrunner_decision_rules(self) -> Iterable[DecisionRuleRecord]:
-        """Return the decision rules that this plugin brings."""
+        """Return the decision rules that this plugin provides."""
         raise NotImplementedError
 
     @hookspec
     def rigrunner_analyses(self) -> Iterable[AnalysisRecord]:
-        """Return the analyses of any quantity that this plugin brings."""
+        """Return the analyses of any quantity that this plugin provides."""
         raise NotImplementedError
 
     @hookspec
     def rigrunner_report_formats(self) -> Iterable[ReportFormatRecord]:
-        """Return the report formats that this plugin brings."""
+        """Return the report formats that this plugin provides."""
         raise NotImplementedError
 
     @hookspec
     def rigrunner_certificate_formats(self) -> Iterable[CertificateFormatRecord]:
-        """Return the printed forms of certificates that this plugin brings."""
+        """Return the printed forms of certificates that this plugin provides."""
         raise NotImplementedError
 
     @hookspec
     def rigrunner_study_formats(self) -> Iterable[StudyFormatRecord]:
-        """Return the formats of reports on many runs that this plugin brings."""
+        """Return the formats of reports on many runs that this plugin provides."""
         raise NotImplementedError
 
     @hookspec
     def rigrunner_importers(self) -> Iterable[ImporterRecord]:
-        """Return the readers of other programs' files that this plugin brings."""
+        """Return the readers of other programs' files that this plugin provides."""
         raise NotImplementedError
 
     @hookspec
     def rigrunner_event_sinks(self) -> Iterable[EventSinkRecord]:
-        """Return the listeners to events that this plugin brings."""
+        """Return the listeners to events that this plugin provides."""
         raise NotImplementedError
 
     @hookspec
     def rigrunner_labs(self) -> Iterable[LabRecord]:
-        """Return the lab folders to begin with that this plugin brings."""
+        """Return the lab folders to begin with that this plugin provides."""
         raise NotImplementedError
 
     @hookspec
     def rigrunner_kinds(self) -> Iterable[KindRecord]:
-        """Return the kinds of plugins that this plugin brings."""
+        """Return the kinds of plugins that this plugin provides."""
         raise NotImplementedError
 
     @hookspec
     def rigrunner_units(self) -> Iterable[UnitRecord]:
-        """Return the units of measurement that this plugin brings."""
+        """Return the units of measurement that this plugin provides."""
         raise NotImplementedError
 
 
@@ -514,10 +514,10 @@ def __getattr__(name: str) -> Any:
 def _model_at(place: str) -> type[Settings]:
     module, _, name = place.partition(":")
     try:
-        found = getattr(import_module(module), name)
+        model = getattr(import_module(module), name)
     except (Exception, SystemExit) as error:  # a module of a plugin may do anything
         reason = f"{type(error).__name__}: {error}"
         raise PluginError(f"the settings '{place}' cannot be loaded: {reason}") from error
-    if not (isinstance(found, type) and issubclass(found, Settings)):
+    if not (isinstance(model, type) and issubclass(model, Settings)):
         raise PluginError(f"'{place}' is not a model of settings")
-    return found
+    return model

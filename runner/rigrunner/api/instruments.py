@@ -129,15 +129,15 @@ class Instrument(Settings):
     @classmethod
     def _of_its_quantity(cls, value: Any, info: ValidationInfo) -> Any:
         """Refuse values of other quantities; invalid values have been reported already."""
-        wanted = info.data.get("quantity")
+        kind = info.data.get("quantity")
         # One value of a range or a point is enough: they were checked to be of one kind.
-        written = [value] if isinstance(value, Quantity) else []
-        written += [value.max] if isinstance(value, CalibratedRange) else []
-        written += [each.applied for each in value] if isinstance(value, tuple) else []
-        for each in written:
-            if wanted is not None and each.dimension != wanted:
-                got = with_article(each.dimension)
-                raise ValueError(f"got '{each}', {got}, expected {with_article(wanted)}")
+        quantities = [value] if isinstance(value, Quantity) else []
+        quantities += [value.max] if isinstance(value, CalibratedRange) else []
+        quantities += [point.applied for point in value] if isinstance(value, tuple) else []
+        for quantity in quantities:
+            if kind is not None and quantity.dimension != kind:
+                got = with_article(quantity.dimension)
+                raise ValueError(f"got '{quantity}', {got}, expected {with_article(kind)}")
         if isinstance(value, Quantity) and value.si <= 0:
             raise ValueError(f"got '{value}', expected more than 0")
         return value
@@ -183,10 +183,10 @@ class Instrument(Settings):
                 yield from self._objections_to_accuracy()
 
     def _objections_to_accuracy(self) -> Iterator[str]:
-        """Yield why what is stated cannot hold of readings that the points correct.
+        """Yield why a stated accuracy cannot hold for readings that the points correct.
 
-        The points give all that the correction leaves. A figure of the same errors beside them
-        would count these twice, or lose U of the points (GUM 4.3.10).
+        The points give all errors that the correction leaves. A limit of the same errors beside
+        them would count these twice, or lose U of the points (GUM 4.3.10).
         """
         limits = self.accuracy_.limits if self.accuracy_ else {}
         for name in ("gain", "offset", "nonlinearity"):
@@ -197,8 +197,8 @@ class Instrument(Settings):
                 )
         if "overall" in limits:
             for point in self.points:
-                stated = self.half_width("overall", point.indicated.si)
-                if stated < point.half_width:
+                width = self.half_width("overall", point.indicated.si)
+                if width < point.half_width:
                     least = "U" if point.k >= math.sqrt(3) else "√3 U/k"
                     limit = limits["overall"].limit
                     yield f"accuracy '{limit}' is less than {least} at {point.applied}"
@@ -221,7 +221,7 @@ class Instrument(Settings):
             yield from self._objections_to_cubic()
 
     def _objections_to_cubic(self) -> Iterator[str]:
-        count = too_few_for_cubic(self._known)
+        count = too_few_for_cubic(self._point_deviations)
         if count is not None:
             least = DEGREE + 1
             yield f"a cubic needs {least} points in each direction that has any, got {count}"
@@ -252,14 +252,14 @@ class Instrument(Settings):
         As stated, or else the span of the calibration points, with zero where this is nothing, or
         else full scale. For a torque transducer a `range` without `min` is symmetrical.
         """
-        found = self._entered_range
-        if found is None and not math.isnan(self.full_scale):
-            found = -math.inf, self.full_scale
-        if found is None:
+        bounds = self._entered_range
+        if bounds is None and not math.isnan(self.full_scale):
+            bounds = -math.inf, self.full_scale
+        if bounds is None:
             return None
-        lowest, highest = found
-        both_ways = self.quantity == TORQUE and math.isinf(lowest)
-        return (-highest if both_ways else lowest), highest
+        lowest, highest = bounds
+        is_symmetrical = self.quantity == TORQUE and math.isinf(lowest)
+        return (-highest if is_symmetrical else lowest), highest
 
     def beyond_range(self, lowest: float, highest: float, unit: str) -> str:
         """Return, as text, by how much values in an SI unit exceed that range; '' for not at all.
@@ -306,29 +306,29 @@ class Instrument(Settings):
         greatest distance of a point from the line between its neighbours, or from the cubic. For
         a U with k below √3 it is √3 U/k: the limit counts as a rectangle.
         """
-        stated = self.accuracy_
-        if not self.points or (stated is not None and stated.has_calibration):
-            return stated
+        accuracy = self.accuracy_
+        if not self.points or (accuracy is not None and accuracy.has_calibration):
+            return accuracy
         corrected = self.interpolation is not None
         limits = ((0 if corrected else abs(p.deviation)) + p.half_width for p in self.points)
         limit = max(limits) + (self._off_the_curve if corrected else 0.0)
         overall = ErrorLimit(
             limit=f"{limit!r} {si_symbol(self.quantity)}", source=self.certificate[:MOST_OF_SOURCE]
         )
-        return (stated or Accuracy()).model_copy(update={"overall": overall})
+        return (accuracy or Accuracy()).model_copy(update={"overall": overall})
 
     def half_width(self, name: str, value: float | None = None) -> float:
         """Return the limit of one error at a value, or else at full scale, in the SI unit.
 
         0 if not stated. A gain is relative; a resolution counts half its step.
         """
-        known, at = self.accuracy, self.full_scale if value is None else value
-        return known.half_width(name, at, self.full_scale) if known else 0.0
+        accuracy, at = self.accuracy, self.full_scale if value is None else value
+        return accuracy.half_width(name, at, self.full_scale) if accuracy else 0.0
 
     def limit_of_error(self, value: float) -> float | None:
         """Return the limit of error at a value, both in the SI unit; None if unknown."""
-        known = self.accuracy
-        limit = known.limit_of_error(value, self.full_scale) if known else math.nan
+        accuracy = self.accuracy
+        limit = accuracy.limit_of_error(value, self.full_scale) if accuracy else math.nan
         return None if math.isnan(limit) else limit
 
     def reading_errors(self, value: float, *, zeroed: bool = False) -> tuple[ReadingError, ...]:
@@ -336,9 +336,9 @@ class Instrument(Settings):
 
         `zeroed`: a zero reading is subtracted, which removes the offset. Empty if unknown.
         """
-        known = self.accuracy
-        found = known.errors(self.channel, value, self.full_scale) if known else ()
-        return tuple(each for each in found if not (zeroed and each.acts == "offset"))
+        accuracy = self.accuracy
+        errors = accuracy.errors(self.channel, value, self.full_scale) if accuracy else ()
+        return tuple(error for error in errors if not (zeroed and error.acts == "offset"))
 
     @property
     def deviations(self) -> tuple[tuple[float, float], ...]:
@@ -348,8 +348,8 @@ class Instrument(Settings):
         both.
         """
         if self.interpolation == "cubic":
-            return cubic(self._known)
-        return linear(self._known, through_zero=self.quantity in ZEROED)
+            return cubic(self._point_deviations)
+        return linear(self._point_deviations, through_zero=self.quantity in ZEROED)
 
     def corrected(self, values: NDArray[float64], zero: float = 0.0) -> NDArray[float64]:
         """Return indicated values minus zero reading and deviations, shape (n,), in SI.
@@ -361,25 +361,25 @@ class Instrument(Settings):
             return values - zero
         import numpy as np  # noqa: PLC0415  (a register is read without it)
 
-        at, off = zip(*self.deviations, strict=True)
+        indicated, deviations = zip(*self.deviations, strict=True)
         if self.quantity in ZEROED:
             less_zero = values - zero
-            return np.asarray(less_zero - np.interp(less_zero, at, off))
+            return np.asarray(less_zero - np.interp(less_zero, indicated, deviations))
         # Exactly 0 means that no zero was read: the deviation at 0 is not taken off then.
-        true_zero = zero - np.interp(zero, at, off) if zero else 0.0
-        return np.asarray(values - np.interp(values, at, off) - true_zero)
+        true_zero = zero - np.interp(zero, indicated, deviations) if zero else 0.0
+        return np.asarray(values - np.interp(values, indicated, deviations) - true_zero)
 
     @property
-    def _known(self) -> dict[float, float]:
-        known = {point.indicated.si: point.deviation for point in self.points}
-        if self.quantity in ZEROED and (min(known) >= 0 or max(known) <= 0):
-            known = {-indicated: -deviation for indicated, deviation in known.items()} | known
-        return known
+    def _point_deviations(self) -> dict[float, float]:
+        table = {point.indicated.si: point.deviation for point in self.points}
+        if self.quantity in ZEROED and (min(table) >= 0 or max(table) <= 0):
+            table = {-indicated: -deviation for indicated, deviation in table.items()} | table
+        return table
 
     @property
     def _off_the_curve(self) -> float:
         if self.interpolation == "cubic":
-            return off_cubic(self._known)
+            return off_cubic(self._point_deviations)
         return off_linear(self.deviations)
 
 

@@ -59,7 +59,7 @@ CoordinateName = Annotated[
 LabelValue = Annotated[
     Any,
     BeforeValidator(_value),
-    WithJsonSchema({"anyOf": [{"type": each} for each in ("string", "number", "boolean")]}),
+    WithJsonSchema({"anyOf": [{"type": kind} for kind in ("string", "number", "boolean")]}),
 ]
 """A text, a float, a boolean or a Quantity. A text that is a quantity is read as one."""
 Labels = Annotated[

@@ -45,12 +45,12 @@ class ValueLimit:
         cls, of: str, low: Quantity | None, high: Quantity | None, marginal: float = 0.0
     ) -> ValueLimit:
         """Return the limit with these bounds, at least one; `marginal` in the SI unit."""
-        written = high or low
-        symbol = "1" if written is None else written.unit.symbol
-        least, most = (None if each is None else each.si for each in (low, high))
-        return cls(of, least, most, symbol, marginal)
+        bound = high or low
+        symbol = "1" if bound is None else bound.unit.symbol
+        lower, upper = (None if bound is None else bound.si for bound in (low, high))
+        return cls(of, lower, upper, symbol, marginal)
 
-    @cached_property  # each value that is measured is held against it
+    @cached_property  # it is needed for each measured value
     def limits(self) -> Limits:
         """The limits in the SI unit of the value, displayed in the unit of the procedure."""
         si = si_symbol(unit(self.unit).dimension)

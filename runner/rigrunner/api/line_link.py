@@ -115,25 +115,25 @@ class LineLink:
     def _line(self, request: str) -> str:
         """Return one complete line, within the time-out from the first byte to the last."""
         until_s = time.monotonic() + self._answer_s
-        got = b""
-        while not got.endswith(self._end):
+        received = b""
+        while not received.endswith(self._end):
             remaining_s = until_s - time.monotonic()
             if remaining_s <= 0 or not self._port.ready(remaining_s):
                 within = f"within {self._answer_s:g} s"
-                if not got:
+                if not received:
                     raise DeviceTimeoutError(f"{self._name} did not answer '{request}' {within}")
                 raise DeviceTimeoutError(
-                    f"{self._name} answered '{request}' by {got[:40]!r} and no {self._end!r}"
+                    f"{self._name} answered '{request}' by {received[:40]!r} and no {self._end!r}"
                     f" {within}",
                     hint="does the instrument use this line terminator?",
                 )
             more = self._port.receive()
             if not more:
                 raise DeviceLostError(f"{self._name} closed the connection at '{request}'")
-            got += more
-            if len(got) > _LONGEST:
+            received += more
+            if len(received) > _LONGEST:
                 raise DeviceRejectedError(f"'{request}' was answered by more than {_LONGEST} bytes")
-        line = got.removesuffix(self._end)
+        line = received.removesuffix(self._end)
         # Two lines at once: it is not known which of them is the answer.
         if self._end in line or not line.isascii():
             raise DeviceRejectedError(

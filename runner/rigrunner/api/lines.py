@@ -49,15 +49,15 @@ class LineSettings(SimulableSettings):
     """Time-out of an answer; the time limit of the station must be longer."""
 
     @model_validator(mode="after")
-    def _can_be_found(self) -> Self:
+    def _address_is_valid(self) -> Self:
         if not self.address and self.simulated:
             return self
-        found = _HOST_AND_PORT.fullmatch(self.address)
-        if self.is_serial or (found and 0 < int(found["port"]) < 65536):  # noqa: PLR2004  (16 bits)
+        match = _HOST_AND_PORT.fullmatch(self.address)
+        if self.is_serial or (match and 0 < int(match["port"]) < 65536):  # noqa: PLR2004  (16 bits)
             return self
-        got = f"'{self.address}'" if self.address else "nothing"
+        address = f"'{self.address}'" if self.address else "nothing"
         raise ValueError(
-            f"address: got {got}, expected host:port, a serial port, or 'simulated: yes'"
+            f"address: got {address}, expected host:port, a serial port, or 'simulated: yes'"
         )
 
     def physical_addresses(self) -> Sequence[str]:

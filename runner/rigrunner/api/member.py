@@ -29,9 +29,9 @@ class Member(str):
 
     def __new__(cls, role: str, name: str) -> Self:
         """Return the member of a role."""
-        made = super().__new__(cls, f"{role}.{name}")
-        made.role, made.name = role, name
-        return made
+        member = super().__new__(cls, f"{role}.{name}")
+        member.role, member.name = role, name
+        return member
 
     @classmethod
     def parse(cls, text: str) -> Member:
@@ -58,10 +58,10 @@ class Member(str):
         cls, schema: core_schema.CoreSchema, handler: GetJsonSchemaHandler
     ) -> JsonSchemaValue:
         """Return the schema for editors."""
-        found: dict[str, Any] = handler(schema)
-        found["pattern"] = f"^{_MEMBER}$"
-        found["patternErrorMessage"] = "expected role.name, such as tester.torque"
-        return found
+        json_schema: dict[str, Any] = handler(schema)
+        json_schema["pattern"] = f"^{_MEMBER}$"
+        json_schema["patternErrorMessage"] = "expected role.name, such as tester.torque"
+        return json_schema
 
 
 def channel_of(value: str) -> Member:

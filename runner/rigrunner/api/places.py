@@ -91,19 +91,18 @@ def matches(wanted: Quantity | str, found: CoordinateValue) -> bool:
     """Return whether a coordinate has a value; quantities in any unit of one kind."""
     if isinstance(wanted, str) or isinstance(found.value, str):
         return wanted == found.value
-    known = unit(found.unit or "1")
-    if wanted.dimension != known.dimension:
+    found_in = unit(found.unit or "1")
+    if wanted.dimension != found_in.dimension:
         return False
     # A share of the number as written: of 293 K it would be too coarse for a value in °C. The
     # relative tolerance below is for 0 °C, where the conversion to K rounds.
     size = SAME * max(abs(wanted.number * wanted.unit.factor), 1e-9)
-    return isclose(
-        wanted.si, found.value * known.factor + known.offset, rel_tol=SAME * 1e-3, abs_tol=size
-    )
+    si = found.value * found_in.factor + found_in.offset
+    return isclose(wanted.si, si, rel_tol=SAME * 1e-3, abs_tol=size)
 
 
 def is_at(place: Mapping[str, Quantity | str], coordinates: Mapping[str, CoordinateValue]) -> bool:
     """Return whether coordinates are at a place; other coordinates can have any value."""
     return all(
-        name in coordinates and matches(wanted, coordinates[name]) for name, wanted in place.items()
+        name in coordinates and matches(value, coordinates[name]) for name, value in place.items()
     )

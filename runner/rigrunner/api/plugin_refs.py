@@ -68,6 +68,6 @@ def plugins_in(settings: Settings) -> Iterator[tuple[tuple[str | int, ...], Plug
         if isinstance(value, PluginRef | FitChoice):
             yield (field,), value
         elif isinstance(value, tuple):
-            for index, each in enumerate(value):
-                if isinstance(each, PluginRef):
-                    yield (field, index), each
+            for index, item in enumerate(value):
+                if isinstance(item, PluginRef):
+                    yield (field, index), item

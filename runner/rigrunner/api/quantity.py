@@ -37,7 +37,7 @@ _LARGEST_OF_ANY = 1e18
 NUMBER = r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 _QUANTITY = re.compile(rf"({NUMBER})\s*(.*)", re.DOTALL)
 _MORE_DIGITS = re.compile(r"[.,:'_]?[0-9]")
-_LITERAL = str.maketrans({each: rf"\{each}" for each in "$^.*+?()[]{}|/\\"})
+_LITERAL = str.maketrans({sign: rf"\{sign}" for sign in "$^.*+?()[]{}|/\\"})
 _INVERSE = re.compile(r"1(?:/|$)")
 _COMMA = re.compile(r"[+-]?[0-9]+,([0-9]+)(?![0-9,.])")
 _GROUP = 3  # digits after a comma that may as well separate thousands
@@ -99,12 +99,10 @@ def readable(si: float, dimension: str) -> Quantity:
 
     A ratio is given in %, since '1 1' is hard to understand.
     """
-    units = [known for known in usual_units(dimension) if known.symbol != "1"]
-    written = [
-        Quantity(float(f"{(si - known.offset) / known.factor:.12g}"), known) for known in units
-    ]
+    units = [u for u in usual_units(dimension) if u.symbol != "1"]
+    quantities = [Quantity(float(f"{(si - u.offset) / u.factor:.12g}"), u) for u in units]
     # Of a unit without offset, 12 digits are always within this: there is one at least.
-    exact = [each for each in written if math.isclose(each.si, si, rel_tol=1e-11)]
+    exact = [quantity for quantity in quantities if math.isclose(quantity.si, si, rel_tol=1e-11)]
     return min(exact, key=lambda quantity: len(str(quantity)))
 
 
@@ -118,10 +116,10 @@ def legible(si: float, symbol: str) -> str:
         return f"{from_si(si, '°C'):.6g} °C"
     text = f"{si:.6g}"
     if symbol and "e" in text:
-        for known in usual_and_prefixed(symbol):
-            number = (si - known.offset) / known.factor
+        for candidate in usual_and_prefixed(symbol):
+            number = (si - candidate.offset) / candidate.factor
             if 1 <= abs(number) < _LEGIBLE:
-                return f"{number:.6g} {known.symbol}"
+                return f"{number:.6g} {candidate.symbol}"
     return f"{text} {symbol}".rstrip()
 
 
@@ -131,9 +129,9 @@ def usual_and_prefixed(symbol: str) -> Iterator[Unit]:
     yield from usual_units(dimension)
     for prefix in FACTORS:
         # kg has a prefix already; not every unit takes every prefix; pH is no picohenry.
-        known = find_unit(prefix + ("g" if symbol == "kg" else symbol))
-        if known and known.dimension == dimension:
-            yield known
+        prefixed = find_unit(prefix + ("g" if symbol == "kg" else symbol))
+        if prefixed and prefixed.dimension == dimension:
+            yield prefixed
 
 
 def parse_quantity(text: str, dimension: str | None = None) -> Quantity:
@@ -141,25 +139,25 @@ def parse_quantity(text: str, dimension: str | None = None) -> Quantity:
 
     Refused: a missing unit, a unit of another kind, a decimal comma, grouped digits, inf and nan.
     """
-    stripped, shown = text.strip().replace(_MINUS, "-"), f"'{clip(text)}'"
+    stripped, quoted = text.strip().replace(_MINUS, "-"), f"'{clip(text)}'"
     match = _QUANTITY.fullmatch(stripped)
     if match is None:
-        raise QuantityError(f"{shown} is not a number with a unit", hint=_example(dimension))
+        raise QuantityError(f"{quoted} is not a number with a unit", hint=_example(dimension))
     if not match[2]:
-        raise QuantityError(f"{shown} has no unit", hint=_example(dimension))
+        raise QuantityError(f"{quoted} has no unit", hint=_example(dimension))
     if match[2].startswith("/"):
-        raise QuantityError(f"{shown} has no number before its unit", hint=_example(dimension))
+        raise QuantityError(f"{quoted} has no number before its unit", hint=_example(dimension))
     if _MORE_DIGITS.match(match[2]) and not _INVERSE.match(match[2]):
         raise _marked_digits(stripped)
     quantity = Quantity(float(match[1]), unit(match[2], dimension))
     if dimension is not None and quantity.dimension != dimension:
         kinds = f"{with_article(quantity.dimension)}, not {with_article(dimension)}"
-        raise QuantityError(f"{shown} is {kinds}", hint=_example(dimension))
-    most = largest(quantity.dimension)
-    if not abs(quantity.si) <= most:
+        raise QuantityError(f"{quoted} is {kinds}", hint=_example(dimension))
+    limit = largest(quantity.dimension)
+    if not abs(quantity.si) <= limit:
         raise QuantityError(
-            f"{shown} is too large",
-            hint=f"at most {readable(most, quantity.dimension)}",
+            f"{quoted} is too large",
+            hint=f"at most {readable(limit, quantity.dimension)}",
         )
     return quantity
 

@@ -20,7 +20,7 @@ def reading_text(value: Reading) -> str:
         return "yes" if value else "no"
     if isinstance(value, str):
         return value
-    numbers = ", ".join(f"{each:.6g}" for each in value[:_SHOWN])
+    numbers = ", ".join(f"{number:.6g}" for number in value[:_SHOWN])
     return numbers if len(value) <= _SHOWN else f"{numbers}, ... ({len(value)} values)"
 
 

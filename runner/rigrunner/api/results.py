@@ -89,17 +89,17 @@ class MeasuredLimits:
         values = []
         for row in rows:
             numbers[row.name] += 1
-            judged: tuple[ValueLimit | ReadingLimit, ...] = (
-                *(each for each in row.limits if each.of in row.values),
-                *(each for each in row.expected if each.of in row.readings),
+            limits: tuple[ValueLimit | ReadingLimit, ...] = (
+                *(limit for limit in row.limits if limit.of in row.values),
+                *(limit for limit in row.expected if limit.of in row.readings),
             )
-            values += [JudgedValue(each, row, numbers[row.name]) for each in judged]
+            values += [JudgedValue(limit, row, numbers[row.name]) for limit in limits]
         return cls(tuple(values))
 
     @cached_property
     def missed(self) -> tuple[JudgedValue, ...]:
         """The values out of limits."""
-        return tuple(each for each in self.values if not each.passes)
+        return tuple(value for value in self.values if not value.passes)
 
     @property
     def verdict(self) -> Verdict | None:
@@ -157,7 +157,7 @@ class Result:
 
     def details_of(self, kind: type[_Details]) -> _Details | None:
         """Return the details of an analysis by class; None if there are none."""
-        return next((each for each in self.details if isinstance(each, kind)), None)
+        return next((details for details in self.details if isinstance(details, kind)), None)
 
     @property
     def headline(self) -> Estimate | None:
@@ -167,14 +167,14 @@ class Result:
     if not TYPE_CHECKING:  # a checker would take any name
 
         def __getattr__(self, name: str) -> Any:
-            """Return what has left this class; raise AttributeError for any other name."""
+            """Return a name that has moved from this class; raise AttributeError for any other."""
             return moved(f"{__name__}.Result", name)(self)
 
     @cached_property
     def other_results(self) -> tuple[MeasurementResult, ...]:
         """Results except those that pages of their analysis show."""
-        shown = frozenset[str]().union(*(each.shown_results for each in self.details))
-        return tuple(each for each in self.results if each.name not in shown)
+        shown = frozenset[str]().union(*(details.shown_results for details in self.details))
+        return tuple(result for result in self.results if result.name not in shown)
 
     @property
     def every_check(self) -> tuple[Check, ...]:
@@ -199,8 +199,8 @@ class Result:
     @property
     def verdict_reason(self) -> str:
         """One sentence on the limits of measured values and one on the decision."""
-        decided = "" if self.decision is None else self.decision.reason
-        return " ".join(text for text in (self.limits.reason, decided) if text)
+        reason = "" if self.decision is None else self.decision.reason
+        return " ".join(text for text in (self.limits.reason, reason) if text)
 
 
 @dataclass(frozen=True, eq=False)

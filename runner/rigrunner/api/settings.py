@@ -109,7 +109,7 @@ def _read(dimension: str | None, value: object) -> Quantity:
             # A bare 0.3 is 0.3 % at least as often as 30 %.
             first, *others = units_of(dimension)
             units = [first] if first != "1" else [*others, first]
-            hint = "write it as " + " or ".join(f"'{value} {each}'" for each in units)
+            hint = "write it as " + " or ".join(f"'{value} {symbol}'" for symbol in units)
         raise QuantityError(f"{value} is not a number with a unit", hint=hint)
     what = "nothing" if value is None else _KINDS.get(type(value), f"a {type(value).__name__}")
     raise QuantityError(f"got {what}, expected a number with a unit", hint=f"such as '{such_as}'")
@@ -210,7 +210,7 @@ def _several(value: object) -> object:
     return value if isinstance(value, list | tuple) else [value]
 
 
-class _OneToo:
+class _ItemOrList:
     """Allows a single item in place of a list, in the schema."""
 
     def __get_pydantic_json_schema__(
@@ -221,7 +221,7 @@ class _OneToo:
 
 
 OneOrSeveral = Annotated[
-    tuple[Item, ...], BeforeValidator(_several), Field(strict=False), _OneToo()
+    tuple[Item, ...], BeforeValidator(_several), Field(strict=False), _ItemOrList()
 ]
 """One value, or a list of values."""
 

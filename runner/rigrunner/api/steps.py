@@ -233,7 +233,7 @@ class Planning(Protocol):
         at: Mapping[str, float] = NONE,
         key: tuple[str | int, ...] = (),
     ) -> bool:
-        """Report a problem for each device without single values, or with none where it stands.
+        """Report a problem for each device without single values, or with none at its place.
 
         `at`: set-points in SI units that drives have then, 'role.drive', written under `key`.
         Returns whether all devices can be read there.

@@ -63,26 +63,26 @@ class StreamingDriver(Driver):
         return self._blocks(tuple(channels), round(duration_s * self.sample_rate_hz), stop)
 
     def _blocks(self, channels: Sequence[str], samples: int, stop: StopToken) -> Iterator[Block]:
-        rate_hz, named, first = self.sample_rate_hz, ", ".join(channels), 0
+        rate_hz, names, first = self.sample_rate_hz, ", ".join(channels), 0
         longest = max(1, round(self.block_s * rate_hz))
         try:
-            self.exchange(f"start {named}", lambda: self.start(channels))
+            self.exchange(f"start {names}", lambda: self.start(channels))
             while first < samples and not stop.is_set():
                 count = min(longest, samples - first)
-                values = self._taken(channels, count, f"take {count} of {named}")
+                values = self._take_samples(channels, count, f"take {count} of {names}")
                 now_s = self.clock.monotonic_s()
                 yield Block(rate_hz, first, now_s, dict(zip(channels, values, strict=True)))
                 first += count
         except BaseException as error:
             with noted_on(error, "halting the stream"):
-                self.exchange(f"halt {named}", self.halt)
+                self.exchange(f"halt {names}", self.halt)
             raise
-        self.exchange(f"halt {named}", self.halt)
+        self.exchange(f"halt {names}", self.halt)
 
-    def _taken(self, channels: Sequence[str], count: int, request: str) -> list[Array]:
+    def _take_samples(self, channels: Sequence[str], count: int, request: str) -> list[Array]:
         def perform() -> list[Array]:
-            taken = self.take(channels, count)
-            return [_real(name, taken[name]) for name in channels]
+            samples = self.take(channels, count)
+            return [_real(name, samples[name]) for name in channels]
 
         values = self.exchange(request, perform)
         shapes = [array.shape for array in values]

@@ -76,12 +76,12 @@ class TrendSeries:
     @property
     def after(self) -> tuple[ChartPoint, ...]:
         """Points after the baseline (phase II)."""
-        return tuple(each for each in self.points if not each.baseline)
+        return tuple(point for point in self.points if not point.baseline)
 
     @property
     def alarms(self) -> tuple[ChartPoint, ...]:
         """Those of them that violate a rule."""
-        return tuple(each for each in self.after if each.rules)
+        return tuple(point for point in self.after if point.rules)
 
 
 @dataclass(frozen=True)

@@ -78,7 +78,7 @@ def table_cells(rows: Sequence[Measurement]) -> tuple[list[str], list[list[str]]
     coordinates = dict.fromkeys(name for row in rows for name in row.coordinates)
     setpoints = dict.fromkeys(member for row in rows for member in row.setpoints)
     values = dict.fromkeys(member for row in rows for member in row.values)
-    told = dict.fromkeys(member for row in rows for member in row.readings)
+    readings = dict.fromkeys(member for row in rows for member in row.readings)
     heads: list[str] = []
     columns: list[list[str]] = []
     for name in (*coordinates, *setpoints):
@@ -89,7 +89,7 @@ def table_cells(rows: Sequence[Measurement]) -> tuple[list[str], list[list[str]]
         symbol, column = measured_column(rows, member, units.get(member) or "1")
         heads.append(f"{member} / {symbol}" if symbol else member)
         columns.append(column)
-    for member in told:
+    for member in readings:
         heads.append(with_unit(member, units.get(member, "")))
         columns.append([reading_text(row.readings.get(member, "")) for row in rows])
     return heads, [[column[row] for column in columns] for row in range(len(rows))]

@@ -28,7 +28,7 @@ def visible(text: str) -> str:
 
     So is a carriage return, with which a line on a terminal is written over.
     """
-    return _HIDDEN.sub(lambda found: found[0].encode("unicode_escape").decode("ascii"), text)
+    return _HIDDEN.sub(lambda match: match[0].encode("unicode_escape").decode("ascii"), text)
 
 
 def name_of(character: str) -> str:
@@ -39,10 +39,10 @@ def name_of(character: str) -> str:
 
 def plain(text: str) -> str:
     """Return a text; raise ValueError with the place of a refused character."""
-    found = refused_character(text)
-    if found is None:
+    match = refused_character(text)
+    if match is None:
         return text
     raise ValueError(
-        f"its character {found.start() + 1} is {name_of(found[0])}; expected a text without"
+        f"its character {match.start() + 1} is {name_of(match[0])}; expected a text without"
         " control characters and marks of text direction"
     )

@@ -99,7 +99,7 @@ class MeasurementModel:
     """Lines of the budget for several inputs, by name."""
 
     def __post_init__(self) -> None:
-        names = [each.name for each in self.inputs]
+        names = [x.name for x in self.inputs]
         if len(set(names)) < len(names):
             raise ValueError(f"an input is repeated in {', '.join(names)}")
         if self.correlation is not None and self.correlation.shape != (len(names),) * 2:
@@ -108,7 +108,7 @@ class MeasurementModel:
     @property
     def value(self) -> float:
         """The measurand at the estimates of the inputs."""
-        estimates = {each.name: np.array([each.value]) for each in self.inputs}
+        estimates = {x.name: np.array([x.value]) for x in self.inputs}
         return float(np.ravel(self.equation(estimates))[0])
 
 
@@ -136,8 +136,8 @@ class Corrected:
     def __call__(self, inputs: Mapping[str, Array]) -> Array:
         """Return the measurand of trials of shape (n,)."""
         y = np.asarray(self.value)
-        for each in self.effects:
-            y = y + each.sensitivity * (inputs[each.input.name] - each.input.value)
+        for effect in self.effects:
+            y = y + effect.sensitivity * (inputs[effect.input.name] - effect.input.value)
         for name in self.scales:
             y = y / (1 + inputs[name])
         return np.asarray(y)

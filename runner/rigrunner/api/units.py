@@ -79,18 +79,18 @@ def unit(symbol: str, dimension: str | None = None) -> Unit:
 
     `dimension`: the required kind; units of other kinds are not suggested.
     """
-    if (found := _BY_SPELLING.get(symbol)) is not None:
-        return found
-    wanted = symbol.strip().translate(_SAME_LETTERS)
-    if (found := _known(wanted)) is not None:
-        return found
-    near = _with_one_bar(wanted) or _near(wanted, dimension)
-    if near:
-        hint = f"did you mean '{near}'?"
+    if (match := _BY_SPELLING.get(symbol)) is not None:
+        return match
+    spelling = symbol.strip().translate(_SAME_LETTERS)
+    if (match := _lookup(spelling)) is not None:
+        return match
+    suggestion = _with_one_bar(spelling) or _similar(spelling, dimension)
+    if suggestion:
+        hint = f"did you mean '{suggestion}'?"
     elif dimension:
         hint = f"units of {dimension}: {', '.join(units_of(dimension))}"
     else:
-        common = ", ".join(known.symbol for known in UNITS)
+        common = ", ".join(entry.symbol for entry in UNITS)
         hint = f"known units, with prefixes, products and quotients: {common}"
     raise QuantityError(f"unknown unit '{clip(symbol.strip())}'", hint=hint)
 
@@ -98,36 +98,36 @@ def unit(symbol: str, dimension: str | None = None) -> Unit:
 def find_unit(symbol: str) -> Unit | None:
     """Return the unit of a symbol or spelling; None if there is none, or two define it."""
     with suppress(QuantityError):  # two define it differently
-        return _known(symbol.strip().translate(_SAME_LETTERS))
+        return _lookup(symbol.strip().translate(_SAME_LETTERS))
     return None
 
 
-def _known(wanted: str) -> Unit | None:
+def _lookup(spelling: str) -> Unit | None:
     """Return a unit; None for none. Raises QuantityError if two define it differently."""
-    found = _named(wanted)
-    if found is None and len(wanted) <= _LONGEST and _COMPOSED.fullmatch(wanted):
-        found = _composed(wanted)
-    return found
+    match = _unit_named(spelling)
+    if match is None and len(spelling) <= _LONGEST and _COMPOSED.fullmatch(spelling):
+        match = _composed(spelling)
+    return match
 
 
-def _with_one_bar(wanted: str) -> str:
+def _with_one_bar(text: str) -> str:
     """Return mV/V/kN as mV/(V·kN), as the SI brochure has it (5.2); '' if it is no such unit."""
-    above, *below = wanted.split("/")
-    found = f"{above}/({'·'.join(below)})"
-    return found if len(below) > 1 and _COMPOSED.fullmatch(found) and _composed(found) else ""
+    above, *below = text.split("/")
+    fixed = f"{above}/({'·'.join(below)})"
+    return fixed if len(below) > 1 and _COMPOSED.fullmatch(fixed) and _composed(fixed) else ""
 
 
-def _near(wanted: str, dimension: str | None) -> str:
+def _similar(text: str, dimension: str | None) -> str:
     """Return the symbol that was probably meant; '' for none."""
-    meant = MEANT.get(wanted, "")
-    if meant and dimension in (None, unit(meant).dimension):
-        return meant
+    suggestion = MEANT.get(text, "")
+    if suggestion and dimension in (None, unit(suggestion).dimension):
+        return suggestion
     by_case = {
         spelling.lower(): symbol for spelling, symbol, kind in _spellings()
         if dimension in (None, kind)
     }  # fmt: skip
-    near = difflib.get_close_matches(wanted[:_LONGEST].lower(), by_case, n=1, cutoff=_NEAR)
-    return by_case[near[0]] if near else ""
+    matches = difflib.get_close_matches(text[:_LONGEST].lower(), by_case, n=1, cutoff=_NEAR)
+    return by_case[matches[0]] if matches else ""
 
 
 def define(added: Iterable[UnitDefinition], by: str) -> None:
@@ -136,36 +136,36 @@ def define(added: Iterable[UnitDefinition], by: str) -> None:
     `by` is the definer: its later definition of a symbol replaces its earlier one. If two definers
     define a symbol differently, using it raises QuantityError, which names both.
     """
-    news = tuple(added)
-    for new in news:
-        for objection in _objections(new, news):
-            raise QuantityError(f"the unit '{clip(new.symbol)}' of {by} {objection}")
-    for new in news:
-        for spelling in (new.symbol, *new.spellings):
+    definitions = tuple(added)
+    for definition in definitions:
+        for objection in _objections(definition, definitions):
+            raise QuantityError(f"the unit '{clip(definition.symbol)}' of {by} {objection}")
+    for definition in definitions:
+        for spelling in (definition.symbol, *definition.spellings):
             claims = _ADDED.setdefault(spelling, {})
-            if new not in claims.values():
-                claims[by] = new
-    if news:  # what was no unit before may be made of them
+            if definition not in claims.values():
+                claims[by] = definition
+    if definitions:  # products and quotients may use them
         _composed.cache_clear()
 
 
 def kinds() -> tuple[str, ...]:
     """Return the names of all kinds of quantities."""
-    own = [name for name, _, _ in KINDS]
-    return (*own, *sorted({new.kind for new in _added()} - set(own)))
+    standard = [name for name, _, _ in KINDS]
+    return (*standard, *sorted({new.kind for new in _added()} - set(standard)))
 
 
 def units_of(dimension: str) -> list[str]:
     """Return the symbols of the usual units of a kind, at least of its coherent SI unit."""
-    return [known.symbol for known in usual_units(dimension)]
+    return [entry.symbol for entry in usual_units(dimension)]
 
 
 def usual_units(dimension: str) -> list[Unit]:
     """Return the usual units for values of a kind, at least its SI unit."""
-    found = [u for u in UNITS if u.dimension == dimension and u.symbol not in CUSTOMARY]
+    units = [u for u in UNITS if u.dimension == dimension and u.symbol not in CUSTOMARY]
     if dimension not in _COHERENT:
-        found = list(dict.fromkeys(new.unit for new in _added() if new.kind == dimension))
-    return found or [unit(si_symbol(dimension))]
+        units = list(dict.fromkeys(new.unit for new in _added() if new.kind == dimension))
+    return units or [unit(si_symbol(dimension))]
 
 
 def spellings_of(dimension: str | None) -> list[str]:
@@ -198,8 +198,8 @@ def of_difference(dimension: str) -> str:
 
 def from_si(value: float, symbol: str) -> float:
     """Convert an SI value to a unit."""
-    known = unit(symbol)
-    return (value - known.offset) / known.factor
+    target = unit(symbol)
+    return (value - target.offset) / target.factor
 
 
 def with_symbol(number: str, symbol: str) -> str:
@@ -224,66 +224,70 @@ def clip(text: str) -> str:
     return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 1]}…"
 
 
-def _named(spelling: str) -> Unit | None:
+def _unit_named(spelling: str) -> Unit | None:
     """Return the unit of a name; raise QuantityError if two define it differently."""
-    found = _BY_SPELLING.get(spelling)
-    if found is not None or spelling not in _ADDED:
-        return found
-    by, new = next(iter(_ADDED[spelling].items()))
-    for other, theirs in _rivals(spelling, new):
-        if replace(theirs, spellings=()) != replace(new, spellings=()):
-            both = f"{by} ({_meaning(new)}) and {other} ({_meaning(theirs)})"
+    match = _BY_SPELLING.get(spelling)
+    if match is not None or spelling not in _ADDED:
+        return match
+    by, definition = next(iter(_ADDED[spelling].items()))
+    for rival_by, rival in _rivals(spelling, definition):
+        if replace(rival, spellings=()) != replace(definition, spellings=()):
+            definers = f"{by} ({_meaning(definition)}) and {rival_by} ({_meaning(rival)})"
             raise QuantityError(
-                f"the unit '{spelling}' is defined twice: by {both}",
+                f"the unit '{spelling}' is defined twice: by {definers}",
                 hint="uninstall or remove one of them; Rigrunner does not choose for you",
             )
-    return new.unit
+    return definition.unit
 
 
-def _rivals(spelling: str, new: UnitDefinition) -> Iterator[tuple[str, UnitDefinition]]:
+def _rivals(spelling: str, definition: UnitDefinition) -> Iterator[tuple[str, UnitDefinition]]:
     """Yield other definers of the same symbol, or of another SI unit of the same new kind."""
     yield from _ADDED[spelling].items()
     for claims in _ADDED.values():
-        for by, other in claims.items():
-            if _is_si_unit_of(new, new.kind) and _is_si_unit_of(other, new.kind):
-                yield by, other
+        for by, rival in claims.items():
+            if all(_is_si_unit_of(each, definition.kind) for each in (definition, rival)):
+                yield by, rival
 
 
-def _meaning(new: UnitDefinition) -> str:
-    zero = f" + {new.offset!r}" if new.offset else ""
-    return f"{new.symbol} = {new.factor!r}{zero} in {new.base}, {new.kind}"
+def _meaning(definition: UnitDefinition) -> str:
+    zero = f" + {definition.offset!r}" if definition.offset else ""
+    size = f"{definition.factor!r}{zero} in {definition.base}"
+    return f"{definition.symbol} = {size}, {definition.kind}"
 
 
-def _objections(new: UnitDefinition, coherent: Iterable[UnitDefinition]) -> Iterator[str]:
+def _objections(definition: UnitDefinition, coherent: Iterable[UnitDefinition]) -> Iterator[str]:
     """Yield why a unit cannot be added; `coherent` are the SI units defined with it."""
-    for spelling in (new.symbol, *new.spellings):
+    for spelling in (definition.symbol, *definition.spellings):
         if not _ADDED_SYMBOL.fullmatch(spelling) or len(spelling) > _LONGEST:
             yield f"is written '{clip(spelling)}'; expected letters, °, %, µ, Ω, and then digits"
         elif spelling in _BY_SPELLING:
             yield f"is written '{spelling}', and Rigrunner itself has '{spelling}'"
         elif _COMPOSED.fullmatch(spelling):
             yield f"is written '{spelling}', which reads as a power of a unit"
-    yield from _objections_to_size(new, coherent)
+    yield from _objections_to_size(definition, coherent)
 
 
-def _objections_to_size(new: UnitDefinition, coherent: Iterable[UnitDefinition]) -> Iterator[str]:
-    if not 1 / _LARGEST_FACTOR <= new.factor <= _LARGEST_FACTOR:
-        yield f"has factor {new.factor!r}; expected more than 0, to {_LARGEST_FACTOR:g}"
-    if not math.isfinite(new.offset):
-        yield f"has offset {new.offset!r}"
-    names = {name for name, _ in _powers(new.base)} - set(_BASES)
-    if names or not (_BASE.fullmatch(new.base) or _COMPOSED.fullmatch(new.base)):
-        yield f"has base '{clip(new.base)}'; expected 1, or products of {', '.join(_BASES)}"
-    elif new.kind in _COHERENT:
-        is_level = new.kind in LEVELS
-        if _exponents(new.base) != _EXPONENTS[new.kind] or new.logarithmic != is_level:
-            (base,) = (base for name, _, base in KINDS if name == new.kind)
+def _objections_to_size(
+    definition: UnitDefinition, coherent: Iterable[UnitDefinition]
+) -> Iterator[str]:
+    base, kind = definition.base, definition.kind
+    if not 1 / _LARGEST_FACTOR <= definition.factor <= _LARGEST_FACTOR:
+        yield f"has factor {definition.factor!r}; expected more than 0, to {_LARGEST_FACTOR:g}"
+    if not math.isfinite(definition.offset):
+        yield f"has offset {definition.offset!r}"
+    names = {name for name, _ in _powers(base)} - set(_BASES)
+    if names or not (_BASE.fullmatch(base) or _COMPOSED.fullmatch(base)):
+        yield f"has base '{clip(base)}'; expected 1, or products of {', '.join(_BASES)}"
+    elif kind in _COHERENT:
+        is_level = kind in LEVELS
+        if _exponents(base) != _EXPONENTS[kind] or definition.logarithmic != is_level:
+            (si_base,) = (si_base for name, _, si_base in KINDS if name == kind)
             level = ", logarithmic" if is_level else ""
-            yield f"has base '{new.base}'; {with_article(new.kind)} is in {base}{level}"
-    elif not _ADDED_KIND.fullmatch(new.kind):
-        yield f"has kind '{clip(new.kind)}'; expected words of small letters"
-    elif not any(_is_si_unit_of(each, new.kind) for each in (*coherent, *_added())):
-        yield f"has the new kind '{new.kind}', of which no unit has factor 1 and offset 0"
+            yield f"has base '{base}'; {with_article(kind)} is in {si_base}{level}"
+    elif not _ADDED_KIND.fullmatch(kind):
+        yield f"has kind '{clip(kind)}'; expected words of small letters"
+    elif not any(_is_si_unit_of(each, kind) for each in (*coherent, *_added())):
+        yield f"has the new kind '{kind}', of which no unit has factor 1 and offset 0"
 
 
 def _added() -> Iterator[UnitDefinition]:
@@ -291,8 +295,8 @@ def _added() -> Iterator[UnitDefinition]:
         yield from claims.values()
 
 
-def _is_si_unit_of(new: UnitDefinition, kind: str) -> bool:
-    return new.kind == kind and new.is_coherent and kind not in _COHERENT
+def _is_si_unit_of(definition: UnitDefinition, kind: str) -> bool:
+    return definition.kind == kind and definition.is_coherent and kind not in _COHERENT
 
 
 def _is_level(kind: str) -> bool:
@@ -301,11 +305,11 @@ def _is_level(kind: str) -> bool:
 
 def _spellings() -> Iterator[tuple[str, str, str]]:
     """Yield every spelling with the symbol and the kind of its unit."""
-    for spelling, known in _BY_SPELLING.items():
-        yield spelling, known.symbol, known.dimension
+    for spelling, entry in _BY_SPELLING.items():
+        yield spelling, entry.symbol, entry.dimension
     for spelling, claims in _ADDED.items():
-        new = next(iter(claims.values()))
-        yield spelling, new.symbol, new.kind
+        definition = next(iter(claims.values()))
+        yield spelling, definition.symbol, definition.kind
 
 
 def _powers(text: str) -> Iterator[tuple[str, int]]:
@@ -321,35 +325,35 @@ def _composed(text: str) -> Unit | None:
     """Return the unit of a product or quotient; None if a factor is no unit."""
     parts: list[tuple[Unit, int]] = []
     for name, power in _powers(text):
-        known = _named(name)
-        if known is None or (power != 1 and not known.symbol.isalpha() and known.symbol != "%"):
+        base = _unit_named(name)
+        if base is None or (power != 1 and not base.symbol.isalpha() and base.symbol != "%"):
             return None  # a power of N·m, written Nm2, may mean two things
-        if _is_level(known.dimension):
+        if _is_level(base.dimension):
             hint = "a level is a logarithm: write the quantity itself"
-            raise QuantityError(f"no unit is made of {known.symbol}, as in '{text}'", hint=hint)
-        if known.offset:
-            raise QuantityError(f"'{text}' has {known.symbol}, which has an offset zero",
+            raise QuantityError(f"no unit is made of {base.symbol}, as in '{text}'", hint=hint)
+        if base.offset:
+            raise QuantityError(f"'{text}' has {base.symbol}, which has an offset zero",
                                 hint="differences of temperature are in K")  # fmt: skip
-        parts.append((known, power))
+        parts.append((base, power))
     exact = Fraction(1)
-    for known, power in parts:
+    for base, power in parts:
         # In decimals: products of powers of ten are exact, and equal units have equal factors.
-        exact *= Fraction(repr(known.factor)) ** power
+        exact *= Fraction(repr(base.factor)) ** power
     # A fraction beyond the range of floats would be an OverflowError.
     factor = float(exact) if abs(exact) < _LARGEST_FACTOR else math.inf
     if not 1 / _LARGEST_FACTOR <= factor <= _LARGEST_FACTOR:
         raise QuantityError(f"'{text}' is too large or too small a unit")
-    symbol = _symbol((known.symbol, power) for known, power in parts)
+    symbol = _symbol((base.symbol, power) for base, power in parts)
     return _BY_SPELLING.get(symbol) or Unit(symbol, _kind(parts), factor)
 
 
 def _symbol(parts: Iterable[tuple[str, int]]) -> str:
     """Return a product or quotient in canonical form: N·m²/(K·s)."""
-    given = list(parts)
-    above = [_raised(name, power) for name, power in given if power > 0]
-    below = [_raised(name, -power) for name, power in given if power < 0]
+    factors = list(parts)
+    above = [_raised(name, power) for name, power in factors if power > 0]
+    below = [_raised(name, -power) for name, power in factors if power < 0]
     under = f"({'·'.join(below)})" if len(below) > 1 else "".join(below)
-    return "/".join(each for each in ("·".join(above) or "1", under) if each)
+    return "/".join(part for part in ("·".join(above) or "1", under) if part)
 
 
 def _raised(name: str, power: int) -> str:
@@ -365,9 +369,9 @@ def _kind(parts: Iterable[tuple[Unit, int]]) -> str:
     """Return the kind of a product: by its factors if agreed, else by its dimension."""
     powers: dict[str, int] = {}
     dimension = (0,) * len(_BASES)
-    for known, power in parts:
-        powers[known.dimension] = powers.get(known.dimension, 0) + power
-        exponents = exponents_of(known.dimension)
+    for base, power in parts:
+        powers[base.dimension] = powers.get(base.dimension, 0) + power
+        exponents = exponents_of(base.dimension)
         dimension = tuple(a + power * b for a, b in zip(dimension, exponents, strict=True))
     agreed = frozenset((kind, power) for kind, power in powers.items())
     if agreed in PRODUCTS:
@@ -390,43 +394,43 @@ def _exponents(text: str) -> Exponents:
             total[_BASES.index(name)] += power
         else:
             (expression,) = (base for _, symbol, base in KINDS if symbol == name)
-            for index, each in enumerate(_exponents(expression)):
-                total[index] += power * each
+            for index, exponent in enumerate(_exponents(expression)):
+                total[index] += power * exponent
     return tuple(total)
 
 
 def _shortest(dimension: Exponents) -> str:
     """Return the coherent unit of a dimension without a name, from a named one and base units."""
-    named = [symbol for _, symbol, _ in KINDS if symbol.isalpha() and symbol not in _BASES]
+    named_units = [symbol for _, symbol, _ in KINDS if symbol.isalpha() and symbol not in _BASES]
     if max(map(abs, dimension)) > _HIGHEST_POWER:
         raise QuantityError("the power of a unit is too high")
     candidates: list[tuple[tuple[int, int], str]] = []
-    for symbol, sign in [("", 0), *((each, sign) for each in named for sign in (1, -1))]:
+    for symbol, sign in [("", 0), *((name, sign) for name in named_units for sign in (1, -1))]:
         exponents = _exponents(symbol)
         # Hz, Bq, Gy, ... share their dimension with another kind, which a product is of.
         if symbol and _KIND_OF.get(exponents) != _KIND_BY_SYMBOL[symbol]:
             continue
-        rest = tuple(a - sign * b for a, b in zip(dimension, exponents, strict=True))
+        remainder = tuple(a - sign * b for a, b in zip(dimension, exponents, strict=True))
         factors = [(symbol, sign)] if symbol else []
-        factors += [(base, each) for base, each in zip(_BASES, rest, strict=True) if each]
-        if max(map(abs, rest)) > _HIGHEST_POWER:
+        factors += [(base, power) for base, power in zip(_BASES, remainder, strict=True) if power]
+        if max(map(abs, remainder)) > _HIGHEST_POWER:
             continue
-        size = sum(abs(each) for _, each in factors)
+        size = sum(abs(power) for _, power in factors)
         candidates.append(((len(factors), size), _symbol(factors)))
-    return min(candidates, key=lambda each: each[0])[1]
+    return min(candidates, key=lambda candidate: candidate[0])[1]
 
 
 def _all_spellings() -> dict[str, Unit]:
-    found = {known.symbol: known for known in UNITS}
+    units = {entry.symbol: entry for entry in UNITS}
     for symbol, prefixes in PREFIXED.items():
-        base = found[symbol]
+        base = units[symbol]
         for prefix in prefixes:
             name = f"{prefix}{symbol}"
-            made = Unit(name, base.dimension, FACTORS[prefix] * base.factor)
-            found.setdefault(name, made)
-    for name in [name for name in found if name.startswith("µ")]:
-        found[f"u{name[1:]}"] = found[name]
-    return found
+            prefixed = Unit(name, base.dimension, FACTORS[prefix] * base.factor)
+            units.setdefault(name, prefixed)
+    for name in [name for name in units if name.startswith("µ")]:
+        units[f"u{name[1:]}"] = units[name]
+    return units
 
 
 _COHERENT = {name: symbol for name, symbol, _ in KINDS}

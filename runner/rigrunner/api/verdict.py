@@ -69,7 +69,7 @@ WORST_FIRST = (
 
 def worst(verdicts: Iterable[Verdict | None]) -> Verdict | None:
     """Return the worst of some verdicts; None for none."""
-    return min((each for each in verdicts if each), key=WORST_FIRST.index, default=None)
+    return min((verdict for verdict in verdicts if verdict), key=WORST_FIRST.index, default=None)
 
 
 @dataclass(frozen=True)
@@ -88,8 +88,8 @@ class Limits:
         cls, lower: float | None, upper: float | None, unit: str = "N·m", *, shown_in: str = ""
     ) -> Limits:
         """Return limits, with infinity for None."""
-        ends = -inf if lower is None else lower, inf if upper is None else upper
-        return cls(*ends, unit, shown_in)
+        bounds = -inf if lower is None else lower, inf if upper is None else upper
+        return cls(*bounds, unit, shown_in)
 
     def __str__(self) -> str:
         """Return the limits as text: '≤ 0.95 N·m', '0.2 N·m to 0.95 N·m'."""
@@ -109,8 +109,8 @@ class Limits:
         """Return a value in the unit of texts."""
         number, symbol = value, self.shown_in or self.unit
         if symbol != self.unit:
-            known = unit(symbol)
-            number = (value - known.offset) / known.factor
+            text_unit = unit(symbol)
+            number = (value - text_unit.offset) / text_unit.factor
         return with_symbol(f"{number:.{digits}g}", symbol)
 
     def shown_apart(self, value: float) -> str:
@@ -150,11 +150,11 @@ class Limits:
         """Return whether a value can be inside both limits by that much."""
         return self.upper - self.lower >= 2 * guard
 
-    def _text(self, at_least: str, at_most: str, both: str) -> str:
+    def _text(self, at_least: str, at_most: str, between: str) -> str:
         low, high = self.shown(self.lower), self.shown(self.upper)
         if isinf(self.lower):
             return at_most.format(high)
-        return at_least.format(low) if isinf(self.upper) else both.format(low, high)
+        return at_least.format(low) if isinf(self.upper) else between.format(low, high)
 
 
 def _is_on(limit: float, value: float) -> bool:
@@ -232,7 +232,7 @@ class LimitDecision:
     if not TYPE_CHECKING:  # a checker would take any name
 
         def __getattr__(self, name: str) -> Any:
-            """Return what has left this class; raise AttributeError for any other name."""
+            """Return a name that has moved from this class; raise AttributeError for any other."""
             return moved(f"{__name__}.LimitDecision", name)(self)
 
     @property
@@ -247,14 +247,14 @@ class LimitDecision:
         Verdict, probability and, if this is nearly 1 or nearly 0 for several, the distance from the
         limit in standard uncertainties.
         """
-        found, within = self.result, -inf
-        if found is not None and found.u > 0:
-            within = self.limits.margin(found.value) / found.u
+        result, distance = self.result, -inf
+        if result is not None and result.u > 0:
+            distance = self.limits.margin(result.value) / result.u
         # Where it is not known, the limit comes before those with a known probability. Beyond what
         # is printed only the tails of two distributions differ, and the last digits of a computer.
-        known = min(max(self.probability, 1 - CERTAIN), CERTAIN)
-        probability = known if isfinite(self.probability) else -inf
-        return WORST_FIRST.index(self.verdict), probability, within
+        clipped = min(max(self.probability, 1 - CERTAIN), CERTAIN)
+        probability = clipped if isfinite(self.probability) else -inf
+        return WORST_FIRST.index(self.verdict), probability, distance
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -277,9 +277,9 @@ class Decision:
         worst of all limits.
         """
         worst_part = min(self.parts, key=lambda part: part.badness)
-        raw = worst(part.uncompensated for part in self.parts)
-        raw = None if worst_part.uncompensated is None else raw
-        return replace(worst_part, reason=self._reason(worst_part), uncompensated=raw)
+        uncompensated = worst(part.uncompensated for part in self.parts)
+        uncompensated = None if worst_part.uncompensated is None else uncompensated
+        return replace(worst_part, reason=self._reason(worst_part), uncompensated=uncompensated)
 
     @property
     def verdict(self) -> Verdict:
@@ -293,7 +293,7 @@ class Decision:
 
     def words(self, part: LimitDecision) -> str:
         """Return what a limit applies to, with the name of a corrected result among others."""
-        if part.uncompensated is not None and len({each.named for each in self.parts}) > 1:
+        if part.uncompensated is not None and len({other.named for other in self.parts}) > 1:
             return f"{part.named}, {part.of}"
         return part.of
 

@@ -34,29 +34,29 @@ PLACES = {
 
 def amended(
     original: Certificate,
-    given: Mapping[str, str],
+    values: Mapping[str, str],
     letterhead: Letterhead,
     issue: Issue,
-    decided: Conformity | None = None,
+    conformity: Conformity | None = None,
 ) -> Certificate:
     """Return the amended document; `issue.amends` names the original, the changes are added.
 
-    `decided` is the statement of a later decision. Raises UsageError for an unchanged or invalid
+    `conformity` is the statement of a later decision. Raises UsageError for an unchanged or invalid
     value.
     """
     assert issue.amends is not None  # noqa: S101  (the caller amends)
     changes = []
-    for name, value in given.items():
+    for name, value in values.items():
         part, field = PLACES[name]
-        before = getattr(getattr(original, part), field)
-        if value == before:
+        old = getattr(getattr(original, part), field)
+        if value == old:
             option = f"--{name.replace('_', '-')}"
-            raise UsageError(f"{option} is '{before}' in {original.number} already")
-        changes.append(Change(field=f"{part}.{field}", before=before, after=value))
-    if decided is not None:
-        if decided == original.conformity:
+            raise UsageError(f"{option} is '{old}' in {original.number} already")
+        changes.append(Change(field=f"{part}.{field}", before=old, after=value))
+    if conformity is not None:
+        if conformity == original.conformity:
             raise UsageError(f"{original.number} already states the decision in force")
-        was, now = _decision(original.conformity), _decision(decided)
+        was, now = _decision(original.conformity), _decision(conformity)
         changes += [
             Change(field=f"conformity.{name}", before=was[name], after=value)
             for name, value in now.items()
@@ -65,9 +65,9 @@ def amended(
     parts = {
         part: getattr(original, part).model_copy(
             update={
-                field: given[name]
-                for name, (at, field) in PLACES.items()
-                if at == part and name in given
+                field: values[name]
+                for name, (section, field) in PLACES.items()
+                if section == part and name in values
             }
         )
         for part in {part for part, _ in PLACES.values()}
@@ -75,7 +75,7 @@ def amended(
     return original.model_copy(
         update={
             **parts,
-            "conformity": decided or original.conformity,
+            "conformity": conformity or original.conformity,
             "number": issue.number,
             "issued_utc": issue.issued_utc,
             "amends": issue.amends.model_copy(update={"changes": tuple(changes)}),
@@ -103,11 +103,11 @@ def amendment_of(original: Certificate, sha256: str, reason: str, by: str) -> Am
     )
 
 
-def _decision(found: Conformity | None) -> dict[str, str]:
-    first = None if found is None else found.statements[0]
+def _decision(conformity: Conformity | None) -> dict[str, str]:
+    first = None if conformity is None else conformity.statements[0]
     return {
-        "verdict": "" if found is None else found.verdict,
-        "rule": "" if found is None else found.rule,
+        "verdict": "" if conformity is None else conformity.verdict,
+        "rule": "" if conformity is None else conformity.rule,
         "limit": "" if first is None else first.limit,
         "source": "" if first is None else first.source,
     }

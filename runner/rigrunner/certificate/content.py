@@ -91,7 +91,7 @@ def make_certificate(
     """Return the certificate; raise DataError if the run allows none (see `certifiable`)."""
     certifiable(source)
     run, result = source.stored, source.result
-    brought = certified_of(result)
+    parts = certified_of(result)
     runs = (result.run, *result.run.partners.values())
     instruments = tuple(instruments_of(*runs))
     conditions = tuple(conditions_of(result.run))
@@ -104,7 +104,7 @@ def make_certificate(
         laboratory=letterhead.laboratory,
         customer=customer_of(order),
         item=item_of(order),
-        method=_method(run, result, brought),
+        method=_method(run, result, parts),
         performance=Performance(
             started_utc=result.run.started_utc,
             ended_utc=result.run.ended_utc,
@@ -115,17 +115,17 @@ def make_certificate(
         ),
         conditions=conditions,
         conditions_stated=order.conditions,
-        results=next((each.results for each in brought if each.results), None),
+        results=next((part.results for part in parts if part.results), None),
         named=named_of(result),
         models=tuple(models_of(result)),
-        validity=tuple(chain.from_iterable(each.validity for each in brought)),
+        validity=tuple(chain.from_iterable(part.validity for part in parts)),
         traceability=traceability_of(result, instruments),
         conformity=conformity_of(result.decision, source.decided_again),
         measured=measured_of(result),
         opinions=opinions_of(order),
         external=external_of(order),
         deviations=tuple(deviations_of(run, result, order, instruments, conditions)),
-        rejected=tuple(chain.from_iterable(each.rejected for each in brought)),
+        rejected=tuple(chain.from_iterable(part.rejected for part in parts)),
         instruments=instruments,
         statements=letterhead.statements,
         authorisation=issue.authorisation,
@@ -141,20 +141,20 @@ def make_certificate(
 def certifiable(source: Source) -> None:
     """Raise DataError with the reason if a run cannot have a certificate."""
     info = source.stored.info
-    for each in _runs(source):
-        if each.header.salvaged:
+    for run in _runs(source):
+        if run.header.salvaged:
             raise DataError(
-                f"{each.header.run_id} was salvaged from a damaged file, and is never certified",
+                f"{run.header.run_id} was salvaged from a damaged file, and is never certified",
                 hint="repeat the run, or certify the run of a sound copy of the file",
             )
         # A run that stopped at a limit can be certified as a fail; a partner run has to be whole.
-        is_fail = each is source.stored and each.info.outcome == Outcome.STOPPED_AT_LIMIT
-        if each.info.outcome != Outcome.COMPLETED and not is_fail:
-            why = f": {each.info.reason}" if each.info.reason else ""
+        is_fail = run is source.stored and run.info.outcome == Outcome.STOPPED_AT_LIMIT
+        if run.info.outcome != Outcome.COMPLETED and not is_fail:
+            why = f": {run.info.reason}" if run.info.reason else ""
             hint = "only a completed run is a test that a certificate can report"
-            if not each.info.sealed:
-                hint += f"; 'rigrunner resume {each.header.run_id}' completes it"
-            raise DataError(f"{each.header.run_id} ended as '{each.info.outcome}'{why}", hint=hint)
+            if not run.info.sealed:
+                hint += f"; 'rigrunner resume {run.header.run_id}' completes it"
+            raise DataError(f"{run.header.run_id} ended as '{run.info.outcome}'{why}", hint=hint)
     if not info.sealed:
         raise DataError(
             f"{source.stored.header.run_id} is not sealed: its program was interrupted",
@@ -175,25 +175,25 @@ def restrictions_of(source: Source, *, requested: bool) -> Iterator[Restriction]
             code="draft_procedure", detail=f"{words}: {approval.note or approval.state}"
         )
     station, tested = source.stored.header.station_id, source.result.run
-    # what the registers of all these runs say of calibrations: 'simulated', 'trial', ...
-    registered = instruments_of(tested, *tested.partners.values())
-    entered = {each.calibration for each in registered}
-    simulated = source.simulated or "simulated" in entered
+    # The kinds of calibration in the registers of all these runs: 'simulated', 'trial', ...
+    instruments = instruments_of(tested, *tested.partners.values())
+    calibrations = {entry.calibration for entry in instruments}
+    simulated, trial = source.simulated or "simulated" in calibrations, "trial" in calibrations
     if simulated:
         yield Restriction(code="simulated", detail=station)
-    if "trial" in entered:
+    if trial:
         yield Restriction(code="trial", detail=station)
-    replayed = [tape for run in _runs(source) if (tape := run.header.provenance.get(REPLAYED))]
-    for tape in replayed:
+    tapes = [tape for run in _runs(source) if (tape := run.header.provenance.get(REPLAYED))]
+    for tape in tapes:
         yield Restriction(code="replayed", detail=tape)
     inconclusive = [
-        each.name
-        for each in source.result.every_check
-        if each.consequence is Consequence.INCONCLUSIVE
+        check.name
+        for check in source.result.every_check
+        if check.consequence is Consequence.INCONCLUSIVE
     ]
     if inconclusive:
         yield Restriction(code="inconclusive_check", detail=", ".join(inconclusive))
-    if requested and not (drafts or simulated or "trial" in entered or replayed or inconclusive):
+    if requested and not (drafts or simulated or trial or tapes or inconclusive):
         yield Restriction(code="requested")
 
 
@@ -203,14 +203,14 @@ def _runs(source: Source) -> tuple[StoredRun, ...]:
 
 
 def _approval(run: StoredRun) -> Approval:
-    known = run.header.approval
+    approval = run.header.approval
     return Approval(
-        **{"state": DRAFT, **{name: known[name] for name in _APPROVAL if name in known}}
+        **{"state": DRAFT, **{name: approval[name] for name in _APPROVAL if name in approval}}
     )
 
 
-def _method(run: StoredRun, result: Result, brought: Sequence[CertifiedDetails]) -> Method:
-    header, stating = run.header, next((each for each in brought if each.method), None)
+def _method(run: StoredRun, result: Result, parts: Sequence[CertifiedDetails]) -> Method:
+    header, part = run.header, next((part for part in parts if part.method), None)
     settings = plain(result.settings)
     assert isinstance(settings, dict)  # noqa: S101  (of a mapping `plain` makes a dict)
     return Method(
@@ -222,15 +222,15 @@ def _method(run: StoredRun, result: Result, brought: Sequence[CertifiedDetails])
         approval=_approval(run),
         symbol=result.symbol,
         measurand=result.measurand,
-        compensation=stating.method if stating else "",
-        quantity=stating.quantity if stating else "",
+        compensation=part.method if part else "",
+        quantity=part.quantity if part else "",
         analysis=settings,
     )
 
 
 def _evidence(source: Source, software: Mapping[str, str]) -> Evidence:
     run = source.stored
-    partners = {name: _run_evidence(each, "") for name, each in run.partners.items()}
+    partners = {name: _run_evidence(partner, "") for name, partner in run.partners.items()}
     return Evidence(
         run=_run_evidence(run, source.file_sha256),
         **{key: partners.pop(name, None) for name, key in KEYS.items()},

@@ -39,15 +39,15 @@ def deviations_of(
 ) -> Iterator[Deviation]:
     """Yield all deviations, including those of partner runs and those stated by people."""
     run_id = stored.header.run_id
-    for each in (stored, *stored.partners.values()):
-        yield from _of_run(each)
+    for run in (stored, *stored.partners.values()):
+        yield from _of_run(run)
     for entry in instruments:
         if entry.overdue:
             text = f"{entry.serial}: due {entry.due}"
             yield Deviation(kind="calibration", run_id=run_id, where=entry.channel, text=text)
     beyond = tuple(not_calibrated(result))
     yield from beyond
-    if not (order.conditions or any(each.quantity in AMBIENT for each in conditions)):
+    if not (order.conditions or any(condition.quantity in AMBIENT for condition in conditions)):
         yield Deviation(kind="conditions", run_id=run_id, text="")
     for check in result.every_check:
         if not check.ok or check.consequence:
@@ -56,10 +56,10 @@ def deviations_of(
                 kind="remark" if check.ok else "failed_check",
                 run_id=run_id,
                 where=check.name,
-                text="; ".join(each for each in words if each),
+                text="; ".join(part for part in words if part),
             )
     for text in result.notes:
-        if any(each.where in text and each.text in text for each in beyond):
+        if any(deviation.where in text and deviation.text in text for deviation in beyond):
             continue
         yield Deviation(kind="remark", run_id=run_id, text=text)
     for text in order.deviations:
@@ -68,10 +68,10 @@ def deviations_of(
 
 def _of_run(run: StoredRun) -> Iterator[Deviation]:
     run_id = run.header.run_id
-    yield from _recorded(run_id, run.events)
-    for former in run.superseded:
-        utc = former.started_utc
-        yield Deviation(kind="repeated", run_id=run_id, where=former.name, text="", utc=utc)
+    yield from _of_events(run_id, run.events)
+    for recording in run.superseded:
+        utc = recording.started_utc
+        yield Deviation(kind="repeated", run_id=run_id, where=recording.name, text="", utc=utc)
     for row in run.superseded_measurements:
         yield Deviation(kind="repeated", run_id=run_id, where=row.name, text="", utc=row.utc)
     if run.info.outcome == Outcome.STOPPED_AT_LIMIT:
@@ -81,7 +81,7 @@ def _of_run(run: StoredRun) -> Iterator[Deviation]:
         yield Deviation(kind="remark", run_id=run_id, text=text)
 
 
-def _recorded(run_id: str, events: Sequence[Event]) -> Iterator[Deviation]:
+def _of_events(run_id: str, events: Sequence[Event]) -> Iterator[Deviation]:
     for event in events:
         match event:
             case Intervention():
@@ -95,7 +95,7 @@ def _recorded(run_id: str, events: Sequence[Event]) -> Iterator[Deviation]:
                     utc=event.utc,
                 )
             case LimitMissed():
-                pass  # it is a result, and has to come before Note, of which it is a kind
+                pass  # a result; before Note, of which it is a subclass
             case Alarm():
                 yield Deviation(
                     kind="alarm", run_id=run_id, where=event.source, text=event.text, utc=event.utc

@@ -96,21 +96,21 @@ def read_letterhead(folder: Path, language: str = "") -> Letterhead:
             hint="'rigrunner init DIR' makes a lab folder with one; name it with --letterhead",
         )
     document = read(path)
-    found = validate(LetterheadFile, document)
-    entry = found.laboratory
+    file = validate(LetterheadFile, document)
+    entry = file.laboratory
     texts, templates = _files(folder / "texts", "*.yaml"), _files(folder / "templates", "*.j2")
     style = [folder / STYLE] if (folder / STYLE).is_file() else []
-    used = [path, *style, *templates, *texts]
+    files = [path, *style, *templates, *texts]
     logo = None
-    if found.logo is not None:
-        picture = folder / found.logo.file
+    if file.logo is not None:
+        picture = folder / file.logo.file
         media_type = MEDIA_TYPES.get(picture.suffix.lower(), "")
         problem = _logo_problem(folder, picture, media_type)
         if problem:
             where = document.where(("logo", "file"))
             raise InvalidFileError([Problem(problem, where, "logo.file")])
-        logo = Logo(picture.read_bytes(), media_type, found.logo.text)
-        used.insert(1, picture)
+        logo = Logo(picture.read_bytes(), media_type, file.logo.text)
+        files.insert(1, picture)
     return Letterhead(
         laboratory=Laboratory(
             name=entry.name,
@@ -119,16 +119,16 @@ def read_letterhead(folder: Path, language: str = "") -> Letterhead:
             contact=entry.contact,
             accreditation=entry.accreditation,
         ),
-        language=language or found.language,
-        prefix=found.prefix,
+        language=language or file.language,
+        prefix=file.prefix,
         logo=logo,
-        statements=found.statements,
+        statements=file.statements,
         texts={path.stem: validate(TextsFile, read(path)).texts for path in texts},
         templates={path.name: read_text(path) for path in templates},
         style="".join(map(read_text, style)),
         files={
             path.relative_to(folder).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
-            for path in used
+            for path in files
         },
     )
 

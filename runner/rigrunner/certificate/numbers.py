@@ -1,10 +1,10 @@
-"""The numbers of certificates: a sequence per laboratory, in which none is given twice.
+"""The numbers of certificates: a sequence per laboratory, in which none is used twice.
 
 Each number is a file of its own in the letterhead's folder `numbers/`. It is created exclusively,
 which file systems grant to one process only, before anything is written under that number. What
 became of the number is a second file beside it:
 
-    RR-2026-0007.json           who asked for it, when, for which run
+    RR-2026-0007.json           who requested it, when, for which run
     RR-2026-0007.issued.json    the files that were written under it, with their SHA-256
     RR-2026-0007.void.json      why nothing was
 
@@ -48,14 +48,14 @@ class Numbers:
         prefix = letterhead.prefix
         return cls(folder, f"{SPECIMEN}-{prefix}" if is_specimen else prefix)
 
-    def reserve(self, year: int, known: Mapping[str, str]) -> str:
-        """Take the next number of a year permanently, and return it; `known` is stored with it.
+    def reserve(self, year: int, details: Mapping[str, str]) -> str:
+        """Take the next number of a year permanently, and return it; `details` is stored with it.
 
         Raises DataError if the folder cannot be written.
         """
         for number in self._free(year):
             try:
-                self._write(f"{number}.json", {"number": number, **known})
+                self._write(f"{number}.json", {"number": number, **details})
             except FileExistsError:  # another process has just taken it
                 continue
             return number
@@ -65,9 +65,9 @@ class Numbers:
         """Return the number that `reserve` takes, unless another process takes it first."""
         return next(self._free(year))
 
-    def issued(self, number: str, known: Mapping[str, object]) -> None:
+    def issued(self, number: str, details: Mapping[str, object]) -> None:
         """Record what was written under a number."""
-        self._write(f"{number}.issued.json", {"number": number, **known})
+        self._write(f"{number}.issued.json", {"number": number, **details})
 
     def void(self, number: str, reason: str) -> None:
         """Record why nothing was written under a number."""
@@ -83,27 +83,27 @@ class Numbers:
         names = {path.name for path in self._folder.glob(f"{self.prefix}-*.json")}
         numbers = [name.removesuffix(".json") for name in names if name.count(".") == 1]
         return [
-            each
-            for each in sorted(numbers, key=_order)
-            if not {f"{each}.issued.json", f"{each}.void.json"} & names
+            number
+            for number in sorted(numbers, key=_order)
+            if not {f"{number}.issued.json", f"{number}.void.json"} & names
         ]
 
     def digests_of(self, number: str) -> set[str]:
         """Return the SHA-256 of the files issued under a number; empty for none."""
         digests = self._content(f"{number}.issued.json").get("sha256", {})
         values = digests.values() if isinstance(digests, dict) else ()
-        return {each for each in values if isinstance(each, str)}
+        return {digest for digest in values if isinstance(digest, str)}
 
     def replaced_by(self, number: str) -> str:
         """Return the number that replaces another; empty for none."""
-        found = (other for other, known in self._issued() if known.get("amends") == number)
-        return next(found, "")
+        numbers = (newer for newer, record in self._issued() if record.get("amends") == number)
+        return next(numbers, "")
 
     def in_force_for(self, run_id: str) -> str:
         """Return the number in force for a run; empty for none."""
-        issued = [(number, known) for number, known in self._issued() if known.get("run") == run_id]
-        replaced = {known.get("amends") for _, known in issued}
-        return next((number for number, _ in issued if number not in replaced), "")
+        issued = {number: each for number, each in self._issued() if each.get("run") == run_id}
+        replaced = {record.get("amends") for record in issued.values()}
+        return next((number for number in issued if number not in replaced), "")
 
     def _free(self, year: int) -> Iterator[str]:
         """Yield the numbers that follow those taken in a year, without end."""
@@ -117,17 +117,17 @@ class Numbers:
         """Yield every issued number in order, with its record."""
         paths = self._folder.glob(f"{self.prefix}-*.issued.json")
         for number in sorted(
-            (each.name.removesuffix(".issued.json") for each in paths), key=_order
+            (path.name.removesuffix(".issued.json") for path in paths), key=_order
         ):
             yield number, self._content(f"{number}.json")
 
     def _content(self, name: str) -> Mapping[str, object]:
         """Return the content of a file; empty for a missing or incomplete one."""
         try:
-            found = json.loads((self._folder / name).read_text(encoding="utf-8"))
+            content = json.loads((self._folder / name).read_text(encoding="utf-8"))
         except (OSError, ValueError, RecursionError):
             return {}
-        return found if isinstance(found, dict) else {}
+        return content if isinstance(content, dict) else {}
 
     @property
     def _folder(self) -> Path:
@@ -147,7 +147,7 @@ class Numbers:
 
 
 def _order(number: str) -> tuple[str, int, str]:
-    """Return what sorts numbers as they were given: as texts, 10000 would come before 9999."""
+    """Return the sort key of numbers in sequence: as texts, 10000 would come before 9999."""
     stem, _, sequence = number.rpartition("-")
     return stem, len(sequence), sequence
 

@@ -1,7 +1,7 @@
-"""The order: what only people know of a test, such as customer, item and authorisation.
+"""The order: the data of a test that only people have, such as customer and item.
 
 It comes from options of the command, else from a file `order/1`, else from inputs of the run with
-the same name. What ISO/IEC 17025:2017, 7.8.2.1 requires must be given.
+the same name. What ISO/IEC 17025:2017, 7.8.2.1 requires must be stated.
 """
 
 from __future__ import annotations
@@ -91,21 +91,21 @@ def read_order(path: Path) -> Order:
     return validate(Order, read(path))
 
 
-def complete(order: Order, given: Mapping[str, object], inputs: Mapping[str, str]) -> Order:
+def complete(order: Order, options: Mapping[str, object], inputs: Mapping[str, str]) -> Order:
     """Return the order completed from options and inputs of the run.
 
     Raises UsageError with everything that is missing, and how to give it.
     """
-    known = {
+    answers = {
         name: value
         for name in NEEDED
         if isinstance(value := inputs.get(FROM_INPUT.get(name, name), ""), str) and value.strip()
     }
-    entered = {name: value for name, value in order if value}
-    # An option goes before the file, and that before what was asked in the run.
-    text = known | entered | {name: value for name, value in given.items() if value}
+    from_file = {name: value for name, value in order if value}
+    # An option takes precedence over the file, and that over the inputs of the run.
+    values = answers | from_file | {name: value for name, value in options.items() if value}
     try:
-        merged = Order.model_validate(text)
+        merged = Order.model_validate(values)
     except ValidationError as error:
         first = error.errors()[0]
         name = str(first["loc"][0])
@@ -143,7 +143,7 @@ def item_of(order: Order) -> Item:
 
 def opinions_of(order: Order) -> tuple[Opinion, ...]:
     """Return the opinions and interpretations."""
-    return tuple(Opinion(text=each.text, by=each.by) for each in order.opinions)
+    return tuple(Opinion(text=opinion.text, by=opinion.by) for opinion in order.opinions)
 
 
 def external_of(order: Order) -> tuple[ExternalResult, ...]:

@@ -42,53 +42,53 @@ def measured_of(result: Result) -> MeasuredLimits | None:
 
     Readings that are not numbers count for the verdict, and are not listed.
     """
-    found = result.limits
-    if found.verdict is None:
+    limits = result.limits
+    if limits.verdict is None:
         return None
-    values = tuple(each for each in found.values if each.decision.of in each.row.values)
+    values = tuple(value for value in limits.values if value.decision.of in value.row.values)
     if len(values) > MOST_VALUES:
-        values = tuple(sorted(values, key=lambda each: each.decision.passes))[:MOST_VALUES]
+        values = tuple(sorted(values, key=lambda value: value.decision.passes))[:MOST_VALUES]
     return MeasuredLimits(
-        verdict="fail" if found.missed else "pass",
-        reason=found.reason,
-        judged=len(found.values),
-        missed=len(found.missed),
+        verdict="fail" if limits.missed else "pass",
+        reason=limits.reason,
+        judged=len(limits.values),
+        missed=len(limits.missed),
         values=tuple(map(_measured_value, values)),
     )
 
 
-def _measured_value(found: JudgedValue) -> MeasuredValue:
-    row, decided = found.row, found.decision
+def _measured_value(value: JudgedValue) -> MeasuredValue:
+    row, decision = value.row, value.decision
     return MeasuredValue(
         table=row.name,
-        row=found.number,
+        row=value.number,
         utc=row.utc,
         setpoints={
-            name: written_text(value, "", row.written_in[name])
+            name: written_text(setpoint, "", row.written_in[name])
             if name in row.written_in
-            else f"{value:.6g} {row.units.get(name, '')}".rstrip()
-            for name, value in row.setpoints.items()
+            else f"{setpoint:.6g} {row.units.get(name, '')}".rstrip()
+            for name, setpoint in row.setpoints.items()
         },
-        of=decided.of,
-        value=found.value,
-        lower=finite(decided.limits.lower),
-        upper=finite(decided.limits.upper),
-        unit=row.units.get(decided.of, ""),
-        printed=found.shown,
-        printed_limit=decided.limits.in_signs,
-        verdict="pass" if decided.passes else "fail",
+        of=decision.of,
+        value=value.value,
+        lower=finite(decision.limits.lower),
+        upper=finite(decision.limits.upper),
+        unit=row.units.get(decision.of, ""),
+        printed=value.shown,
+        printed_limit=decision.limits.in_signs,
+        verdict="pass" if decision.passes else "fail",
     )
 
 
 def certified_of(result: Result) -> tuple[CertifiedDetails, ...]:
     """Return the parts that analyses add; raise DataError if there is nothing to certify."""
-    brought = (each.certified(result.run) for each in result.details)
-    found = tuple(each for each in brought if each is not None)
-    has_results = any(each.results for each in found)
+    parts = (details.certified(result.run) for details in result.details)
+    certified = tuple(part for part in parts if part is not None)
+    has_results = any(part.results for part in certified)
     if not (has_results or result.other_results or result.limits.values):
         reason = result.notes[0] if result.notes else "its procedure names no primary method"
         raise DataError(f"{result.run.run_id} has no result to certify: {reason}")
-    return found
+    return certified
 
 
 def results_of(result: Result) -> Results | None:
@@ -97,62 +97,62 @@ def results_of(result: Result) -> Results | None:
     Otherwise the certificate states named results, or measured values with limits. Raises
     DataError.
     """
-    return next((each.results for each in certified_of(result) if each.results), None)
+    return next((part.results for part in certified_of(result) if part.results), None)
 
 
 def named_of(result: Result) -> tuple[NamedResult, ...]:
     """Return the named results; raise DataError for one with unknown uncertainty."""
     return tuple(
         NamedResult(
-            name=each.name,
-            symbol=each.of.symbol,
-            text=each.of.words,
-            coordinates=_coordinates(each.coordinates),
+            name=named.name,
+            symbol=named.of.symbol,
+            text=named.of.words,
+            coordinates=_coordinates(named.coordinates),
             found=stated(
-                each.estimate, f"{each.name} at {each.place}" if each.place else each.name
+                named.estimate, f"{named.name} at {named.place}" if named.place else named.name
             ),
-            readings=each.readings,
+            readings=named.readings,
         )
-        for each in result.other_results
+        for named in result.other_results
     )
 
 
 def models_of(result: Result) -> Iterator[MeasurementModel]:
     """Yield the measurement models of the named results calculated by equations."""
-    deciding = None if result.decision is None else result.decision.deciding.result
-    for name in dict.fromkeys(each.name for each in result.other_results):
+    estimate = None if result.decision is None else result.decision.deciding.result
+    for name in dict.fromkeys(named.name for named in result.other_results):
         equations = tuple(
-            Equation(symbol=each.symbol, text=each.text, quantities=dict(each.quantities))
-            for each in result.formulas
-            if each.of == name and not each.is_curve
+            Equation(symbol=formula.symbol, text=formula.text, quantities=dict(formula.quantities))
+            for formula in result.formulas
+            if formula.of == name and not formula.is_curve
         )
         if equations:
-            own = [each for each in result.other_results if each.name == name]
-            shown = next((each for each in own if each.estimate is deciding), own[0])
+            results = [named for named in result.other_results if named.name == name]
+            example = next((named for named in results if named.estimate is estimate), results[0])
             yield MeasurementModel(
                 name=name,
                 equations=equations,
-                coordinates=_coordinates(shown.coordinates),
-                budget=tuple(map(_line, shown.components)),
+                coordinates=_coordinates(example.coordinates),
+                budget=tuple(map(_line, example.components)),
             )
 
 
-def _line(found: Component) -> BudgetLine:
+def _line(component: Component) -> BudgetLine:
     return BudgetLine(
-        name=found.name,
-        distribution=found.distribution,
-        degrees_of_freedom=finite(found.dof),
-        standard_uncertainty=finite(found.input_u),
-        unit=found.unit,
-        sensitivity=finite(found.sensitivity),
-        contribution=float(found.u),
+        name=component.name,
+        distribution=component.distribution,
+        degrees_of_freedom=finite(component.dof),
+        standard_uncertainty=finite(component.input_u),
+        unit=component.unit,
+        sensitivity=finite(component.sensitivity),
+        contribution=float(component.u),
     )
 
 
-def _coordinates(found: Mapping[str, CoordinateValue]) -> dict[str, CoordinatePart]:
+def _coordinates(coordinates: Mapping[str, CoordinateValue]) -> dict[str, CoordinatePart]:
     return {
-        name: CoordinatePart(value=each.value, unit=each.unit, printed=str(each))
-        for name, each in found.items()
+        name: CoordinatePart(value=coordinate.value, unit=coordinate.unit, printed=str(coordinate))
+        for name, coordinate in coordinates.items()
     }
 
 
@@ -166,50 +166,50 @@ def conformity_of(
     # A copy of one of the parts, with another reason: its limit identifies it.
     first = decision.deciding
     others = (
-        each
-        for each in decision.parts
-        if (each.of, each.limits, each.source) != (first.of, first.limits, first.source)
+        part
+        for part in decision.parts
+        if (part.of, part.limits, part.source) != (first.of, first.limits, first.source)
     )
     return Conformity(
         verdict=str(decision.verdict),
         rule=name,
         rule_words=words,
         rule_words_in=dict(decision.rule_in),
-        statements=tuple(_statement(each) for each in (first, *others)),
+        statements=tuple(_statement(part) for part in (first, *others)),
         decided_again=decided_again,
     )
 
 
-def _statement(found: LimitDecision) -> LimitStatement:
-    probability, band = finite(found.probability), finite(found.guard_band)
-    result = None if found.result is None else stated(found.result, found.of)
+def _statement(decision: LimitDecision) -> LimitStatement:
+    probability, band = finite(decision.probability), finite(decision.guard_band)
+    result = None if decision.result is None else stated(decision.result, decision.of)
     decimals = 0 if result is None else result.decimals
-    measurand = {} if found.measurand is None else found.measurand.document()
+    measurand = {} if decision.measurand is None else decision.measurand.document()
     load = measurand.get("load")  # has a field of its own in certificates of 0.1.0
     load = load.get("value") if isinstance(load, dict) else None
     return LimitStatement(
-        of=found.of,
-        named=found.named,
-        coordinates=_coordinates(found.coordinates),
+        of=decision.of,
+        named=decision.named,
+        coordinates=_coordinates(decision.coordinates),
         printed_result=""
         if result is None
         else with_symbol(f"{result.printed} ± {result.printed_uncertainty}", result.unit),
-        unit=found.limits.unit,
-        verdict=str(found.verdict),
-        reason=found.reason,
-        limit=str(found.limits),
-        lower=finite(found.limits.lower),
-        upper=finite(found.limits.upper),
-        source=found.source,
+        unit=decision.limits.unit,
+        verdict=str(decision.verdict),
+        reason=decision.reason,
+        limit=str(decision.limits),
+        lower=finite(decision.limits.lower),
+        upper=finite(decision.limits.upper),
+        source=decision.source,
         measurand=str(measurand.get("text", "")),
         load_n=load if isinstance(load, float) else None,
         guard_band=band,
         printed_guard_band=""
         if band is None
-        else with_symbol(printed(band, decimals), found.limits.unit),
-        stated_risk=finite(found.false_accept_risk),
+        else with_symbol(printed(band, decimals), decision.limits.unit),
+        stated_risk=finite(decision.false_accept_risk),
         probability_of_conformity=probability,
         printed_probability="" if probability is None else percent(probability),
-        uncompensated="" if found.uncompensated is None else str(found.uncompensated),
-        marginal=found.marginal,
+        uncompensated="" if decision.uncompensated is None else str(decision.uncompensated),
+        marginal=decision.marginal,
     )

@@ -66,71 +66,72 @@ def instruments_of(*runs: RunData | None) -> Iterator[InstrumentEntry]:
     for run in runs:
         if run is None:
             continue
-        for each in run.instruments.values():
-            entry = _entry(each, max(run.started_utc, run.ended_utc)[:10])
+        for instrument in run.instruments.values():
+            entry = _entry(instrument, max(run.started_utc, run.ended_utc)[:10])
             if entry not in seen:
                 seen.append(entry)
                 yield entry
 
 
-def _entry(each: Instrument, day: str) -> InstrumentEntry:
+def _entry(instrument: Instrument, day: str) -> InstrumentEntry:
     """Return an entry of the register, for a run that ended on that day."""
-    due = "" if each.due is None else each.due.isoformat()
-    limits = each.accuracy_.limits if each.accuracy_ is not None else {}
-    uncertainty = dict(_limit(each, name, stated) for name, stated in limits.items())
-    if each.points:
+    due = "" if instrument.due is None else instrument.due.isoformat()
+    error_limits = instrument.accuracy_.limits if instrument.accuracy_ is not None else {}
+    uncertainty = dict(_limit(instrument, name, limit) for name, limit in error_limits.items())
+    if instrument.points:
         uncertainty["points"] = "; ".join(
-            f"{p.applied}: {p.indicated}, U = {p.U} (k = {p.k:.6g})" for p in each.points
+            f"{p.applied}: {p.indicated}, U = {p.U} (k = {p.k:.6g})" for p in instrument.points
         )
     conditions = {}
     for name in ("temperature", "humidity"):
-        found = getattr(each.conditions, name, None)
-        if found is not None:
-            shown = _condition(name, name, found.min, found.max)
-            conditions[name] = f"{shown.printed_minimum} … {shown.printed_maximum} {shown.unit}"
+        limits = getattr(instrument.conditions, name, None)
+        if limits is not None:
+            condition = _condition(name, name, limits.min, limits.max)
+            printed_range = f"{condition.printed_minimum} … {condition.printed_maximum}"
+            conditions[name] = f"{printed_range} {condition.unit}"
     return InstrumentEntry(
-        channel=each.channel,
-        id=each.id,
-        maker=each.maker,
-        type=each.type,
-        serial=each.serial,
-        certificate=each.certificate,
-        laboratory=each.laboratory,
-        calibrated="" if each.calibrated is None else each.calibrated.isoformat(),
+        channel=instrument.channel,
+        id=instrument.id,
+        maker=instrument.maker,
+        type=instrument.type,
+        serial=instrument.serial,
+        certificate=instrument.certificate,
+        laboratory=instrument.laboratory,
+        calibrated="" if instrument.calibrated is None else instrument.calibrated.isoformat(),
         due=due,
-        range=_range(each),
+        range=_range(instrument),
         uncertainty=uncertainty,
         conditions=conditions,
         overdue=bool(due) and due < day,  # the day itself is the last one of use
-        calibration=each.calibration or "calibrated",
+        calibration=instrument.calibration or "calibrated",
     )
 
 
-def _range(each: Instrument) -> str:
-    if each.range_ is not None:
-        lowest, highest = each.range_.min, each.range_.max
+def _range(instrument: Instrument) -> str:
+    if instrument.range_ is not None:
+        lowest, highest = instrument.range_.min, instrument.range_.max
         return f"≤ {highest}" if lowest is None else f"{lowest} … {highest}"
-    if each.full_scale_ is not None:
-        return f"±{each.full_scale:.6g} {si_symbol(each.quantity)}"
+    if instrument.full_scale_ is not None:
+        return f"±{instrument.full_scale:.6g} {si_symbol(instrument.quantity)}"
     return ""
 
 
-def _limit(each: Instrument, name: str, stated: ErrorLimit) -> tuple[str, str]:
+def _limit(instrument: Instrument, name: str, limit: ErrorLimit) -> tuple[str, str]:
     """Return one limit under its printed name, as written.
 
     In a unit of LEAST_PLACES the first limits are in that unit and %, as in version 0.1.0, whose
     certificates are compared with this output.
     """
-    si = si_symbol(each.quantity)
+    si = si_symbol(instrument.quantity)
     if si in LEAST_PLACES and name in _IN_SI:
-        share, absolute = stated.in_parts(1.0)
+        share, absolute = limit.in_parts(1.0)
         if name == "gain":
             return name, f"±{100 * share:.6g} %"
-        if stated.limit.endswith("FS"):
+        if limit.limit.endswith("FS"):
             key = "of_full_scale" if name == "overall" else name
             return key, f"±{100 * absolute:.6g} %"
         if not share and name != "overall":
             return name, f"±{absolute:.6g} {si}"
     if name == "overall":
-        return "accuracy", stated.limit
-    return f"limit_{name}", f"±{stated.described}"
+        return "accuracy", limit.limit
+    return f"limit_{name}", f"±{limit.described}"

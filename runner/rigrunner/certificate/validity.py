@@ -19,30 +19,30 @@ def traceability_of(result: Result, instruments: Sequence[InstrumentEntry]) -> T
 
     Those named by the analyses; all if none names any.
     """
-    wanted = _named(result) or {each.channel for each in instruments}
-    entering = [each for each in instruments if each.channel in wanted]
-    papers = tuple(
+    channels = _channels(result) or {entry.channel for entry in instruments}
+    entries = [entry for entry in instruments if entry.channel in channels]
+    certificates = tuple(
         dict.fromkeys(
-            each.certificate
-            for each in entering
-            if each.certificate and each.calibration == "calibrated" and not each.overdue
+            entry.certificate
+            for entry in entries
+            if entry.certificate and entry.calibration == "calibrated" and not entry.overdue
         )
     )
-    known = {each.channel for each in entering if each.certificate in papers}
-    claimed = bool(papers) and known == wanted
-    return Traceability(claimed=claimed, certificates=papers if claimed else ())
+    traceable = {entry.channel for entry in entries if entry.certificate in certificates}
+    claimed = bool(certificates) and traceable == channels
+    return Traceability(claimed=claimed, certificates=certificates if claimed else ())
 
 
 def not_calibrated(result: Result) -> Iterator[Deviation]:
     """Yield each channel that exceeded its calibrated range, or lacks data."""
-    for each in certified_of(result):
-        yield from each.deviations
-    # No analysis says which instruments enter: all recorded or measured values of each count.
-    if not _named(result):
+    for part in certified_of(result):
+        yield from part.deviations
+    # No analysis states which instruments its results depend on: all values of each count.
+    if not _channels(result):
         run_id = result.run.run_id
         for name, text in result.beyond.items():
             yield Deviation(kind="range", run_id=run_id, where=name, text=text)
 
 
-def _named(result: Result) -> frozenset[str]:
-    return frozenset[str]().union(*(each.channels for each in certified_of(result)))
+def _channels(result: Result) -> frozenset[str]:
+    return frozenset[str]().union(*(part.channels for part in certified_of(result)))

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 def attended_run(
     planned: Planned,
-    known: Mapping[str, str],
+    known_inputs: Mapping[str, str],
     *,
     runs: Path,
     partners: Mapping[str, Path],
@@ -39,7 +39,7 @@ def attended_run(
     person: Person,
     overrides: Sequence[Override] = (),
     listeners: Sequence[EventSink] = (),
-    told: Sequence[Interference] = (),
+    before: Sequence[Interference] = (),
 ) -> FinishedRun:
     """Ask for the missing inputs and execute the run; raises as `execute`.
 
@@ -52,12 +52,12 @@ def attended_run(
         following(planned, progress.live) as live,
     ):
         answers = UnattendedAnswers() if unattended else TerminalAnswers(stop, progress)
-        inputs = answer_inputs(planned.procedure, known, answers)
-        if not told and not mark_of(planned.tape):  # an entry of the queue says why, if it is
+        inputs = answer_inputs(planned.procedure, known_inputs, answers)
+        if not before and not mark_of(planned.tape):  # an entry of the queue says why, if it is
             specimens = [inputs.get(SPECIMEN, "")]
             for note in tested_before(runs, planned.procedure.model.id, specimens).values():
                 message(f"note: {note}")
-        who = operator or inputs.get("operator", answers.by)
+        person_name = operator or inputs.get("operator", answers.by)
         return execute(
             planned,
             runs=runs,
@@ -68,8 +68,8 @@ def attended_run(
             listeners=[stop, progress, *live, *listeners],
             operator=operator,
             overrides=overrides,
-            pauses=None if unattended else TerminalPauses(stop, progress, who),
+            pauses=None if unattended else TerminalPauses(stop, progress, person_name),
             progress=progress.analysing,
             person=person,
-            before=told,
+            before=before,
         )

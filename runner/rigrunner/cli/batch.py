@@ -87,8 +87,8 @@ class CountedLines:
                 message(f"{done} of {of} {self._noun} were done before")
             return
         if done * LINES // of > (done - 1) * LINES // of:
-            new, left = done - self._before, ""
+            new, time_left = done - self._before, ""
             if new and done < of:
                 left_s = (of - done) * (self._now() - self._began_s) / new
-                left = f", {clock_text(left_s)} left"
-            message(f"{done} of {of} {self._noun}{left}")
+                time_left = f", {clock_text(left_s)} left"
+            message(f"{done} of {of} {self._noun}{time_left}")

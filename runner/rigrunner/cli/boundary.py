@@ -14,7 +14,7 @@ from rigrunner.cli.output import (
     close_quietly,
     error_label,
     message,
-    reader_has_gone,
+    stdout_is_closed,
 )
 
 if TYPE_CHECKING:
@@ -45,30 +45,30 @@ def run_command(command: click.Command, arguments: Sequence[str] | None = None) 
 
 
 def _invoke(command: click.Command, arguments: list[str]) -> int:
-    _refuse_unprintable(arguments)
-    # Not `command.main`: it ends with 1, our word for a failed verdict, when the reader has gone.
+    _check_printable(arguments)
+    # Not `command.main`: when stdout is closed it ends with 1, which means a failed verdict here.
     try:
         with command.make_context("rigrunner", arguments) as context:
             return int(command.invoke(context) or ExitCode.PASS)
-    except click.exceptions.Exit as end:
-        return end.exit_code
+    except click.exceptions.Exit as stop:
+        return stop.exit_code
     except BrokenPipeError:
-        if reader_has_gone():
+        if stdout_is_closed():
             return ExitCode.PASS
         raise
 
 
-def _refuse_unprintable(arguments: list[str]) -> None:
+def _check_printable(arguments: list[str]) -> None:
     """Raise UsageError for an argument with characters that cannot be displayed.
 
     A file name that is not UTF-8 has one half of a surrogate pair.
     """
-    for each in arguments:
-        seen = each.encode("utf-8", "replace").decode()
-        refused = refused_character(seen)
+    for argument in arguments:
+        readable = argument.encode("utf-8", "replace").decode()
+        refused = refused_character(readable)
         if refused:
             raise UsageError(
-                f"the word '{seen[:40]}' has the character {name_of(refused[0])}",
+                f"the word '{readable[:40]}' has the character {name_of(refused[0])}",
                 hint="type it again: the copied text contains an invisible character",
             )
 

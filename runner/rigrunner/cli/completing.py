@@ -71,6 +71,6 @@ def _plugins(incomplete: str, kind: str = "") -> Iterator[CompletionItem]:
 
 
 def _names_or_files(names: Iterable[str], incomplete: str) -> list[CompletionItem]:
-    here = sorted(path.name for ending in ("yaml", "yml") for path in Path().glob(f"*.{ending}"))
-    found = [name for name in (*names, *here) if name.startswith(incomplete)]
-    return [CompletionItem(name) for name in found] or [CompletionItem(incomplete, type=_PATH)]
+    files = sorted(path.name for ending in ("yaml", "yml") for path in Path().glob(f"*.{ending}"))
+    matches = [name for name in (*names, *files) if name.startswith(incomplete)]
+    return [CompletionItem(name) for name in matches] or [CompletionItem(incomplete, type=_PATH)]

@@ -17,19 +17,19 @@ if TYPE_CHECKING:
     from rigrunner.run.finish import FinishedRun
 
 
-def tell_finished(finished: FinishedRun, *, as_json: bool = False) -> None:
+def show_finished(finished: FinishedRun, *, as_json: bool = False) -> None:
     """Print the result and the location on stdout, and an error on stderr."""
     content = None if finished.result is None else document(finished.result)
     if as_json and content is not None:
         result_json(content)
     elif content is not None:
         result(f"{identity(content)}\n\n{summary(content)}\n")
-    _tell_error(finished)
-    tell = message if as_json else result
-    tell(f"{places(finished)}\n")
+    _show_end(finished)
+    show = message if as_json else result
+    show(f"{places(finished)}\n")
 
 
-def _tell_error(finished: FinishedRun) -> None:
+def _show_end(finished: FinishedRun) -> None:
     error = finished.error
     if isinstance(error, RigrunnerError):
         show_error(error)
@@ -38,16 +38,16 @@ def _tell_error(finished: FinishedRun) -> None:
     elif isinstance(error, Exception):
         show_bug(error)
     if error is not None:
-        message(f"The run was {_ending(finished)}.")
+        message(f"The run was {_end_text(finished)}.")
     if finished.unsafe:
         message(unsafe_rig(finished.unsafe))
     if finished.waits:
         message(
             "It waits for the partner run after it: make that run, then"
-            f" 'rigrunner resume {_called(finished.folder)}' makes the result."
+            f" 'rigrunner resume {_run_argument(finished.folder)}' makes the result."
         )
     elif not finished.sealed:
-        name = _called(finished.folder)
+        name = _run_argument(finished.folder)
         message(
             f"It is not sealed. Fix the cause; then 'rigrunner resume {name}' resumes the run,"
             f" and 'rigrunner recover {name}' closes it as it is."
@@ -61,12 +61,12 @@ def _tell_error(finished: FinishedRun) -> None:
         message(f"The run continued after a failure: {text}")
 
 
-def _called(folder: Path) -> str:
-    """Return the argument by which a command finds a run: its name, in this folder of runs."""
+def _run_argument(folder: Path) -> str:
+    """Return the argument by which a command finds a run: its name, if it is in ./runs."""
     return folder.name if folder.parent == Path("runs") else str(folder)
 
 
-def _ending(finished: FinishedRun) -> str:
+def _end_text(finished: FinishedRun) -> str:
     if finished.outcome is Outcome.ABORTED:
         return "aborted"
     if finished.outcome is Outcome.ERROR:

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import AbortedError, DataError, RigrunnerError, UsageError, did_you_mean
 from rigrunner.api.quantity import legible, parse_quantity
+from rigrunner.api.units import QuantityError
 from rigrunner.cli.boundary import show_error
-from rigrunner.cli.keyboard import line_may_be_read
+from rigrunner.cli.keyboard import wait_for_line
 from rigrunner.cli.output import message, prompt, result, unsafe_rig
 
 if TYPE_CHECKING:
@@ -31,7 +32,7 @@ HELP: Mapping[str, str] = {
 }
 
 
-def converse(jog: Jog, stop: SignalStop) -> None:
+def run_prompt(jog: Jog, stop: SignalStop) -> None:
     """Read commands and execute them. After an error of the rig, the rig was made safe.
 
     An abort ends this, and so does a log that cannot be written.
@@ -84,19 +85,29 @@ def _watch(jog: Jog, words: list[str]) -> None:
         raise UsageError("watch what?", hint=f"one of: {', '.join(jog.channels)}")
     name, seconds = words[0], _WATCH_S
     if len(words) > 1:
-        seconds = parse_quantity(" ".join(words[1:]), "time").si
+        seconds = _duration(" ".join(words[1:]))
     unit = jog.channels[name].unit if name in jog.channels else ""
-    seen: list[float] = []
+    values: list[float] = []
     for value in jog.watch(name, seconds):
-        seen.append(value)
+        values.append(value)
         prompt(f"\r{name} {value:<12.6g} {unit}  " if sys.stderr.isatty() else "")
     if sys.stderr.isatty():
         message("")
-    mean = sum(seen) / len(seen)
+    mean = sum(values) / len(values)
     result(
-        f"{name} mean {mean:.6g}, from {min(seen):.6g} to {max(seen):.6g} {unit},"
-        f" {len(seen)} readings in {seconds:g} s"
+        f"{name} mean {mean:.6g}, from {min(values):.6g} to {max(values):.6g} {unit},"
+        f" {len(values)} readings in {seconds:g} s"
     )
+
+
+def _duration(text: str) -> float:
+    try:
+        seconds = parse_quantity(text, "time").si
+    except QuantityError as error:
+        raise UsageError(f"watch: {error.message}", hint=error.hint) from error
+    if seconds <= 0:
+        raise UsageError(f"watch: got {text}, expected more than 0 s")
+    return seconds
 
 
 def _zero(jog: Jog, words: list[str]) -> None:
@@ -107,7 +118,7 @@ def _zero(jog: Jog, words: list[str]) -> None:
 
 
 def _stands(jog: Jog, _: list[str]) -> None:
-    for drive, value in jog.stands().items():
+    for drive, value in jog.read_backs().items():
         show_set(jog, drive, value)
 
 
@@ -124,11 +135,11 @@ def _answer(question: str, jog: Jog, stop: SignalStop) -> str | None:
     """Return a line, or None at the end of the input. Interlocks are monitored meanwhile."""
     prompt(question)
     with stop.while_asking(), jog.person():
-        while not line_may_be_read(LOOK_EVERY_S):
-            jog.look()
+        while not wait_for_line(LOOK_EVERY_S):
+            jog.check_interlocks()
         line = sys.stdin.readline()
     if not sys.stdin.isatty():
-        message(line.rstrip("\n"))  # what was piped in is seen like what is typed
+        message(line.rstrip("\n"))  # show piped input like typed input
     return line or None
 
 

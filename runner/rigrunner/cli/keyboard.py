@@ -10,7 +10,7 @@ import time
 _LOOK_EVERY_S = 0.05
 
 
-def line_may_be_read(within_s: float) -> bool:
+def wait_for_line(within_s: float) -> bool:
     """Wait a moment for an answer; return True at once without a terminal.
 
     On Windows, whose `select` cannot wait for a console, a pressed key counts as a line.

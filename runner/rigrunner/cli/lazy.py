@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rigrunner.cli.brought import Commands
 from rigrunner.cli.output import result
+from rigrunner.cli.package_commands import Commands
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
@@ -30,19 +30,19 @@ class LazyGroup(click.Group):
         self,
         *,
         own: Commands,
-        brought: Callable[[], Iterable[Commands]] = tuple,
+        others: Callable[[], Iterable[Commands]] = tuple,
         renamed: Mapping[str, str] = MappingProxyType({}),
         **settings: Any,
     ) -> None:
         super().__init__(**settings)
         self.own = own
-        self._brought = brought
+        self._others = others
         self._renamed = renamed
 
     @cached_property
     def sources(self) -> tuple[Commands, ...]:
         """Our own commands and those of other packages."""
-        return (self.own, *self._brought())
+        return (self.own, *self._others())
 
     @cached_property
     def groups(self) -> dict[str, dict[str, str]]:
@@ -85,10 +85,10 @@ class LazyGroup(click.Group):
         if args[0] in self.own.names or args[0] in self.summaries:
             return super().resolve_command(ctx, args)
         if args[0] in self._renamed:
-            now = self._renamed[args[0]]
-            raise click.UsageError(f"The command '{args[0]}' is called '{now}' now.", ctx)
-        near = difflib.get_close_matches(args[0], self.summaries, n=1, cutoff=0.5)
-        hint = f" Did you mean '{near[0]}'?" if near else ""
+            new_name = self._renamed[args[0]]
+            raise click.UsageError(f"The command '{args[0]}' is called '{new_name}' now.", ctx)
+        matches = difflib.get_close_matches(args[0], self.summaries, n=1, cutoff=0.5)
+        hint = f" Did you mean '{matches[0]}'?" if matches else ""
         raise click.UsageError(f"No such command '{args[0]}'.{hint}", ctx)
 
     def shell_complete(

@@ -18,7 +18,7 @@ _YES, _NO = ("y", "yes"), ("n", "no")
 
 
 class TerminalPerson:
-    """Reads warnings on stderr and, if `attended`, decides whether the rig may be made safe."""
+    """Sees warnings on stderr and, if `attended`, is asked whether the rig may be made safe."""
 
     def __init__(self, *, attended: bool) -> None:
         self._attended = attended
@@ -50,18 +50,18 @@ class TerminalPerson:
             message("Please answer yes or no.")
 
 
-def tell_left(station: str) -> None:
+def show_left(station: str) -> None:
     """Report how the rig of a station was left, if it was left energised."""
     marker = read_marker(station)
-    _tell([marker] if marker is not None else [])
+    _show([marker] if marker is not None else [])
 
 
-def tell_all_left() -> None:
+def show_all_left() -> None:
     """Report the rigs of this machine that were left energised."""
-    _tell(read_markers())
+    _show(read_markers())
 
 
-def _tell(markers: Iterable[Marker]) -> None:
+def _show(markers: Iterable[Marker]) -> None:
     for marker in markers:
         message(f"{warning_label()} {marker.text}")
         if not marker.is_in_use and not marker.safe_by:

@@ -13,10 +13,10 @@ import click
 from rigrunner import __version__
 from rigrunner.blas import ONE_THREAD
 from rigrunner.cli.boundary import run_command
-from rigrunner.cli.brought import Commands, brought
 from rigrunner.cli.completing import VARIABLE, complete
 from rigrunner.cli.lazy import LazyGroup
 from rigrunner.cli.output import result
+from rigrunner.cli.package_commands import Commands, package_commands
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -26,7 +26,7 @@ ENVIRONMENT = {**ONE_THREAD, "PYDANTIC_DISABLE_PLUGINS": "__all__"}
 """Defaults of environment variables. Finding plugins of pydantic, of which none are needed here,
 takes the time of several models, and such plugins would change how files are checked."""
 
-SELDOM = 50_000
+GC_THRESHOLD = 50_000
 """Number of new objects after which garbage is collected: some 10 MB. Python's default is 700."""
 
 COMMANDS = {
@@ -80,7 +80,7 @@ COMMANDS = {
     cls=LazyGroup,
     invoke_without_command=True,
     own=Commands("rigrunner.cli.commands", COMMANDS),
-    brought=brought,
+    others=package_commands,
     renamed={"diff": "compare"},
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
     epilog="'rigrunner demo' needs no rig, and takes less than a minute.",
@@ -102,20 +102,20 @@ def main(arguments: Sequence[str] | None = None) -> int:
     open_standard_streams()
     for name, value in ENVIRONMENT.items():
         os.environ.setdefault(name, value)
-    collect_seldom()
+    raise_gc_threshold()
     instruction = os.environ.get(VARIABLE)
     if instruction:
         return complete(rigrunner, instruction)
     return run_command(rigrunner, arguments)
 
 
-def collect_seldom() -> None:
+def raise_gc_threshold() -> None:
     """Collect garbage seldom, and not at the end of the process.
 
     A command creates thousands of classes, and keeps them and most other objects until it ends.
     Searching them again and again, and once more at the end, is a quarter of the time of `plan`.
     """
-    gc.set_threshold(SELDOM, *gc.get_threshold()[1:])
+    gc.set_threshold(GC_THRESHOLD, *gc.get_threshold()[1:])
     atexit.register(gc.freeze)
 
 

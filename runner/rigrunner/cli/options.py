@@ -34,7 +34,7 @@ lab_option = click.option(
     "--station", shell_complete=stations, help="Include the plugins of this station's folder."
 )
 set_option = click.option(
-    "--set", "given", multiple=True, metavar="NAME=VALUE", help="Give an input; may be repeated."
+    "--set", "assigned", multiple=True, metavar="NAME=VALUE", help="Give an input; may be repeated."
 )
 answers_option = click.option(
     "--answers",
@@ -70,7 +70,7 @@ raw_option = click.option(
 
 def override_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Add the options that start a run despite a calibration that is overdue or missing."""
-    wanted = click.option(
+    override = click.option(
         "--override",
         "overridden",
         multiple=True,
@@ -81,23 +81,23 @@ def override_options(command: Callable[..., Any]) -> Callable[..., Any]:
         "--by", default="", metavar="NAME", help="Who is responsible for the override."
     )
     reason = click.option("--reason", default="", metavar="TEXT", help="Why it is overridden.")
-    return wanted(by(reason(command)))
+    return override(by(reason(command)))
 
 
 def partner_option(command: Callable[..., Any]) -> Callable[..., Any]:
     """Add the options that name partner runs; the command gets them by name, as `partners`."""
 
     @wraps(command)
-    def named(
-        *given: Any,
+    def with_partners(
+        *arguments: Any,
         partner: tuple[str, ...],
-        **others: Any,
+        **options: Any,
     ) -> Any:
-        short = {name: others.pop(name) for name in KEYS}
-        pairs = [*partner, *(f"{name}={run}" for name, run in short.items() if run)]
-        return command(*given, partners=_partners(pairs), **others)
+        by_option = {name: options.pop(name) for name in KEYS}
+        pairs = [*partner, *(f"{name}={run}" for name, run in by_option.items() if run)]
+        return command(*arguments, partners=_partner_runs(pairs), **options)
 
-    several = click.option(
+    partner = click.option(
         "--partner",
         multiple=True,
         metavar="NAME=RUN",
@@ -112,25 +112,25 @@ def partner_option(command: Callable[..., Any]) -> Callable[..., Any]:
         )
         for name in KEYS
     )
-    return several(before(after(named)))
+    return partner(before(after(with_partners)))
 
 
-def _partners(pairs: Iterable[str]) -> dict[str, str]:
-    found: dict[str, str] = {}
+def _partner_runs(pairs: Iterable[str]) -> dict[str, str]:
+    partners: dict[str, str] = {}
     for text in pairs:
         name, equals, run = text.partition("=")
         if not (name and equals and run):
             raise UsageError(f"'--partner {text}' names no run", hint="write '--partner dark=RUN'")
-        if name in found:
+        if name in partners:
             raise UsageError(f"the partner run '{name}' is named twice", hint="leave one out")
-        found[name] = run
-    return found
+        partners[name] = run
+    return partners
 
 
-def named_values(given: Iterable[str]) -> dict[str, str]:
+def named_values(assignments: Iterable[str]) -> dict[str, str]:
     """Return the values of `--set NAME=VALUE`; raise UsageError for any other form."""
     values: dict[str, str] = {}
-    for text in given:
+    for text in assignments:
         name, equals, value = text.partition("=")
         if not (name and equals and value.strip()):
             raise UsageError(

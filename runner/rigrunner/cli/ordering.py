@@ -50,9 +50,9 @@ def order_options(command: Callable[..., Any]) -> Callable[..., Any]:
     return command
 
 
-def order_values(given: Mapping[str, str | None]) -> dict[str, str]:
+def order_values(options: Mapping[str, str | None]) -> dict[str, str]:
     """Return the given options by the name of their field."""
-    return {name: value for name, value in given.items() if value is not None}
+    return {name: value for name, value in options.items() if value is not None}
 
 
 def authorisation(by: str, role: str) -> Authorisation:
@@ -64,7 +64,7 @@ def authorisation(by: str, role: str) -> Authorisation:
     return Authorisation(by=by.strip(), role=role.strip())
 
 
-def tell_issued(issued: Issued) -> None:
+def show_issued(issued: Issued) -> None:
     """Print the paths of the issued files, and the notes."""
     for note in issued.notes:
         message(note)

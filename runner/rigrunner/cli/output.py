@@ -20,7 +20,7 @@ _ERROR = "error:"
 _RED = click.style(_ERROR, fg="red", bold=True)
 _WARNING = "WARNING:"
 _RED_WARNING = click.style(_WARNING, fg="red", bold=True)
-_STEERED = re.compile(f"({re.escape(_RED)}|{re.escape(_RED_WARNING)})")
+_LABELS = re.compile(f"({re.escape(_RED)}|{re.escape(_RED_WARNING)})")
 """The escape sequences that the program itself writes."""
 _PLAIN = {
     "·": ".",
@@ -107,7 +107,7 @@ def warning_label() -> str:
     return _RED_WARNING if _colour(sys.stderr) else _WARNING
 
 
-def reader_has_gone() -> bool:
+def stdout_is_closed() -> bool:
     """Return whether stdout is no longer read, as when it is piped into `head`."""
     try:
         sys.stdout.write("\n")
@@ -147,7 +147,7 @@ def _in_plain(sign: str, encoding: str) -> str:
 
 def _print(text: str, stream: TextIO, end: str = "\n") -> None:
     try:
-        parts = _STEERED.split(text)  # those of ours are each second one
+        parts = _LABELS.split(text)  # every second part is one of our labels
         parts[::2] = map(printable, parts[::2])
         shown = "".join(parts)
         stream.write(f"{in_encoding(shown, stream.encoding)}{end}")

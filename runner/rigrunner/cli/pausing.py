@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import AbortedError
 from rigrunner.api.texts import name_of, refused_character
-from rigrunner.cli.keyboard import line_may_be_read
+from rigrunner.cli.keyboard import wait_for_line
 from rigrunner.cli.output import message, prompt
 from rigrunner.engine.pausing import Choice, Decision
 
@@ -49,21 +49,21 @@ class TerminalPauses:
             message(f"Paused at {paused.step}: {paused.reason}.")
             for text in paused.moving:
                 message(f"  {text}")
-            for each in paused.choices:
-                message(f"  {each:9} {_HELP[each].format(point=paused.point)}")
+            for name in paused.choices:
+                message(f"  {name:9} {_HELP[name].format(point=paused.point)}")
             choice = self._choice(paused, watch)
             reason = self._reason(choice, watch) if choice in _WITH_REASON else ""
             if choice is not Choice.NOTE:
-                self._stop.resumed()  # before the progress is seen again, which a Ctrl-C answers
+                self._stop.resumed()  # before progress is shown again: then Ctrl-C pauses
         return Decision(choice, self._by, reason)
 
     def _choice(self, paused: Paused, watch: Callable[[], None]) -> Choice:
         names = "/".join(paused.choices)
         while True:
             answer = self._answer(f"What now? [{names}] ", watch).lower()
-            found = [each for each in paused.choices if answer and each.startswith(answer)]
-            if len(found) == 1:
-                return found[0]
+            matches = [choice for choice in paused.choices if answer and choice.startswith(answer)]
+            if len(matches) == 1:
+                return matches[0]
             message(f"Please answer with one of: {', '.join(paused.choices)}.")
 
     def _reason(self, choice: Choice, watch: Callable[[], None]) -> str:
@@ -81,7 +81,7 @@ class TerminalPauses:
     def _answer(self, question: str, watch: Callable[[], None]) -> str:
         prompt(question)
         with self._stop.while_asking():
-            while not line_may_be_read(_LOOK_EVERY_S):
+            while not wait_for_line(_LOOK_EVERY_S):
                 watch()
             line = sys.stdin.readline()
         if not line:

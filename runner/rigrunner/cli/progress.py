@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from rigrunner.api.findings import Findings, MeasurementResult
 
 
-_DRAWN_EVERY_S = 0.1
+_REDRAW_EVERY_S = 0.1
 LIVE_DIGITS = 5
 LINES = 10
 """Lines of progress of a part of the analysis, if there is no terminal for a bar."""
@@ -50,7 +50,7 @@ class ProgressSink(Protocol):
         """Show the progress of a part of the analysis."""
         ...
 
-    def live(self, found: Findings, *, is_whole: bool) -> None:
+    def live(self, findings: Findings, *, is_whole: bool) -> None:
         """Show the live results of the analyses; `is_whole`: a recording is finished."""
         ...
 
@@ -75,7 +75,7 @@ class LineProgress:
 
     def __init__(self) -> None:
         self._steps = 0
-        self._told: dict[tuple[str, str], int] = {}
+        self._shown: dict[tuple[str, str], int] = {}
 
     def __call__(self, event: Event) -> None:
         """Print a line where a step begins, and for alarms and notes."""
@@ -86,26 +86,26 @@ class LineProgress:
             case StepStarted():
                 number = str(event.index + 1).rjust(len(str(self._steps)))
                 where = coordinates_text(event.coordinates, event.units, event.written_in)
-                beside = f" ({where})" if where else ""
-                message(f"[{number}/{self._steps}] {event.text}{beside}")
+                place = f" ({where})" if where else ""
+                message(f"[{number}/{self._steps}] {event.text}{place}")
             case _:
-                _tell(event)
+                _show_line(event)
 
     def analysing(self, what: str, done: int, of: int) -> None:
         """Print a line now and then."""
         if done * LINES // of > (done - 1) * LINES // of:
             message(f"{what}: {done} of {of}")
 
-    def live(self, found: Findings, *, is_whole: bool) -> None:
+    def live(self, findings: Findings, *, is_whole: bool) -> None:
         """Print a line for each value that a finished recording changed."""
-        for note in found.notes:
-            if (note, "") not in self._told:
-                self._told[note, ""] = 0
+        for note in findings.notes:
+            if (note, "") not in self._shown:
+                self._shown[note, ""] = 0
                 message(f"note: {note}")
-        for each in found.results if is_whole else ():
-            if self._told.get((each.name, each.place)) != each.readings:
-                self._told[each.name, each.place] = each.readings
-                message(f"so far: {_live_text(each)}")
+        for result in findings.results if is_whole else ():
+            if self._shown.get((result.name, result.place)) != result.readings:
+                self._shown[result.name, result.place] = result.readings
+                message(f"so far: {_live_text(result)}")
 
     def paused(self) -> AbstractContextManager[None]:
         """Do nothing: lines leave room for a question."""
@@ -134,10 +134,10 @@ class BarProgress:
             self._analyses[what] = self._progress.add_task(what, total=of, step=what)
         self._progress.update(self._analyses[what], completed=done)
 
-    def live(self, found: Findings, *, is_whole: bool) -> None:  # noqa: ARG002  (drawn again each time)
+    def live(self, findings: Findings, *, is_whole: bool) -> None:  # noqa: ARG002  (drawn again each time)
         """Show the latest value beside the step."""
-        if self._task is not None and found.results:
-            text = printable(f"{self._text}: {_live_text(found.results[-1])}")
+        if self._task is not None and findings.results:
+            text = printable(f"{self._text}: {_live_text(findings.results[-1])}")
             self._progress.update(self._task, step=text)
 
     @contextmanager
@@ -165,10 +165,10 @@ class BarProgress:
             case Scanned():
                 # as often as the bar is drawn: there may be thousands of points per second
                 if (now_s := monotonic()) >= self._due_s:
-                    self._due_s = now_s + _DRAWN_EVERY_S
+                    self._due_s = now_s + _REDRAW_EVERY_S
                     self._advance(event.monotonic_s, f"point {event.point + 1}: {self._text}")
             case Alarm() | Intervention() | Note():
-                _tell(event)
+                _show_line(event)
             case _:
                 self._advance(event.monotonic_s)
 
@@ -182,14 +182,14 @@ class BarProgress:
             self._progress.update(self._task, completed=done_s, step=step)
 
 
-def _live_text(found: MeasurementResult) -> str:
+def _live_text(result: MeasurementResult) -> str:
     """Return 'output voltage at load.current = 2 A: 12.014 V of 500 readings'."""
-    at = f" at {found.place}" if found.place else ""
-    value = f"{found.estimate.value:.{LIVE_DIGITS}g} {found.of.unit}"
-    return f"{found.of.words}{at}: {value} of {found.readings} readings"
+    at = f" at {result.place}" if result.place else ""
+    value = f"{result.estimate.value:.{LIVE_DIGITS}g} {result.of.unit}"
+    return f"{result.of.words}{at}: {value} of {result.readings} readings"
 
 
-def _tell(event: Event) -> None:
+def _show_line(event: Event) -> None:
     match event:
         case LimitMissed():
             message(f"out of limits: {event.text}")
@@ -198,8 +198,8 @@ def _tell(event: Event) -> None:
         case Alarm():
             message(f"alarm: {event.source}: {event.text}")
         case Intervention():
-            told = [text for text in (event.subject, event.reason) if text]
-            message(": ".join((f"{event.action} by {event.by}", *told)))
+            parts = [text for text in (event.subject, event.reason) if text]
+            message(": ".join((f"{event.action} by {event.by}", *parts)))
 
 
 def new_bar() -> Progress:

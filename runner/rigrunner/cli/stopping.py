@@ -172,7 +172,7 @@ def stop_on_signals(*, attended: bool = False) -> AbstractContextManager[SignalS
 
     `attended`: somebody can decide how a paused run continues.
     """
-    return _handled(SignalStop(attended=attended))
+    return _with_handlers(SignalStop(attended=attended))
 
 
 @contextmanager
@@ -181,7 +181,7 @@ def batch_stop_on_signals() -> Iterator[SignalStop]:
 
     If the batch ends with an AbortedError, it becomes that of the signal, with its code.
     """
-    with _handled(BatchStop()) as stop:
+    with _with_handlers(BatchStop()) as stop:
         try:
             yield stop
         except AbortedError as error:
@@ -211,15 +211,15 @@ def until(stop: SignalStop, seconds: float | None) -> Until:
 
 
 @contextmanager
-def _handled(stop: SignalStop) -> Iterator[SignalStop]:
-    former = take_signals(ENDING, stop.handle)
+def _with_handlers(stop: SignalStop) -> Iterator[SignalStop]:
+    previous = take_signals(ENDING, stop.handle)
     if not isinstance(stop, BatchStop):  # which has no rig: it may be suspended at once
-        former |= take_signals(SUSPENDING, stop.suspend)
-    former[signal.SIGINT] = signal.signal(signal.SIGINT, stop.interrupt)
+        previous |= take_signals(SUSPENDING, stop.suspend)
+    previous[signal.SIGINT] = signal.signal(signal.SIGINT, stop.interrupt)
     try:
         yield stop
     finally:
-        for number, handler in former.items():
+        for number, handler in previous.items():
             signal.signal(number, handler)
         if stop.suspended_by:
             # Without a shell that could continue it, the system ignores this: the program ends.

@@ -9,8 +9,8 @@ from rigrunner.api.events import Outcome
 from rigrunner.api.summaries import GROUP, SummaryParts, pairs, table
 from rigrunner.api.units import with_symbol
 from rigrunner.api.verdict import probability_text, risk_text
-from rigrunner.cli.brought import entries
 from rigrunner.cli.output import message
+from rigrunner.cli.package_commands import entries
 from rigrunner.run.set_points import other_results, unread
 from rigrunner.signal.rounding import estimate_text
 
@@ -25,24 +25,24 @@ MOST_SHOWN = 20
 
 def summary(document: Document) -> str:
     """Return the verdict, the results, the failed checks, and what other packages add."""
-    others = tuple(brought())
-    facts = (fact for each in others for fact in each.facts(document))
+    packages = tuple(package_summaries())
+    facts = (fact for package in packages for fact in package.facts(document))
     parts = [
         pairs([*facts, *_verdict(document)]),
-        *(block for each in others for block in each.blocks(document)),
+        *(block for package in packages for block in package.blocks(document)),
         _results(document),
-        _failed_checks(document, (check for each in others for check in each.checks(document))),
+        _failed_checks(document, (check for each in packages for check in each.checks(document))),
         *(f"not shown: {key}, as no installed package reads it" for key in unread(document)),
     ]
     return "\n\n".join(part for part in parts if part)
 
 
-def brought() -> Iterator[SummaryParts]:
+def package_summaries() -> Iterator[SummaryParts]:
     """Yield the additions of each installed package; one that cannot be imported is reported."""
     for name, entry in sorted(entries(GROUP).items()):
         try:
             yield entry.load()
-        except Exception as error:  # noqa: BLE001  (a stranger's may raise anything)
+        except Exception as error:  # noqa: BLE001  (third-party code may raise anything)
             message(f"the summary of '{name}' cannot be loaded: {error}")
 
 
@@ -74,40 +74,40 @@ def _verdict(document: Document) -> Iterator[tuple[str, str]]:
         yield from _limits(document)
         if decision:
             yield "of the result", f"{decision['verdict']}: {decision['reason']}"
-            yield from _stated(decision)
+            yield from _details(decision)
     elif decision:
         yield from _decision(decision, document["run"].get("outcome", Outcome.COMPLETED))
 
 
 def _limits(document: Document) -> Iterator[tuple[str, str]]:
     """Report the verdict on a run with limits of measured values, and values out of limits."""
-    limits, found = document["limits"], document["verdict"]
-    if found is None:
+    limits, verdict = document["limits"], document["verdict"]
+    if verdict is None:
         yield "verdict", f"none: the run ended as '{document['run']['outcome']}'"
     else:
-        yield "verdict", f"{found['verdict'].upper()}: {found['reason']}"
-    missed = [each for each in limits["values"] if each["verdict"] == "fail"]
-    for each in missed[:MOST_SHOWN]:
-        yield f"{each['table']} {each['row']}", each["text"]
+        yield "verdict", f"{verdict['verdict'].upper()}: {verdict['reason']}"
+    missed = [value for value in limits["values"] if value["verdict"] == "fail"]
+    for value in missed[:MOST_SHOWN]:
+        yield f"{value['table']} {value['row']}", value["text"]
     if limits["missed"] > MOST_SHOWN:
         yield "and more", f"{limits['missed'] - MOST_SHOWN} values out of limits"
 
 
 def _decision(decision: Document, outcome: str) -> Iterator[tuple[str, str]]:
     """Report verdict, reason, probability and risk. `.get` is for keys that older files lack."""
-    found = f"{decision['verdict'].upper()}: {decision['reason']}"
+    verdict = f"{decision['verdict'].upper()}: {decision['reason']}"
     if outcome == Outcome.COMPLETED:
-        yield "verdict", found
+        yield "verdict", verdict
     else:
         yield (
             "verdict",
             f"none: the run was not completed ({outcome}), and neither passes nor fails",
         )
-        yield "by the rule", f"what was recorded would be {found}"
-    yield from _stated(decision)
+        yield "by the rule", f"what was recorded would be {verdict}"
+    yield from _details(decision)
 
 
-def _stated(decision: Document) -> Iterator[tuple[str, str]]:
+def _details(decision: Document) -> Iterator[tuple[str, str]]:
     """Report the risk of a decision, and its limits."""
     if decision.get("marginal"):
         yield "marginal", "a difference within the marginal band would change the verdict"
@@ -119,15 +119,15 @@ def _stated(decision: Document) -> Iterator[tuple[str, str]]:
     parts = decision.get("parts", ())
     if len(parts) > 1:
         tally = Counter(part["verdict"] for part in parts)
-        each = ", ".join(f"{count} {verdict}" for verdict, count in tally.items())
-        yield "limits", f"{len(parts)}: {each}"
+        counts = ", ".join(f"{count} {verdict}" for verdict, count in tally.items())
+        yield "limits", f"{len(parts)}: {counts}"
         mixed = len({part.get("named") for part in parts}) > 1
         for part in parts:
             # the result of the headline by its name, if others have limits too
-            named = mixed and part.get("measurand")
-            of = f"{part['named']}, {part['of']}" if named else str(part["of"])
-            shown = with_symbol(estimate_text(part["result"]), part["upper_limit"]["unit"])
-            yield of, f"{part['verdict']}: {shown} against {part['limit']}"
+            is_named = mixed and part.get("measurand")
+            label = f"{part['named']}, {part['of']}" if is_named else str(part["of"])
+            value = with_symbol(estimate_text(part["result"]), part["upper_limit"]["unit"])
+            yield label, f"{part['verdict']}: {value} against {part['limit']}"
 
 
 def stated_risk(decision: Document) -> str:
@@ -142,27 +142,27 @@ def _results(document: Document) -> str:
     """Return the named results of analyses: a table of each, by its coordinates."""
     results = [*other_results(document), *document.get("missing", ())]
     tables = []
-    for name in dict.fromkeys(each["name"] for each in results):
-        same = [each for each in results if each["name"] == name]
+    for name in dict.fromkeys(result["name"] for result in results):
+        same = [result for result in results if result["name"] == name]
         first = same[0]
         symbol = f", {first['symbol']}" if first["symbol"] else ""
         unit = first["unit"] if "why" in first else first["estimate"]["unit"]
         caption = f"{first['text'] or name}{symbol}, in {unit}, with U (95 %)"
         header = [*first["coordinates"], name, "readings"]
         rows, reasons = [], []
-        for each in same:
-            place = {key: coordinate_text(value) for key, value in each["coordinates"].items()}
-            found = ["no value", ""]
-            if "why" in each:
-                at = ", ".join(f"{key} = {text}" for key, text in place.items())
-                reasons.append(f"no value{f' at {at}' if at else ''}: {each['why']}")
+        for result in same:
+            place = {key: coordinate_text(value) for key, value in result["coordinates"].items()}
+            cells = ["no value", ""]
+            if "why" in result:
+                point = ", ".join(f"{key} = {text}" for key, text in place.items())
+                reasons.append(f"no value{f' at {point}' if point else ''}: {result['why']}")
             else:
-                estimate = each["estimate"]
-                shown = f"{estimate['value']:.6g}, U unknown"
+                estimate = result["estimate"]
+                value = f"{estimate['value']:.6g}, U unknown"
                 if estimate["expanded_uncertainty_95"] is not None:
-                    shown = estimate_text(estimate)
-                found = [shown, str(each["readings"])]
-            rows.append([*(place[key] for key in first["coordinates"]), *found])
+                    value = estimate_text(estimate)
+                cells = [value, str(result["readings"])]
+            rows.append([*(place[key] for key in first["coordinates"]), *cells])
         tables.append("\n".join([caption, table(header, rows, "r" * len(header)), *reasons]))
     return "\n\n".join(tables)
 
@@ -175,15 +175,15 @@ def coordinate_text(value: str | Mapping[str, Any]) -> str:
     return f"{value['value']:.6g}{unit}"
 
 
-def _failed_checks(document: Document, of_methods: Iterable[Document]) -> str:
-    told = [
+def _failed_checks(document: Document, method_checks: Iterable[Document]) -> str:
+    checks = [
         check
-        for check in (*document["checks"], *of_methods)
+        for check in (*document["checks"], *method_checks)
         if not check["ok"] or check.get("consequence")
     ]
     lines = []
-    for check in sorted(told, key=lambda each: bool(each["ok"])):
+    for check in sorted(checks, key=lambda check: bool(check["ok"])):
         kind = "note" if check["ok"] else "check"
         words = (f"{kind}: {check['name']}: {check['text']}", check.get("effect"), check["advice"])
-        lines.append("; ".join(each for each in words if each))
+        lines.append("; ".join(part for part in words if part))
     return "\n".join(lines)

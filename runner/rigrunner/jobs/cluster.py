@@ -23,7 +23,7 @@ PATIENCE_S = 0.5
 """Time between two checks of the stop token."""
 
 AHEAD = 1000
-"""How many items the scheduler is given at a time: enough for a large cluster, and a small list."""
+"""How many items the scheduler has at a time: enough for a large cluster, and a small list."""
 
 
 @dataclass(frozen=True)
@@ -46,13 +46,13 @@ class Cluster:
         Raises UsageError if there is no cluster at the address, and DataError if it is lost.
         """
         with _connected(self) as client:
-            under_way = _UnderWay(client, task, items)
-            while not stop.is_set() and under_way.is_busy():
-                for place, answer in under_way.answers():
+            scheduled = _Scheduled(client, task, items)
+            while not stop.is_set() and scheduled.is_busy():
+                for place, answer in scheduled.answers():
                     yield Done(place, items[place], answer)
 
 
-class _UnderWay:
+class _Scheduled:
     """The items that the scheduler has.
 
     The scheduler blames the death of a worker on each item that the worker had. So an item with too

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 FORMAT = "rigrunner: done/1"
+_START = json.dumps({"format": FORMAT}).encode().removesuffix(b"}")
+"""The start of the first line of each journal."""
 
 
 class Journal:
@@ -47,8 +49,8 @@ class Journal:
 
 
 @contextmanager
-def journal(path: Path, of: Mapping[str, str]) -> Iterator[Journal]:
-    """Open or create the journal of a task, which `of` describes.
+def journal(path: Path, task: Mapping[str, str]) -> Iterator[Journal]:
+    """Open or create the journal of a task, described by `task`.
 
     The file has JSON lines, the first of which describes the task. Only complete lines count, so
     the process may be killed at any time. Raises UsageError if the file belongs to another task or
@@ -67,7 +69,7 @@ def journal(path: Path, of: Mapping[str, str]) -> Iterator[Journal]:
         with _writing(path):
             file = path.open("a+b", buffering=0)
         with file:
-            yield Journal(path, file, _read(path, file, dict(of)))
+            yield Journal(path, file, _read(path, file, dict(task)))
     finally:
         lock.release()
 
@@ -79,31 +81,32 @@ def discard(path: Path) -> None:
         path.with_name(f"{path.name}.lock").unlink(missing_ok=True)
 
 
-def _read(path: Path, file: BinaryIO, of: dict[str, str]) -> dict[str, Any]:
-    """Return the finished items; an incomplete last line is cut off."""
+def _read(path: Path, file: BinaryIO, task: dict[str, str]) -> dict[str, Any]:
+    """Return the finished items; an incomplete last line is cut off, unless it is no journal."""
     file.seek(0)
     text = file.read()
     # What a kill cut off is the last line alone: each line is one call.
-    whole = text[: text.rfind(b"\n") + 1]
-    if len(whole) < len(text):
-        with _writing(path):
-            os.ftruncate(file.fileno(), len(whole))
-    if not whole:
-        with _writing(path):
-            _append(file, {"format": FORMAT, "of": of})
-        return {}
-    try:
-        header, *lines = map(json.loads, whole.splitlines())
-        _refuse_other_work(path, header["of"], of)
-        return dict(lines)
-    except (ValueError, TypeError, KeyError) as error:
-        raise DataError(
-            f"{path} is damaged, or is not a list of jobs",
-            hint="remove it to start again",
-        ) from error
+    complete = text[: text.rfind(b"\n") + 1]
+    values: dict[str, Any] = {}
+    if complete or not (_START.startswith(text) or text.startswith(_START)):
+        try:
+            header, *lines = map(json.loads, (complete or text).splitlines())
+            _refuse_other_task(path, header["of"], task)
+            values = dict(lines)
+        except (AttributeError, ValueError, TypeError, KeyError) as error:
+            raise DataError(
+                f"{path} is damaged, or is not a list of jobs",
+                hint="remove it to start again",
+            ) from error
+    with _writing(path):
+        if len(complete) < len(text):
+            os.ftruncate(file.fileno(), len(complete))
+        if not complete:
+            _append(file, {"format": FORMAT, "of": task})
+    return values
 
 
-def _refuse_other_work(path: Path, then: Mapping[str, str], now: Mapping[str, str]) -> None:
+def _refuse_other_task(path: Path, then: Mapping[str, str], now: Mapping[str, str]) -> None:
     for name in sorted(then.keys() | now.keys()):
         if then.get(name) != now.get(name):
             raise UsageError(

@@ -32,7 +32,7 @@ def usable_cores() -> int:
 
 @dataclass(frozen=True)
 class Processes:
-    """That many worker processes; one is a process of its own too, so the numbers are the same.
+    """`jobs` worker processes; a single one is a separate process too, so the results are the same.
 
     Each has its own pipe, so that it is known which item a process had when it died. Pools of the
     standard library then wait without end, or fail at every item.
@@ -44,17 +44,17 @@ class Processes:
         self, task: Callable[[Item], Value], items: Sequence[Item], stop: StopToken
     ) -> Iterator[Done[Item, Value]]:
         """Yield the outcome of each item; see `Workers`."""
-        crew = _Crew(task, items, deque((place, 1) for place in range(len(items))))
+        pool = _Pool(task, items, deque((place, 1) for place in range(len(items))))
         try:
-            while not stop.is_set() and crew.is_busy(self.jobs):
-                for place, answer in crew.answers():
+            while not stop.is_set() and pool.is_busy(self.jobs):
+                for place, answer in pool.answers():
                     yield Done(place, items[place], answer)
         finally:
-            crew.dismiss()
+            pool.kill_all()
 
 
 @dataclass(eq=False)
-class _Crew:
+class _Pool:
     """The processes, and the waiting items with their indices and attempts."""
 
     task: Callable[[Any], Any]
@@ -71,8 +71,8 @@ class _Crew:
     def answers(self) -> Iterator[tuple[int, Answer[Any]]]:
         """Yield the outcomes that are ready, and give their processes new items."""
         # A pipe is ready too when its process has died.
-        ready = wait([each.pipe for each in self.busy], PATIENCE_S)
-        for worker in [each for each in self.busy if each.pipe in ready]:
+        ready = wait([worker.pipe for worker in self.busy], PATIENCE_S)
+        for worker in [worker for worker in self.busy if worker.pipe in ready]:
             self.busy.remove(worker)
             answer = worker.answer()
             if answer is None:
@@ -90,7 +90,7 @@ class _Crew:
                 worker.end()
             yield place, answer
 
-    def dismiss(self) -> None:
+    def kill_all(self) -> None:
         """Kill all processes; their items can be processed again."""
         for worker in self.busy:
             worker.kill()

@@ -1,4 +1,4 @@
-"""A process that is given one item after the other."""
+"""A process that works on one item after the other."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from multiprocessing import get_context
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.blas import ONE_THREAD
+from rigrunner.ending import signal_name
 from rigrunner.jobs.done import Answer, attempt
 
 if TYPE_CHECKING:
@@ -18,8 +19,8 @@ if TYPE_CHECKING:
 ENVIRONMENT = {**ONE_THREAD, "PYTHONSAFEPATH": "1"}
 """Environment variables of the process, for its interpreter and libraries.
 
-Without the second one, a spawned interpreter imports modules of the current folder before those of
-Python, and anybody may have put them there.
+Without the second one, a spawned interpreter imports modules of the current folder, where anybody
+may have put them, before those of Python.
 """
 END = None
 """Sent in place of an item: there are no more."""
@@ -33,13 +34,13 @@ class Worker:
 
     def __init__(self, task: Callable[[Any], Any]) -> None:
         context = get_context("spawn")
-        self.pipe, its = context.Pipe()
+        self.pipe, child_end = context.Pipe()
         self.place = self.attempt = -1
-        self._process = context.Process(target=serve, args=(its,), daemon=True)
+        self._process = context.Process(target=serve, args=(child_end,), daemon=True)
         # A process gets the environment of this one: `Process` takes no other.
         with _environment():
             self._process.start()
-        its.close()  # or the death of the process would not end the pipe
+        child_end.close()  # or the death of the process would not end the pipe
         self._send(task)
 
     def give(self, place: int, item: Any, attempt: int) -> None:
@@ -61,7 +62,7 @@ class Worker:
         self._process.join()
         code = self._process.exitcode or 0
         if code < 0:
-            return f"the process was ended by {signal.Signals(-code).name}"
+            return f"the process was ended by {signal_name(-code)}"
         return f"the process ended with {code}"
 
     def end(self) -> None:
@@ -77,18 +78,18 @@ class Worker:
         self.pipe.close()
 
     def _send(self, what: Any) -> None:
-        with suppress(OSError):  # it died meanwhile: reading the pipe will tell
+        with suppress(OSError):  # if it died meanwhile, reading the pipe reports it
             self.pipe.send(what)
 
 
 def serve(pipe: Connection) -> None:
     """Take a task from the pipe, then answer items until the last one, or until the pipe closes."""
-    # Ctrl-C goes to every process of a terminal; the one that asks decides what becomes of it.
+    # Ctrl-C goes to every process of a terminal; the one that sends the items handles it.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     task = _task(pipe)
     with suppress(EOFError, OSError):
-        while (given := pipe.recv()) is not END:
-            pipe.send(attempt(task, *given))
+        while (arguments := pipe.recv()) is not END:
+            pipe.send(attempt(task, *arguments))
 
 
 def _task(pipe: Connection) -> Callable[[Any], Any]:

@@ -55,14 +55,14 @@ class Plot:
             raise UsageError(f"{path} cannot be written: {error}") from error
 
     def _repr_svg_(self) -> str:
-        """Return what a notebook shows."""
+        """Return the SVG for a notebook."""
         return self.svg.decode()
 
 
 def draw(picture: Picture, *, titled: bool = False) -> Plot:
     """Return the drawing of a picture; the user's own settings of matplotlib change nothing.
 
-    A panel alone has its title where no caption stands below the drawing: `titled`.
+    `titled`: a single panel has its title too, where no caption is below the drawing.
     """
     from rigrunner.plots.panels import painted  # noqa: PLC0415  (matplotlib: half a second)
 

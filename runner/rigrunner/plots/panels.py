@@ -67,9 +67,9 @@ SHORT = 0.02
 CROWDED = 60
 """Of more points than this the marks are small."""
 LETTERS, GAP = 112, 2
-"""What there is room for under a picture, and between two names there."""
+"""The space for names under a picture, and between two of them."""
 COLUMNS, HANDLE = 4, 7
-"""Of a legend at most, and what the line before a name takes, in letters."""
+"""The most columns of a legend, and the space of the line before a name, in letters."""
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ class Line:
 
 BLUE, VERMILION, GREEN = "#0072B2", "#D55E00", "#009E73"
 PURPLE, OCHRE = "#A04A84", "#8A6100"
-"""Of the palette of Okabe and Ito (2008), told apart by most colour-blind readers.
+"""Of the palette of Okabe and Ito (2008), distinguishable by most colour-blind readers.
 
 The last ones are darkened until they keep a contrast of 3 to 1 on white.
 """
@@ -130,18 +130,18 @@ def height_in(picture: Picture) -> float:
 
 
 def paint(canvas: Canvas, picture: Picture, *, titled: bool = False) -> None:
-    """Paint all panels, and one legend above them for what has a name."""
+    """Paint all panels, and one legend of the named series above them."""
     panels = picture.panels
     grid = (1, len(panels)) if picture.in_a_row else (len(panels), 1)
-    every = canvas.subplots(*grid, sharex=not picture.in_a_row, squeeze=False).ravel()
-    named = dict.fromkeys(
+    all_axes = canvas.subplots(*grid, sharex=not picture.in_a_row, squeeze=False).ravel()
+    names = dict.fromkeys(
         series.name
         for panel in panels
         for series in panel.series
         if series.name and series.kind not in _APART
     )
     # A series is drawn alike in all panels, by its name.
-    lines = {name: LINES[place % len(LINES)] for place, name in enumerate(named)}
+    lines = {name: LINES[place % len(LINES)] for place, name in enumerate(names)}
 
     def date(seconds: float, _: object) -> str:
         return f"{datetime.fromtimestamp(seconds, UTC):%Y-%m-%d}"
@@ -149,12 +149,12 @@ def paint(canvas: Canvas, picture: Picture, *, titled: bool = False) -> None:
     def number(value: float, _: object) -> str:
         return f"{value:.6g}".replace("-", "\N{MINUS SIGN}").replace(".", picture.decimal)
 
-    for axes, figure in zip(every, panels, strict=True):
+    for axes, figure in zip(all_axes, panels, strict=True):
         _panel(axes, figure, lines, picture.limit)
         if (titled or len(panels) > 1) and figure.title:
             axes.set_title(figure.title)
         if ticks := figure.x.ticks:
-            # Of an axis of names as many are shown, evenly, as stand clear of each other.
+            # An axis of names shows as many, evenly spaced, as do not overlap.
             room = max(1, LETTERS // grid[1] // (GAP + max(len(name) for _, name in ticks)))
             shown = ticks[:: -(-len(ticks) // room)]
             axes.set_xticks([place for place, _ in shown], [name for _, name in shown])
@@ -164,9 +164,9 @@ def paint(canvas: Canvas, picture: Picture, *, titled: bool = False) -> None:
         if picture.decimal != ".":
             axes.xaxis.set_major_formatter(FuncFormatter(number))
             axes.yaxis.set_major_formatter(FuncFormatter(number))
-        if not picture.in_a_row and axes is not every[-1]:
+        if not picture.in_a_row and axes is not all_axes[-1]:
             axes.set_xlabel("")
-    _legend(canvas, every)
+    _legend(canvas, all_axes)
 
 
 def limit_lines(points: Iterable[Point]) -> Iterator[tuple[list[float], list[float]]]:
@@ -174,16 +174,16 @@ def limit_lines(points: Iterable[Point]) -> Iterator[tuple[list[float], list[flo
 
     A limit that some points alone have is a short line at each: nothing holds between them.
     """
-    found = list(points)
-    places = {point.x for point in found}
+    points = list(points)
+    places = {point.x for point in points}
     half = SHORT * (max(places) - min(places)) if len(places) > 1 else 0.5
-    for side in ([(p.x, p.lower) for p in found], [(p.x, p.upper) for p in found]):
-        known = sorted({(x, end) for x, end in side if end is not None and isfinite(end)})
-        values = sorted({end for _, end in known})
-        if {x for x, _ in known} != places:
-            yield from (([x - half, x + half], [end, end]) for x, end in known)
+    for bounds in ([(p.x, p.lower) for p in points], [(p.x, p.upper) for p in points]):
+        finite = sorted({(x, end) for x, end in bounds if end is not None and isfinite(end)})
+        values = sorted({limit for _, limit in finite})
+        if {x for x, _ in finite} != places:
+            yield from (([x - half, x + half], [limit, limit]) for x, limit in finite)
         elif len(values) > 1:
-            yield [x for x, _ in known], [end for _, end in known]
+            yield [x for x, _ in finite], [limit for _, limit in finite]
         else:
             yield from (([], [value]) for value in values)
 
@@ -191,8 +191,8 @@ def limit_lines(points: Iterable[Point]) -> Iterator[tuple[list[float], list[flo
 def _panel(axes: Axes, figure: Figure, lines: Mapping[str, Line], limit: str) -> None:
     for mark in figure.marks:
         _mark(axes, mark)
-    for each in figure.series[:MOST_SERIES]:
-        _PAINTERS[each.kind](axes, each, lines.get(each.name, LINES[0]))
+    for series in figure.series[:MOST_SERIES]:
+        _PAINTERS[series.kind](axes, series, lines.get(series.name, LINES[0]))
     points = [point for series in figure.series for point in series.points]
     label = limit
     limited = [
@@ -200,15 +200,15 @@ def _panel(axes: Axes, figure: Figure, lines: Mapping[str, Line], limit: str) ->
         for series in figure.series
         if any(point.lower is not None or point.upper is not None for point in series.points)
     ]
-    for over, ends in limit_lines(point for points in limited for point in points):
-        if over:
-            axes.plot(over, ends, label=label, **_LIMIT)
+    for xs, ys in limit_lines(point for points in limited for point in points):
+        if xs:
+            axes.plot(xs, ys, label=label, **_LIMIT)
         else:
-            axes.axhline(ends[0], label=label, **_LIMIT)
+            axes.axhline(ys[0], label=label, **_LIMIT)
         label = ""
-    out = [point for point in points if point.missed]
-    if out:
-        x, y = _column(out, "x"), _column(out, "y")
+    missed = [point for point in points if point.missed]
+    if missed:
+        x, y = _column(missed, "x"), _column(missed, "y")
         look: dict[str, Any] = {"marker": "X", "color": VERMILION, "markersize": 8, "zorder": 4}
         axes.plot(x, y, linestyle="", label="not passed", **look)
     axes.set(xlabel=str(figure.x), ylabel=str(figure.y))
@@ -274,15 +274,15 @@ _PAINTERS = {
 }
 
 
-def _legend(canvas: Canvas, every: Iterable[Axes]) -> None:
-    found: dict[str, Artist] = {}
-    for axes in every:
+def _legend(canvas: Canvas, all_axes: Iterable[Axes]) -> None:
+    handles: dict[str, Artist] = {}
+    for axes in all_axes:
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
-            found.setdefault(label, handle)
-    if found:
-        longest = sorted((len(label) + HANDLE for label in found), reverse=True)[:COLUMNS]
+            handles.setdefault(label, handle)
+    if handles:
+        longest = sorted((len(label) + HANDLE for label in handles), reverse=True)[:COLUMNS]
         columns = max(n for n in range(1, len(longest) + 1) if n == 1 or sum(longest[:n]) < LETTERS)
-        canvas.legend(list(found.values()), list(found), loc="outside upper center", ncols=columns)
+        canvas.legend(handles.values(), handles, loc="outside upper center", ncols=columns)
 
 
 def _half_widths(points: Sequence[Point]) -> Array | None:
@@ -292,4 +292,4 @@ def _half_widths(points: Sequence[Point]) -> Array | None:
 
 
 def _column(points: Sequence[Point], name: str) -> Array:
-    return np.array([getattr(each, name) for each in points], dtype=float)
+    return np.array([getattr(point, name) for point in points], dtype=float)

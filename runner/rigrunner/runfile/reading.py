@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import DataError
-from rigrunner.hdf5_reading import members, must_not_be_read, objects, open_file
+from rigrunner.hdf5_reading import members, no_permission, objects, open_file
 from rigrunner.runfile.codec import check_format
 from rigrunner.runfile.entry import (
     FORMAT_ATTRIBUTE,
@@ -97,7 +97,7 @@ def sealed_file_of(path: Path) -> Path | None:
     try:
         return _sealed_file_of(path)
     except PermissionError as error:
-        raise must_not_be_read(path) from error
+        raise no_permission(path) from error
 
 
 def _sealed_file_of(path: Path) -> Path | None:

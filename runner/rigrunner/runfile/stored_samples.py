@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigrunner.api.errors import DataError
-from rigrunner.hdf5_reading import open_file, there_is_none
+from rigrunner.hdf5_reading import missing_file, open_file
 from rigrunner.runfile.scratch import PIECE
 
 if TYPE_CHECKING:
@@ -87,7 +87,7 @@ class StoredSamples:
         try:
             state = _state(self.path)
         except FileNotFoundError as error:
-            raise there_is_none(self.path) from error
+            raise missing_file(self.path) from error
         if state != self.state:
             raise DataError(f"{self.path} was changed while it was read")
 

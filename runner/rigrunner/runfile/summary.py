@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import h5py
 
 from rigrunner.api.errors import DataError
-from rigrunner.hdf5_reading import open_file, refuse_odd
+from rigrunner.hdf5_reading import open_file, refuse_external
 from rigrunner.runfile.added_units import define_units_of
 from rigrunner.runfile.codec import check_format
 from rigrunner.runfile.entry import FORMAT_ATTRIBUTE
@@ -174,5 +174,5 @@ def _member(group: h5py.Group, name: str) -> h5py.Group | h5py.Dataset:
         raise DataError(f"{group.file.filename}: {group.name}/{name} is a link, not data")
     item = group[name]
     if isinstance(item, h5py.Dataset):
-        refuse_odd(item)
+        refuse_external(item)
     return item

@@ -42,7 +42,7 @@ class DriveRules:
         """
         if not allowed.minimum <= value <= allowed.maximum:
             raise DeviceRejectedError(
-                f"{_in_words(member)}: {legible(value, allowed.unit)} is out of range"
+                f"{_title(member)}: {legible(value, allowed.unit)} is out of range"
                 f" ({allowed.range_text})"
             )
         for combination in self.combinations:
@@ -50,13 +50,13 @@ class DriveRules:
                 continue
             values = {n: value if n == member else standing(n) for n in combination.drives}
             if not combination.allows(values):
-                wanted = legible(value, allowed.unit)
+                set_point = legible(value, allowed.unit)
                 others = combination.others(member, values)
                 raise DeviceRejectedError(
-                    f"{_in_words(member)} cannot be set to {wanted} with {others}",
+                    f"{_title(member)} cannot be set to {set_point} with {others}",
                     hint=f"allowed: {combination.words()}",
                 )
 
 
-def _in_words(member: Member) -> str:
+def _title(member: Member) -> str:
     return f"{member.role}: {member.name}"

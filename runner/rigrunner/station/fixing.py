@@ -35,43 +35,43 @@ _INSTRUMENT: dict[str, Any] = {
     "low_pass": {"type": "butterworth", "order": 2, "corner": "1 kHz"},
     "accuracy": _ACCURACY,
 }
-_OTHER = {key: _INSTRUMENT[key] for key in ("channel", "serial")}
-_TOGETHER = ("calibrated", "due", "range", "points")
+_OTHER_INSTRUMENT = {key: _INSTRUMENT[key] for key in ("channel", "serial")}
+_COMPARED = ("calibrated", "due", "range", "points")
 """Attributes of an instrument that are compared with each other."""
 
 
 def as_if_fixed(
-    document: Document, found: Sequence[Problem]
+    document: Document, problems: Sequence[Problem]
 ) -> tuple[Station | None, list[Problem]]:
     """Return the station with replacements for wrong parts, and further problems in it.
 
     None if a wrong part has no replacement, such as a device without a plugin.
     """
-    data, wrong = deepcopy(document.data), list(found)
+    data, wrong = deepcopy(document.data), list(problems)
     more: list[Problem] = []
     for _ in range(_ROUNDS):
-        if not all(_fixed(data, problem.field) for problem in wrong):
+        if not all(_replace_part(data, problem.field) for problem in wrong):
             return None, more
         try:
             return validate(Station, replace(document, data=data)), more
         except InvalidFileError as error:
             wrong = list(error.problems)
-            for each in wrong:
-                entry = _ENTRY.fullmatch(each.field)
+            for problem in wrong:
+                entry = _ENTRY.fullmatch(problem.field)
                 # A whole entry is inconsistent; single values were checked before.
                 is_new = entry is not None and entry["key"] is None
-                if is_new and each not in (*found, *more):
-                    more.append(each)
+                if is_new and problem not in (*problems, *more):
+                    more.append(problem)
     return None, more
 
 
-def _fixed(data: Any, field: str) -> bool:
+def _replace_part(data: Any, field: str) -> bool:
     """Replace a wrong part; return False if there is no replacement."""
     entry = _ENTRY.match(field)
     if entry:
         if entry["key"] == "measures":
             return False  # what else it must have depends on the quantity
-        return _fixed_instrument(data["instruments"], int(entry["at"]), entry["key"])
+        return _replace_in_instrument(data["instruments"], int(entry["at"]), entry["key"])
     part = _PART.match(field)
     if part is None:
         return False
@@ -79,19 +79,19 @@ def _fixed(data: Any, field: str) -> bool:
     return True
 
 
-def _fixed_instrument(instruments: Any, at: int, key: str | None) -> bool:
+def _replace_in_instrument(instruments: Any, at: int, key: str | None) -> bool:
     entry = instruments[at]
     if not isinstance(entry, dict):
         instruments[at] = dict(_INSTRUMENT)
     elif key is None:
-        for each in _TOGETHER:
-            entry.pop(each, None)
+        for attribute in _COMPARED:
+            entry.pop(attribute, None)
         if entry.get("measures", DEFAULT_QUANTITY) == DEFAULT_QUANTITY:
             entry.setdefault("accuracy", _ACCURACY)
     else:
         is_default = entry.get("measures", DEFAULT_QUANTITY) == DEFAULT_QUANTITY
-        instead = _INSTRUMENT if is_default else _OTHER
+        replacements = _INSTRUMENT if is_default else _OTHER_INSTRUMENT
         entry.pop(key, None)
-        if key in instead:
-            entry[key] = instead[key]
+        if key in replacements:
+            entry[key] = replacements[key]
     return True

@@ -32,7 +32,7 @@ class DriveLimits(Settings):
     """Highest rate; a faster drive is moved in steps."""
 
     @model_validator(mode="after")
-    def _says_something(self) -> Self:
+    def _check_not_empty(self) -> Self:
         if not self.model_fields_set:
             raise ValueError("a limit needs min, max or rate")
         return self
@@ -57,11 +57,11 @@ class Combination(Settings):
     """The reason, shown in refusals."""
 
     @model_validator(mode="after")
-    def _is_about_the_same_drives(self) -> Self:
+    def _check_corners(self) -> Self:
         for corner in self.allowed[1:]:
             if set(corner) != set(self.drives):
-                wanted, got = ", ".join(self.drives), ", ".join(corner)
-                raise ValueError(f"a corner is about {got}, the first one about {wanted}")
+                expected, actual = ", ".join(self.drives), ", ".join(corner)
+                raise ValueError(f"a corner is about {actual}, the first one about {expected}")
         return self
 
     @property

@@ -15,7 +15,7 @@ from rigrunner.yamlfile import parse, validate
 from rigrunner.yamlfile.document import dotted
 from rigrunner.yamlfile.reader import read_text
 from rigrunner.yamlfile.upgrade import refuse_older
-from rigrunner.yamlfile.upgrade_register import station_today
+from rigrunner.yamlfile.upgrade_register import current_station
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -40,7 +40,7 @@ class LoadedStation:
     @property
     def register(self) -> dict[str, Instrument]:
         """The register of instruments by channel, 'role.name'."""
-        return {each.channel: each for each in self.model.instruments}
+        return {instrument.channel: instrument for instrument in self.model.instruments}
 
 
 class InconsistentStationError(InvalidFileError):
@@ -64,7 +64,7 @@ def parse_station(text: str, name: str, *, stored: bool = False) -> LoadedStatio
     """
     document = parse(text, name)
     if stored:
-        document = replace(document, data=station_today(document.data))
+        document = replace(document, data=current_station(document.data))
     else:
         refuse_older(document)
     problems: list[Problem] = []
@@ -75,8 +75,8 @@ def parse_station(text: str, name: str, *, stored: bool = False) -> LoadedStatio
         problems = list(error.problems)
         model, more = as_if_fixed(document, problems)
         problems += more
-    sure = not any(each.field.startswith("devices") for each in problems)
-    problems += _register_problems(document, sure_of_roles=sure)
+    devices_are_valid = not any(problem.field.startswith("devices") for problem in problems)
+    problems += _register_problems(document, sure_of_roles=devices_are_valid)
     if model is None:
         raise InvalidFileError(problems)
     loaded = LoadedStation(model, document, hashlib.sha256(text.encode()).hexdigest(), text)
@@ -92,18 +92,18 @@ def _register_problems(document: Document, *, sure_of_roles: bool) -> Iterator[P
     """
     devices = document.part(("devices",))
     roles = list(devices) if isinstance(devices, dict) else []
-    seen: set[str] = set()
+    channels: set[str] = set()
     for index in range(len(document.part(("instruments",)) or ())):
         path = ("instruments", index, "channel")
         channel = document.part(path)
         try:
             role = Member.parse(str(channel)).role
-        except ValueError:  # told by the model
+        except ValueError:  # reported by the model
             continue
-        where, field = document.where(path), dotted(path)
+        location, field = document.where(path), dotted(path)
         if sure_of_roles and role not in roles:
             hint = did_you_mean(role, roles, f"roles: {', '.join(roles)}")
-            yield Problem(f"there is no device in the role '{role}'", where, field, hint)
-        if channel in seen:
-            yield Problem(f"'{channel}' is registered twice", where, field)
-        seen.add(channel)
+            yield Problem(f"there is no device in the role '{role}'", location, field, hint)
+        if channel in channels:
+            yield Problem(f"'{channel}' is registered twice", location, field)
+        channels.add(channel)

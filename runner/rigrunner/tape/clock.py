@@ -52,16 +52,16 @@ class ReplayedClock:
 
     def monotonic_s(self) -> float:
         """Return the recorded seconds, plus any waiting since."""
-        found = self._wire.reading(MONOTONIC)
-        if isinstance(found, float):
-            self._monotonic_s = found
+        reading = self._wire.reading(MONOTONIC)
+        if isinstance(reading, float):
+            self._monotonic_s = reading
         return self._monotonic_s
 
     def utc(self) -> datetime:
         """Return the recorded date and time, plus any waiting since."""
-        found = self._wire.reading(UTC)
-        if isinstance(found, str):
-            self._utc = datetime.fromisoformat(found)
+        reading = self._wire.reading(UTC)
+        if isinstance(reading, str):
+            self._utc = datetime.fromisoformat(reading)
         return self._utc
 
     def sleep(self, seconds: float) -> None:

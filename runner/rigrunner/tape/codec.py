@@ -35,7 +35,7 @@ def encode(answer: object) -> Any:
         case float():
             return answer if math.isfinite(answer) else {"float": str(answer)}
         case list():
-            return [encode(each) for each in answer]
+            return [encode(item) for item in answer]
         case _:
             return _encode_tagged(answer)
 
@@ -43,7 +43,7 @@ def encode(answer: object) -> Any:
 def decode(stored: Any) -> Any:
     """Return the answer that `encode` stored; raise DataError for anything else."""
     if isinstance(stored, list):
-        return [decode(each) for each in stored]
+        return [decode(item) for item in stored]
     if not isinstance(stored, dict):
         return stored
     try:
@@ -57,18 +57,18 @@ def decode(stored: Any) -> Any:
 def encode_error(error: BaseException) -> dict[str, Any]:
     """Return an exception as JSON: the nearest class that a replay knows, and its text."""
     # "is": a class of a plugin may have the name of one of ours.
-    known = next(
+    nearest = next(
         (kind for kind in type(error).__mro__ if _error_class(kind.__name__) is kind), RuntimeError
     )
     if isinstance(error, RigrunnerError):
-        told = {"message": error.message, "hint": error.hint}
+        fields = {"message": error.message, "hint": error.hint}
         if isinstance(error, AbortedError):
-            told["by"] = error.by
+            fields["by"] = error.by
     else:
         plain = len(error.args) == 1 and isinstance(error.args[0], str)
-        told = {"message": error.args[0] if plain else str(error)}
+        fields = {"message": error.args[0] if plain else str(error)}
     notes = list(getattr(error, "__notes__", ()))
-    return {"class": known.__name__, **told, **({"notes": notes} if notes else {})}
+    return {"class": nearest.__name__, **fields, **({"notes": notes} if notes else {})}
 
 
 def decode_error(stored: Mapping[str, Any]) -> BaseException:
@@ -85,7 +85,7 @@ def decode_error(stored: Mapping[str, Any]) -> BaseException:
     else:
         try:
             error = kind(message)
-        except TypeError:  # such as UnicodeDecodeError, which is made of more than words
+        except TypeError:  # such as UnicodeDecodeError, which needs more than a message
             error = RuntimeError(f"{kind.__name__}: {message}")
     for note in stored.get("notes", ()):
         error.add_note(str(note))
@@ -99,7 +99,7 @@ def _encode_tagged(answer: object) -> dict[str, Any]:
         case np.ndarray():
             return _encode_array(answer)
         case Mapping():
-            return {"map": {_name(name): encode(each) for name, each in answer.items()}}
+            return {"map": {_name(name): encode(item) for name, item in answer.items()}}
         case _:
             raise TypeError(f"a {type(answer).__name__} cannot be kept on tape")
 
@@ -119,7 +119,7 @@ def _encode_array(array: np.ndarray[Any, Any]) -> dict[str, Any]:
 
 
 def _decode_array(stored: Mapping[str, Any]) -> np.ndarray[Any, Any]:
-    dtype, shape = np.dtype(str(stored["array"])), [int(each) for each in stored["shape"]]
+    dtype, shape = np.dtype(str(stored["array"])), [int(length) for length in stored["shape"]]
     if dtype.kind not in _NUMBERS:
         raise ValueError(f"{dtype} is no kind of number")
     size = dtype.itemsize * math.prod(shape)
@@ -129,8 +129,8 @@ def _decode_array(stored: Mapping[str, Any]) -> np.ndarray[Any, Any]:
     # No more than it says, and one byte to notice that: a small text can unpack to very much.
     unpacked = zlib.decompressobj().decompress(packed, size + 1)
     columns = np.frombuffer(unpacked, np.uint8)
-    whole = columns.reshape(dtype.itemsize, -1).T.tobytes()
-    array = np.frombuffer(whole, dtype).reshape(shape)
+    content = columns.reshape(dtype.itemsize, -1).T.tobytes()
+    array = np.frombuffer(content, dtype).reshape(shape)
     return array.astype(dtype.newbyteorder("="))  # a copy, which may be written to
 
 
@@ -143,7 +143,7 @@ def _decode_tagged(stored: Mapping[str, Any]) -> Any:
         case {"array": _}:
             return _decode_array(stored)
         case {"map": mapping}:
-            return {name: decode(each) for name, each in mapping.items()}
+            return {name: decode(item) for name, item in mapping.items()}
         case _:
             raise ValueError(f"{', '.join(stored) or 'nothing'} stands for no answer")
 

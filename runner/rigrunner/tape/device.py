@@ -37,9 +37,9 @@ def taped(
     `stop_for` makes the stop token of its streams from the given one. Attributes available before
     connecting are not recorded.
     """
-    able = [part for ability, part in _PARTS.items() if isinstance(inner, ability)]
+    parts = [part for ability, part in _PARTS.items() if isinstance(inner, ability)]
     # A class for these abilities alone: `isinstance` of a Protocol looks at the attributes.
-    kind = type("TapedDevice", (*able, TapedDevice), {})
+    kind = type("TapedDevice", (*parts, TapedDevice), {})
     return cast("Device", kind(inner, wire, stop_for))
 
 
@@ -111,14 +111,14 @@ class _Observing(TapedDevice):
     def observe(self, readings: Sequence[str]) -> Mapping[str, Reading]:
         """Return the present readings."""
         # JSON has no tuples: an array goes as a list, and comes back as one.
-        found = self._wire.exchange(
+        observed = self._wire.exchange(
             f"observe {_listing(readings)}",
             lambda: {
                 name: list(value) if isinstance(value, tuple) else value
                 for name, value in self._inner.observe(readings).items()
             },
         )
-        return {n: tuple(each) if isinstance(each, list) else each for n, each in found.items()}
+        return {n: tuple(v) if isinstance(v, list) else v for n, v in observed.items()}
 
 
 class _Settable(TapedDevice):
@@ -155,10 +155,10 @@ class _Streaming(TapedDevice):
         """Yield the blocks of the device."""
         # Stays empty in a replay, which performs nothing: the blocks are on the tape.
         source: list[Iterator[Block]] = []
-        looked_at = self._stop_for(stop)
+        token = self._stop_for(stop)
         self._wire.exchange(
             f"stream {_listing(channels)} for {duration_s!r} s",
-            lambda: source.append(iter(self._inner.stream(channels, duration_s, looked_at))),
+            lambda: source.append(iter(self._inner.stream(channels, duration_s, token))),
         )
         return self._blocks(source)
 
@@ -176,11 +176,11 @@ class _Streaming(TapedDevice):
 class _KnowsStream(_Streaming):
     def stream_conditions(self) -> Mapping[str, tuple[float, str]]:
         """Return the values measured of its last stream."""
-        found = self._wire.exchange(
+        conditions = self._wire.exchange(
             "tell of the stream",
-            lambda: {name: [*each] for name, each in self._inner.stream_conditions().items()},
+            lambda: {name: [*pair] for name, pair in self._inner.stream_conditions().items()},
         )
-        return {name: (float(value), str(unit)) for name, (value, unit) in found.items()}
+        return {name: (float(value), str(unit)) for name, (value, unit) in conditions.items()}
 
 
 class _Pausable(TapedDevice):
@@ -225,9 +225,9 @@ def _listing(channels: Sequence[str]) -> str:
     return ", ".join(channels)
 
 
-def _identity(told: Mapping[str, Any]) -> Identity:
-    parts = {name: _identity(part) for name, part in told["parts"].items()}
-    return Identity(**{**told, "parts": parts})
+def _identity(stored: Mapping[str, Any]) -> Identity:
+    parts = {name: _identity(part) for name, part in stored["parts"].items()}
+    return Identity(**{**stored, "parts": parts})
 
 
 def _next(source: list[Iterator[Block]]) -> dict[str, Any] | None:

@@ -45,10 +45,10 @@ def entry_line(seq: int, request: str, answer: Any, took_s: float) -> bytes:
     Raises TypeError for an answer that cannot be stored.
     """
     if isinstance(answer, BaseException):
-        said = {"error": encode_error(answer)}
+        outcome = {"error": encode_error(answer)}
     else:
-        said = {"answer": encode(answer)}
-    entry = {"seq": seq, "ask": request, **said, "took_s": round(took_s, 6)}
+        outcome = {"answer": encode(answer)}
+    entry = {"seq": seq, "ask": request, **outcome, "took_s": round(took_s, 6)}
     return json.dumps(entry, separators=(",", ":"), allow_nan=False).encode() + b"\n"
 
 
@@ -87,9 +87,7 @@ class TapeFile:
 
     def line_of(self, seq: int) -> int:
         """Return the line of an exchange, or of the last one before it; 0 if there is none."""
-        return next(
-            (self._places[each][0] for each in range(seq, -1, -1) if each in self._places), 0
-        )
+        return next((self._places[n][0] for n in range(seq, -1, -1) if n in self._places), 0)
 
     def entry(self, seq: int) -> Entry | None:
         """Return the exchange of that number; None where the tape has none."""
@@ -104,8 +102,8 @@ class TapeFile:
             return Entry(number, str(stored["ask"]), answer, error, float(stored["took_s"]))
         except (
             ValueError, TypeError, KeyError, AttributeError, RecursionError, DataError,
-        ) as wrong:  # fmt: skip
-            raise DataError(f"not an exchange: {wrong}", location=self.place(number)) from wrong
+        ) as cause:  # fmt: skip
+            raise DataError(f"not an exchange: {cause}", location=self.place(number)) from cause
 
     def place(self, line: int) -> Location:
         """Return a line of the file."""
@@ -114,12 +112,12 @@ class TapeFile:
     def _index(self, number: int, offset: int, line: bytes) -> None:
         if not line.endswith(b"\n"):
             return  # torn by a crash
-        # Only the number: answers can be large, and are decoded when they are asked for.
-        found = _SEQ.match(line)
-        if found is None:
+        # Only the number: answers can be large, and are decoded when they are requested.
+        match = _SEQ.match(line)
+        if match is None:
             hint = "a tape is written by --record, and not to be edited"
             raise DataError("not an exchange", location=self.place(number), hint=hint)
-        seq = int(found[1])
+        seq = int(match[1])
         if seq in self._places:
             raise DataError(f"exchange {seq} comes twice", location=self.place(number))
         self._places[seq] = (number, offset)

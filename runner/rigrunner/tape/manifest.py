@@ -91,13 +91,13 @@ def differences(then: TapeManifest, now: TapeManifest) -> Iterator[str]:
         if getattr(then, what) != getattr(now, what):
             yield f"the {what} is not the one of the tape"
     for role in {**then.devices, **now.devices}:
-        before, present = then.devices.get(role), now.devices.get(role)
-        if present is None or before is None:
+        recorded, present = then.devices.get(role), now.devices.get(role)
+        if present is None or recorded is None:
             lacks = "station" if present is None else "tape"
             yield f"the {lacks} has no device in the role '{role}'"
-        elif present.plugin != before.plugin:
-            yield f"{role} is driven by '{present.plugin}', on the tape by '{before.plugin}'"
-        elif present.provider != before.provider:
-            yield f"the plugin of {role} is of {present.provider}, on the tape {before.provider}"
-        elif present != before:
+        elif present.plugin != recorded.plugin:
+            yield f"{role} is driven by '{present.plugin}', on the tape by '{recorded.plugin}'"
+        elif present.provider != recorded.provider:
+            yield f"the plugin of {role} is of {present.provider}, on the tape {recorded.provider}"
+        elif present != recorded:
             yield f"the settings of {role} are not those of the tape"

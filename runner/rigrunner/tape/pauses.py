@@ -37,7 +37,7 @@ class RecordedPauses:
         """
         raised: list[AbortedError] = []
 
-        def watched() -> None:
+        def recorded_watch() -> None:
             self._wire.exchange(_WATCH, lambda: None)
             try:
                 watch()
@@ -46,7 +46,7 @@ class RecordedPauses:
                 raise
 
         try:
-            decision = self._pauses.decide(paused, watched)
+            decision = self._pauses.decide(paused, recorded_watch)
         except AbortedError as error:
             if error not in raised:
                 self._save(error)
@@ -79,5 +79,5 @@ class ReplayedPauses:
         return _decision(self._wire.exchange(_DECIDE, dict))
 
 
-def _decision(told: dict[str, Any]) -> Decision:
-    return Decision(Choice(told["choice"]), str(told["by"]), str(told["reason"]))
+def _decision(stored: dict[str, Any]) -> Decision:
+    return Decision(Choice(stored["choice"]), str(stored["by"]), str(stored["reason"]))

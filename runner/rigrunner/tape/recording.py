@@ -41,7 +41,7 @@ class RecordingWire:
         self._descriptor: int | None = None
         self._thread = threading.local()
         self._next = 0
-        self._asked: dict[int, tuple[str, float]] = {}
+        self._pending: dict[int, tuple[str, float]] = {}
 
     def exchange(self, request: str, perform: Callable[[], _T]) -> _T:
         """Return the result of `perform` and record it.
@@ -57,10 +57,10 @@ class RecordingWire:
             self._thread.performs = False
 
     def _exchange(self, request: str, perform: Callable[[], _T]) -> _T:
-        # Numbered when they are asked: a replay has the same order of requests, not of answers.
+        # Numbered at the request: a replay has the same order of requests, not of answers.
         with self._lock:
             seq, self._next = self._next, self._next + 1
-            self._asked[seq] = (request, time.monotonic())
+            self._pending[seq] = (request, time.monotonic())
         try:
             answer = perform()
         except BaseException as error:
@@ -71,23 +71,23 @@ class RecordingWire:
 
     def close(self) -> None:
         """Record pending exchanges as unanswered, and close the file; idempotent."""
-        for seq, (request, _) in sorted(self._asked.items()):
+        for seq, (request, _) in sorted(self._pending.items()):
             self._save(seq, DeviceTimeoutError(f"{request}: it was never answered"))
         with self._lock:
             if self._descriptor is not None:
                 os.close(self._descriptor)
             self._descriptor = None
-            # One of its own: that it is closed is no trouble of the tape.
+            # A separate one: a closed wire is no trouble of the tape.
             self._trouble = Trouble()
             self._trouble.note("closed")
 
     def _save(self, seq: int, answer: Any) -> None:
         with self._lock:
-            request, asked_s = self._asked.pop(seq, ("", 0.0))
+            request, began_s = self._pending.pop(seq, ("", 0.0))
             if self._trouble.text or not request:
                 return
             try:
-                self._append(entry_line(seq, request, answer, time.monotonic() - asked_s))
+                self._append(entry_line(seq, request, answer, time.monotonic() - began_s))
             except OSError as error:
                 self._trouble.note(f"{self._path} cannot be written: {error.strerror or error}")
             except (TypeError, ValueError) as error:

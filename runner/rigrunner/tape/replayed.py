@@ -67,7 +67,7 @@ class ReplayedTape(Tape):
         if self._replay.difference:
             hint = f" ({self._replay.hint})" if self._replay.hint else ""
             return (f"{self._replay.difference}{hint}",)
-        return tuple(text for wire in self._wires.values() if (text := wire.rest()))
+        return tuple(text for wire in self._wires.values() if (text := wire.unrequested()))
 
     def close(self) -> None:
         """Close all files; no one waits for an answer any more."""

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from rigrunner.tape.file import Entry, TapeFile
 
 _T = TypeVar("_T")
-_SHOWN_BEFORE = 3
+_SHOWN_REQUESTS = 3
 
 
 class Replay:
@@ -28,7 +28,7 @@ class Replay:
         self.over = threading.Event()
         """Set once no one waits for answers any more."""
         self._place = ""
-        self._told = False
+        self._reported = False
 
     def differ(self, place: object, text: str) -> None:
         """Note a difference; only the first one counts."""
@@ -37,9 +37,9 @@ class Replay:
 
     def error(self) -> NoRigError:
         """Return the error for the difference: the first time with details."""
-        if self._told:
+        if self._reported:
             return NoRigError(f"the replay ended at {self._place}")
-        self._told = True
+        self._reported = True
         return NoRigError(self.difference, hint=self.hint)
 
 
@@ -83,7 +83,7 @@ class ReplayWire:
                 self._replay.differ(place, self._words(place, request, entry))
                 return None
             self._next += 1
-            self._before = [*self._before[1 - _SHOWN_BEFORE :], request]
+            self._before = [*self._before[1 - _SHOWN_REQUESTS :], request]
             return entry
 
     def is_next(self, request: str) -> bool:
@@ -92,21 +92,21 @@ class ReplayWire:
             entry = None if self._replay.difference else self._tape.entry(self._next)
             return entry is not None and entry.request == request
 
-    def rest(self) -> str:
+    def unrequested(self) -> str:
         """Return what was not requested from the tape, as text; '' for nothing."""
-        left = len(self._tape) - self._next
-        if left <= 0:
+        remaining = len(self._tape) - self._next
+        if remaining <= 0:
             return ""
         line = self._tape.line_of(self._next)
-        many = f"{left} exchanges are" if left > 1 else "one exchange is"
-        return f"{self._tape.place(line)}: {many} left on the tape that were not asked for"
+        subject = f"{remaining} exchanges are" if remaining > 1 else "one exchange is"
+        return f"{self._tape.place(line)}: {subject} left on the tape that were not asked for"
 
     def _words(self, place: Location, request: str, entry: Entry | None) -> str:
-        before = ", ".join(f"'{each}'" for each in self._before)
-        came = f"after {before}" if before else "the very first"
+        before = ", ".join(f"'{earlier}'" for earlier in self._before)
+        position = f"after {before}" if before else "the very first"
         if entry is None:
-            return f"the tape is over at {place}, asked was '{request}', {came}"
+            return f"the tape is over at {place}, asked was '{request}', {position}"
         return (
             f"the replay differs from the tape: {place} has '{entry.request}',"
-            f" asked was '{request}', {came}"
+            f" asked was '{request}', {position}"
         )

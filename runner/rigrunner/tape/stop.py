@@ -41,7 +41,7 @@ class RecordedStop(_OnTape):
 
     def reason(self) -> AbortedError:
         """Return the reason for stopping."""
-        return _error(self._wire.exchange(_REASON, lambda: _told(self.plain)))
+        return _error(self._wire.exchange(_REASON, lambda: _reason_fields(self.plain)))
 
 
 class ReplayedStop(_OnTape):
@@ -63,8 +63,8 @@ class ReplayedStop(_OnTape):
     def reason(self) -> AbortedError:
         """Return the reason for stopping."""
         # On tape there is a reason only where the run was stopped, not the replay.
-        told = self._wire.reading(_REASON) if self._was_set else None
-        return _error(told if isinstance(told, dict) else _told(self.plain))
+        stored = self._wire.reading(_REASON) if self._was_set else None
+        return _error(stored if isinstance(stored, dict) else _reason_fields(self.plain))
 
 
 def plain_stop(stop: StopToken) -> StopToken:
@@ -72,13 +72,13 @@ def plain_stop(stop: StopToken) -> StopToken:
     return stop.plain if isinstance(stop, _OnTape) else stop
 
 
-def _told(stop: StopToken) -> dict[str, Any]:
+def _reason_fields(stop: StopToken) -> dict[str, Any]:
     reason = stop.reason() if isinstance(stop, Reasoned) else AbortedError("stopped on request")
-    known = {"message": reason.message, "hint": reason.hint, "by": reason.by}
-    return {**known, "exit_code": int(reason.exit_code)}
+    texts = {"message": reason.message, "hint": reason.hint, "by": reason.by}
+    return {**texts, "exit_code": int(reason.exit_code)}
 
 
-def _error(told: Mapping[str, Any]) -> AbortedError:
-    error = AbortedError(str(told["message"]), hint=str(told["hint"]), by=str(told["by"]))
-    error.exit_code = ExitCode(told["exit_code"])
+def _error(stored: Mapping[str, Any]) -> AbortedError:
+    error = AbortedError(str(stored["message"]), hint=str(stored["hint"]), by=str(stored["by"]))
+    error.exit_code = ExitCode(stored["exit_code"])
     return error

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 TEMPLATE = Path(__file__).parent / "lab_template"
 """Files of every lab."""
 STATION, PLUGINS = "station.yaml", "plugins"
-_UNDER_ANOTHER_NAME = {"gitignore": ".gitignore", "gitattributes": ".gitattributes"}
+_REAL_NAMES = {"gitignore": ".gitignore", "gitattributes": ".gitattributes"}
 """Files that git would obey in the folder of the templates, by their name there."""
 _SCHEMAS: dict[str, Language] = {
     "procedures/procedure.schema.json": "procedure",
@@ -47,9 +47,8 @@ def make_lab(folder: Path, registry: Registry, name: str = "") -> list[str]:
                 hint="name it with --lab" if names else "install a package that provides one",
             )
         (name,) = names
-    texts = _texts(registry, name)
-    write_new_files(folder, texts)
-    return [name for name in texts if name.startswith("procedures/") and name.endswith(".yaml")]
+    files = write_new_files(folder, _texts(registry, name))
+    return [name for name in files if name.startswith("procedures/") and name.endswith(".yaml")]
 
 
 def _texts(registry: Registry, lab: str) -> Mapping[str, str]:
@@ -57,19 +56,19 @@ def _texts(registry: Registry, lab: str) -> Mapping[str, str]:
     record, files = registry.find("lab", lab).record, registry.make("lab", lab, {})
     assert isinstance(record, LabRecord)  # noqa: S101  (the kind says so)
     copied = {f"procedures/{name}.yaml": find_procedure(name) for name in record.procedures}
-    own = {
+    template_files = {
         path.relative_to(folder).as_posix(): path
         for folder in (TEMPLATE, files)
         for path in sorted(folder.rglob("*"))
         if path.is_file() and "__pycache__" not in path.parts
     }
     texts: dict[str, str] = {
-        _UNDER_ANOTHER_NAME.get(name) or name: path.read_text(encoding="utf-8")
-        for name, path in (copied | own).items()
+        _REAL_NAMES.get(name) or name: path.read_text(encoding="utf-8")
+        for name, path in (copied | template_files).items()
     }
-    has_own = (files / PLUGINS).is_dir()
-    with_own = with_drop_ins(registry, files / PLUGINS) if has_own else registry
-    schemas = {name: language_schema(language, with_own) for name, language in _SCHEMAS.items()}
+    has_plugins = (files / PLUGINS).is_dir()
+    with_plugins = with_drop_ins(registry, files / PLUGINS) if has_plugins else registry
+    schemas = {name: language_schema(language, with_plugins) for name, language in _SCHEMAS.items()}
     return texts | {
         name: json.dumps(schema, indent=2, ensure_ascii=False) + "\n"
         for name, schema in schemas.items()

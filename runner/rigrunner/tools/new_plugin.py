@@ -19,8 +19,6 @@ from rigrunner.api.hooks import API_VERSION
 from rigrunner.tools.new_files import write_new_files
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from rigrunner.api.hooks import KindRecord
     from rigrunner.registry import Registry
 
@@ -54,13 +52,13 @@ class NewPlugin:
     word: str
     """The word of its kind: a key of KINDS, or the name of a kind that a package brings."""
     name: str
-    brought: KindRecord | None = None
+    kind_record: KindRecord | None = None
     """The kind, if a package brings it."""
 
     @property
     def kind(self) -> str:
         """The registry's name of the kind."""
-        return self.brought.name if self.brought else KINDS[self.word]
+        return self.kind_record.name if self.kind_record else KINDS[self.word]
 
     @property
     def project(self) -> str:
@@ -83,13 +81,13 @@ class NewPlugin:
         }
         if self.kind == "device":
             templates |= {name: name for name in ("example/procedure.yaml", "example/station.yaml")}
-        return {name: self._rendered(of) for name, of in templates.items()} | {
+        return {name: self._render(of) for name, of in templates.items()} | {
             f"{source}/py.typed": ""
         }
 
     def module(self) -> str:
         """Return the text of its module."""
-        return self._rendered(f"{self.stem}.py")
+        return self._render(f"{self.stem}.py")
 
     @property
     def stem(self) -> str:
@@ -101,10 +99,10 @@ class NewPlugin:
         """The article before its kind: "a unit", as it is said, but "an outlier rule"."""
         return "an" if self.word[0] in "aeio" else "a"
 
-    def _rendered(self, template: str) -> str:
+    def _render(self, template: str) -> str:
         environment = Environment(  # noqa: S701  (it writes Python and Markdown, no HTML)
             loader=FileSystemLoader(
-                [TEMPLATE, *([self.brought.templates] if self.brought else [])]
+                [TEMPLATE, *([self.kind_record.templates] if self.kind_record else [])]
             ),
             undefined=StrictUndefined,
             trim_blocks=True,
@@ -112,7 +110,7 @@ class NewPlugin:
             keep_trailing_newline=True,
         )
         major, minor = __version__.split(".")[:2]
-        dependencies = [each for each, kinds in _DEPENDENCIES.items() if self.kind in kinds]
+        dependencies = [package for package, kinds in _DEPENDENCIES.items() if self.kind in kinds]
         dependencies.append(f"rigrunner>={major}.{minor},<{int(major) + 1}")
         return environment.get_template(f"{template}.jinja").render(
             name=self.name,
@@ -136,13 +134,13 @@ class NewPlugin:
 
 def new_plugin(word: str, name: str, registry: Registry) -> NewPlugin:
     """Return a plugin to make, by the word of its kind; raise UsageError for an unknown word."""
-    brought = {each.name.replace("_", "-"): each for each in registry.kinds if each.template}
-    if word not in (KINDS | brought):
+    package_kinds = {kind.name.replace("_", "-"): kind for kind in registry.kinds if kind.template}
+    if word not in (KINDS | package_kinds):
         raise UsageError(
             f"got the kind '{word}', expected one that can be made",
-            hint=f"there are: {', '.join([*KINDS, *brought])}",
+            hint=f"there are: {', '.join([*KINDS, *package_kinds])}",
         )
-    return NewPlugin(word, name, brought.get(word))
+    return NewPlugin(word, name, package_kinds.get(word))
 
 
 def make_package(plugin: NewPlugin, folder: Path, registry: Registry) -> list[str]:
@@ -152,18 +150,13 @@ def make_package(plugin: NewPlugin, folder: Path, registry: Registry) -> list[st
         raise UsageError(
             f"there is a package {plugin.package} already", hint="give the plugin another name"
         )
-    return _written(folder, plugin.texts())
+    return write_new_files(folder, plugin.texts())
 
 
 def make_drop_in(plugin: NewPlugin, folder: Path, registry: Registry) -> list[str]:
     """Write one file into a lab's folder of plugins and return it; raise UsageError."""
     _check(plugin, registry)
-    return _written(folder, {f"{plugin.name}.py": plugin.module()})
-
-
-def _written(folder: Path, texts: Mapping[str, str]) -> list[str]:
-    write_new_files(folder, texts)
-    return list(texts)
+    return write_new_files(folder, {f"{plugin.name}.py": plugin.module()})
 
 
 def _check(plugin: NewPlugin, registry: Registry) -> None:
@@ -179,23 +172,22 @@ def _check(plugin: NewPlugin, registry: Registry) -> None:
             " first, not a keyword of Python or YAML",
             hint=near,
         )
-    taken = [
-        each for each in registry.plugins if (each.kind, each.record.name) == (plugin.kind, name)
-    ]
-    if taken:
+    key = (plugin.kind, name)
+    existing = [each for each in registry.plugins if (each.kind, each.record.name) == key]
+    if existing:
         raise UsageError(
-            f"there is {plugin.article} {plugin.word} '{name}' already, of {taken[0].provider}",
+            f"there is {plugin.article} {plugin.word} '{name}' already, of {existing[0].provider}",
             hint="give yours another name",
         )
     bound: Counter[str] = Counter()
     for node in ast.parse(plugin.module()).body:
         if isinstance(node, ast.ImportFrom):
-            bound.update(each.name for each in node.names)
+            bound.update(alias.name for alias in node.names)
         elif isinstance(node, ast.ClassDef | ast.FunctionDef):
             bound[node.name] += 1
-    twice = [each for each, times in bound.items() if times > 1]
-    if twice:
+    duplicates = [symbol for symbol, times in bound.items() if times > 1]
+    if duplicates:
         raise UsageError(
-            f"'{name}' would make a class {twice[0]}, and that name is taken",
+            f"'{name}' would make a class {duplicates[0]}, and that name is taken",
             hint="give the plugin another name",
         )

@@ -1,4 +1,4 @@
-"""An entry of the register of instruments, made of the laboratory's own calibration.
+"""An entry of the register of instruments, made from the laboratory's own calibration.
 
 The run has a result `deviation`, indicated less applied, at each applied value. Where it has also
 `reproducibility` (the range over mounting positions) at these, `repeatability` and `hysteresis`,
@@ -43,12 +43,12 @@ if TYPE_CHECKING:
 DEVIATION, REPRODUCIBILITY = "deviation", "reproducibility"
 WIDTHS = ("repeatability", "hysteresis")
 """Results that are the width of an error; half of the greatest is its limit."""
-LEAST_OF_CUBIC = 4
+CUBIC_MIN_POINTS = 4
 """Points in a direction for the interpolation equation; fewer are joined by lines."""
 
 
 @dataclass(frozen=True)
-class Wanted:
+class EntryDetails:
     """What the run does not know of the entry."""
 
     channel: str
@@ -67,53 +67,53 @@ class Entry:
     @property
     def lines(self) -> str:
         """Return it in YAML, to be put under `instruments:`."""
-        found = []
+        lines = []
         for key, value in self.document.items():
             if key == "points":
-                found += ["points:", *(f"  - {_flow(each)}" for each in value)]
+                lines += ["points:", *(f"  - {_flow_style(point)}" for point in value)]
             else:
-                found.append(f"{key}: {_flow(value)}")
-        return "\n".join(("  - " if not i else "    ") + line for i, line in enumerate(found))
+                lines.append(f"{key}: {_flow_style(value)}")
+        return "\n".join(("  - " if not i else "    ") + line for i, line in enumerate(lines))
 
 
-def entry_from(path: Path, wanted: Wanted, registry: Registry) -> Entry:
+def entry_from(path: Path, details: EntryDetails, registry: Registry) -> Entry:
     """Return the entry that a calibration gives; raise DataError where it gives none."""
     if sealed_file_of(path) is None:
         raise DataError(f"{path} is not sealed", hint="finish it with 'rigrunner recover'")
-    verified = Verification()
-    checked = check_run(verified, path, registry)
-    if checked is None or verified.differences:
-        raise DataError(f"{path} does not verify: {verified.differences[0]}")
+    verification = Verification()
+    checked = check_run(verification, path, registry)
+    if checked is None or verification.differences:
+        raise DataError(f"{path} does not verify: {verification.differences[0]}")
     result = checked.result or analyse_stored(checked.stored, registry)
     run = result.run
     if run.outcome != "completed":
         raise DataError(f"{run.run_id} was not completed: {run.outcome}")
-    serial = wanted.serial or run.inputs.get("specimen", "")
-    _refuse_others(checked.stored.header, run.instruments, serial)
+    serial = details.serial or run.inputs.get("specimen", "")
+    _check_readings(checked.stored.header, run.instruments, serial)
     deviations = _deviations(result)
     applied_unit = _applied(deviations[0])[1]
     kind = unit(applied_unit).dimension
     points = list(_points(result, deviations))
-    entry: dict[str, Any] = {"channel": wanted.channel}
+    entry: dict[str, Any] = {"channel": details.channel}
     if kind != DEFAULT_QUANTITY:
         entry["measures"] = kind
     entry |= {
         "serial": serial,
         "certificate": run.run_id,
-        "laboratory": wanted.laboratory or f"this laboratory, station {run.station_id}",
+        "laboratory": details.laboratory or f"this laboratory, station {run.station_id}",
         "calibrated": run.started_utc[:10],
-        "due": wanted.due.isoformat(),
+        "due": details.due.isoformat(),
     }
     standards = [each for each in run.instruments.values() if each.serial != serial]
     if not standards or any(
         each.calibration is not None or (each.due and str(each.due) < run.ended_utc[:10])
         for each in standards
     ):
-        entry["calibration"] = "trial"  # of standards that are none
-    if kind == DEFAULT_QUANTITY or wanted.full_scale:  # which must be stated there
-        highest = max(abs(_applied(each)[0]) for each in deviations)
-        entry["full_scale"] = wanted.full_scale or f"{highest:.9g} {applied_unit}"
-    cubic = kind in ZEROED and len(points) >= LEAST_OF_CUBIC
+        entry["calibration"] = "trial"  # its standards are not calibrated
+    if kind == DEFAULT_QUANTITY or details.full_scale:  # which requires it
+        highest = max(abs(_applied(deviation)[0]) for deviation in deviations)
+        entry["full_scale"] = details.full_scale or f"{highest:.9g} {applied_unit}"
+    cubic = kind in ZEROED and len(points) >= CUBIC_MIN_POINTS
     entry["interpolation"] = "cubic" if cubic else "linear"
     errors = dict(_errors(result))
     if errors:
@@ -123,35 +123,36 @@ def entry_from(path: Path, wanted: Wanted, registry: Registry) -> Entry:
         Instrument.model_validate(entry)
     except ValidationError as error:
         first = error.errors()[0]
-        where = ".".join(str(each) for each in first["loc"])
+        where = ".".join(str(part) for part in first["loc"])
         raise DataError(f"{run.run_id} gives no entry: {where}: {first['msg']}") from error
     return Entry(entry)
 
 
-def _refuse_others(header: RunHeader, instruments: Mapping[str, Instrument], serial: str) -> None:
+def _check_readings(header: RunHeader, instruments: Mapping[str, Instrument], serial: str) -> None:
     """Raise DataError if a deviation is not that of what the calibrated instrument itself shows.
 
     Of readings that earlier points correct it is what the correction left, and the new points would
     take its place. Of the standard less the instrument it has the wrong sign.
     """
     procedure = parse_procedure(header.procedure_text, header.procedure_id, stored=True).model
-    told = [
+    deviation_settings = [
         analysis.settings
         for _, analysis in procedure.analyses_at
-        if isinstance(named := analysis.settings.get("result"), dict)
-        and named.get("name") == DEVIATION
+        if isinstance(result := analysis.settings.get("result"), dict)
+        and result.get("name") == DEVIATION
     ]
-    read = {each.get("of") for each in told}
-    of_serial = {each.channel for each in instruments.values() if each.serial == serial}
-    for each in told:
-        if each.get("minus") in of_serial and each.get("of") not in of_serial:
+    read_channels = {settings.get("of") for settings in deviation_settings}
+    own_channels = {each.channel for each in instruments.values() if each.serial == serial}
+    for settings in deviation_settings:
+        of, minus = settings.get("of"), settings.get("minus")
+        if minus in own_channels and of not in own_channels:
             raise DataError(
-                f"{DEVIATION} is {each['of']} less {each['minus']}, which is the instrument"
-                f" {serial}: expected what is indicated less what is applied",
-                hint=f"write 'of: {each['minus']}' and 'minus: {each['of']}', and analyse again",
+                f"{DEVIATION} is {of} less {minus}, which is the instrument {serial}:"
+                " expected what is indicated less what is applied",
+                hint=f"write 'of: {minus}' and 'minus: {of}', and analyse again",
             )
     for instrument in instruments.values():
-        if instrument.interpolation and instrument.channel in read | of_serial:
+        if instrument.interpolation and instrument.channel in read_channels | own_channels:
             raise DataError(
                 f"{instrument.channel} was read with the correction of its earlier calibration,"
                 f" {instrument.certificate or 'the points of the station'}",
@@ -160,26 +161,26 @@ def _refuse_others(header: RunHeader, instruments: Mapping[str, Instrument], ser
 
 
 def _deviations(result: Result) -> list[MeasurementResult]:
-    found = [each for each in result.results if each.name == DEVIATION]
+    deviations = [each for each in result.results if each.name == DEVIATION]
     numbers = all(
-        len(each.coordinates) == 1
-        and isinstance(next(iter(each.coordinates.values())).value, float)
-        for each in found
+        len(deviation.coordinates) == 1
+        and isinstance(next(iter(deviation.coordinates.values())).value, float)
+        for deviation in deviations
     )
-    if not found or not numbers:
+    if not deviations or not numbers:
         raise DataError(
             f"{result.run.run_id} has no result '{DEVIATION}' at each applied value",
             hint="the guide on calibrating a transducer has a procedure that makes such runs",
         )
-    unknown = [each for each in found if not isfinite(each.estimate.u)]
+    unknown = [deviation for deviation in deviations if not isfinite(deviation.estimate.u)]
     if unknown:
         raise DataError(f"{DEVIATION} at {unknown[0].place}: its uncertainty is not known")
-    return found
+    return deviations
 
 
 def _applied(deviation: MeasurementResult) -> tuple[float, str]:
     (place,) = deviation.coordinates.values()
-    assert isinstance(place.value, float)  # noqa: S101  (looked at before)
+    assert isinstance(place.value, float)  # noqa: S101  (checked by `_deviations`)
     return place.value, place.unit
 
 
@@ -192,44 +193,44 @@ def _points(result: Result, deviations: Sequence[MeasurementResult]) -> Iterator
     is_zeroed = unit(_applied(deviations[0])[1]).dimension in ZEROED
     zeros = (each for each in deviations if is_zeroed and _applied(each)[0] == 0)
     zero = next(zeros, None)
-    for each in deviations:
-        applied, symbol = _applied(each)
-        if each is zero:
+    for deviation in deviations:
+        applied, symbol = _applied(deviation)
+        if deviation is zero:
             continue
-        parts = list(each.components)
-        off = each.estimate.value
+        lines = list(deviation.components)
+        difference = deviation.estimate.value
         if zero is not None:
-            off -= zero.estimate.value
-            parts = list(_less(parts, zero.components))
-        width = _reproducibility(result, each)
+            difference -= zero.estimate.value
+            lines = list(_without_zero(lines, zero.components))
+        width = _reproducibility(result, deviation)
         if width:
             # the effect of a mounting position is a sine of its angle
             half = width / 2
-            parts.append(Component(REPRODUCIBILITY, half / sqrt(2), inf, "arcsine", common=True))
-        u, dof = combine(parts)
-        kurtosis = excess_kurtosis(((part.u, part.distribution) for part in parts), u)
-        k = factor(Estimate(off, u, dof, each.of.unit, kurtosis))
-        scale = unit(each.of.unit).factor / unit(symbol).factor
-        difference = unit(each.of.unit).symbol
-        indicated = applied + off * scale
+            lines.append(Component(REPRODUCIBILITY, half / sqrt(2), inf, "arcsine", common=True))
+        u, dof = combine(lines)
+        kurtosis = excess_kurtosis(((line.u, line.distribution) for line in lines), u)
+        k = factor(Estimate(difference, u, dof, deviation.of.unit, kurtosis))
+        scale = unit(deviation.of.unit).factor / unit(symbol).factor
+        difference_unit = unit(deviation.of.unit).symbol
+        indicated = applied + difference * scale
         if u > 0:
             indicated = round(indicated, places(k * u * scale, 4))
         yield {
             "applied": f"{applied:.12g} {symbol}",
             "indicated": f"{indicated:.12g} {symbol}",
-            "U": f"{k * u:.3g} {difference}",
+            "U": f"{k * u:.3g} {difference_unit}",
             "k": float(f"{k:.4g}"),
         }
 
 
-def _less(parts: Sequence[Component], zero: Sequence[Component]) -> Iterator[Component]:
+def _without_zero(lines: Sequence[Component], zero: Sequence[Component]) -> Iterator[Component]:
     """Yield the lines of a difference: an error that both have, such as an offset, counts once."""
-    shared = {each.name: each for each in zero if each.common and each.shared}
-    for each in parts:
-        other = shared.get(each.name) if each.common and each.shared else None
-        u = each.u if other is None else abs(_signed(each) - _signed(other))
-        yield replace(each, u=u)
-    yield from (each for each in zero if each.name not in shared)
+    shared = {line.name: line for line in zero if line.common and line.shared}
+    for line in lines:
+        at_zero = shared.get(line.name) if line.common and line.shared else None
+        u = line.u if at_zero is None else abs(_signed(line) - _signed(at_zero))
+        yield replace(line, u=u)
+    yield from (line for line in zero if line.name not in shared)
 
 
 def _signed(line: Component) -> float:
@@ -242,19 +243,20 @@ def _reproducibility(result: Result, deviation: MeasurementResult) -> float:
     0 for a run that has none; raises DataError if it has some, but not at this value, or of another
     kind of quantity: U would be too small.
     """
-    known = [each for each in result.results if each.name == REPRODUCIBILITY]
+    reproducibilities = [each for each in result.results if each.name == REPRODUCIBILITY]
     gaps = [each for each in result.missing if each.name == REPRODUCIBILITY]
-    if not known and not gaps:
+    if not reproducibilities and not gaps:
         return 0.0
-    at = {name: each.usual for name, each in deviation.coordinates.items()}
-    for each in known:
-        if {name: value.usual for name, value in each.coordinates.items()} != at:
+    coordinates = {name: value.usual for name, value in deviation.coordinates.items()}
+    for reproducibility in reproducibilities:
+        place = {name: value.usual for name, value in reproducibility.coordinates.items()}
+        if place != coordinates:
             continue
-        stated, wanted = unit(each.of.unit), unit(deviation.of.unit)
-        if stated.dimension != wanted.dimension:
-            message = f"{REPRODUCIBILITY} is in {stated.symbol}, {DEVIATION} in {wanted.symbol}"
-            raise DataError(message, hint=f"state both in {wanted.symbol}")
-        return abs(each.estimate.value) * stated.factor / wanted.factor
+        source, target = unit(reproducibility.of.unit), unit(deviation.of.unit)
+        if source.dimension != target.dimension:
+            message = f"{REPRODUCIBILITY} is in {source.symbol}, {DEVIATION} in {target.symbol}"
+            raise DataError(message, hint=f"state both in {target.symbol}")
+        return abs(reproducibility.estimate.value) * source.factor / target.factor
     raise DataError(
         f"there is no {REPRODUCIBILITY} at {deviation.place}",
         hint=f"state it 'per: {next(iter(deviation.coordinates))}', or leave it out",
@@ -263,17 +265,17 @@ def _reproducibility(result: Result, deviation: MeasurementResult) -> float:
 
 def _errors(result: Result) -> Iterator[tuple[str, dict[str, str]]]:
     for name in WIDTHS:
-        found = [each for each in result.results if each.name == name]
-        if found:
-            half = max(abs(each.estimate.value) for each in found) / 2
-            limit = f"{half:.3g} {found[0].of.unit}"
+        widths = [each for each in result.results if each.name == name]
+        if widths:
+            half = max(abs(width.estimate.value) for width in widths) / 2
+            limit = f"{half:.3g} {widths[0].of.unit}"
             yield name, {"limit": limit, "source": result.run.run_id[:80]}
 
 
-def _flow(value: object) -> str:
+def _flow_style(value: object) -> str:
     """Return a value in YAML's flow style; a text in quotes where it would be read otherwise."""
     if isinstance(value, dict):
-        return "{" + ", ".join(f"{key}: {_flow(each)}" for key, each in value.items()) + "}"
+        return "{" + ", ".join(f"{key}: {_flow_style(item)}" for key, item in value.items()) + "}"
     if not isinstance(value, str):
         return str(value)
     is_word = value.replace(" ", "").replace("·", "").isalpha()

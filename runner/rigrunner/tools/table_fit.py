@@ -64,13 +64,13 @@ class _Rows:
         try:
             lines = [(reader.line_num, [cell.strip() for cell in row]) for row in reader if row]
         except csv.Error as error:
-            raise _refused(str(path), reader.line_num, f"it is not CSV: {error}") from error
+            raise _invalid(str(path), reader.line_num, f"it is not CSV: {error}") from error
         if not lines:
-            raise _refused(str(path), 1, "the table is empty")
+            raise _invalid(str(path), 1, "the table is empty")
         (_, names), *rows = lines
         for line, row in rows:
             if len(row) != len(names):
-                raise _refused(
+                raise _invalid(
                     str(path), line, f"{len(row)} cells; the first line has {len(names)}"
                 )
         return cls(str(path), names, rows)
@@ -79,19 +79,19 @@ class _Rows:
         """Return the numbers of a column, shape (n,)."""
         if self.names.count(name) != 1:
             if name in self.names:
-                raise _refused(self.file, 1, f"there are several columns '{name}'")
+                raise _invalid(self.file, 1, f"there are several columns '{name}'")
             hint = suggestion(name, self.names, "columns")
-            raise _refused(self.file, 1, f"there is no column '{name}'", hint)
-        place = self.names.index(name)
+            raise _invalid(self.file, 1, f"there is no column '{name}'", hint)
+        index = self.names.index(name)
         numbers = []
         for line, row in self.rows:
             try:
-                numbers.append(float(row[place]))
+                numbers.append(float(row[index]))
             except ValueError:
-                message = f"{name}: '{row[place][:40]}' is not a number"
-                raise _refused(self.file, line, message) from None
+                message = f"{name}: '{row[index][:40]}' is not a number"
+                raise _invalid(self.file, line, message) from None
         return np.array(numbers)
 
 
-def _refused(file: str, line: int, message: str, hint: str = "") -> InvalidFileError:
+def _invalid(file: str, line: int, message: str, hint: str = "") -> InvalidFileError:
     return InvalidFileError([Problem(message, Location(file, line), hint=hint)])

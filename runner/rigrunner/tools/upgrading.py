@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-KEPT = ".old"
+OLD_SUFFIX = ".old"
 """The suffix of the kept file."""
 
 
@@ -43,7 +43,7 @@ class Upgrade:
     @property
     def kept(self) -> Path:
         """The file with the older text."""
-        return self.path if self.out else self.path.with_name(self.path.name + KEPT)
+        return self.path if self.out else self.path.with_name(self.path.name + OLD_SUFFIX)
 
     @property
     def is_procedure(self) -> bool:
@@ -66,24 +66,24 @@ def upgrade_of(path: Path, out: Path | None) -> Upgrade:
 def write_upgrades(upgrades: Sequence[Upgrade]) -> None:
     """Write the files, or none if a file is in the way of one; then raise UsageError."""
     taken: set[Path] = set()
-    for each in upgrades:
-        new = each.kept if each.out is None else each.target
+    for upgrade in upgrades:
+        new = upgrade.kept if upgrade.out is None else upgrade.target
         if new.exists():
             raise UsageError(f"there is a file {new}", hint="nothing was written; move it away")
         if new in taken:
             message = f"two of the files would be written to {new}"
             raise UsageError(message, hint="nothing was written; give each another folder")
         taken.add(new)
-    for each in upgrades:
+    for upgrade in upgrades:
         try:
-            if each.out is None:
-                _write_new(each.kept, each.before)
-                part = each.path.with_name(f".{each.path.name}.part")
-                part.write_bytes(each.after.encode())
-                part.replace(each.path)
+            if upgrade.out is None:
+                _write_new(upgrade.kept, upgrade.before)
+                part = upgrade.path.with_name(f".{upgrade.path.name}.part")
+                part.write_bytes(upgrade.after.encode())
+                part.replace(upgrade.path)
             else:
-                each.out.mkdir(parents=True, exist_ok=True)
-                _write_new(each.target, each.after)
+                upgrade.out.mkdir(parents=True, exist_ok=True)
+                _write_new(upgrade.target, upgrade.after)
         except OSError as error:
             message = f"cannot write {error.filename}: {error.strerror or error}"
             raise UsageError(message) from error

@@ -99,9 +99,9 @@ class _Composer:
         first = next(self._events)
         data = self._value(first, (), first)
         self._next(yaml.DocumentEndEvent)
-        after = next(self._events)
-        if not isinstance(after, yaml.StreamEndEvent):
-            self._stop("a second document begins here", after, hint="one file, one document")
+        end = next(self._events)
+        if not isinstance(end, yaml.StreamEndEvent):
+            self._stop("a second document begins here", end, hint="one file, one document")
         if self._problems:
             raise InvalidFileError(self._problems)
         return Document(self._name, data, self._marks, text=self._text)
@@ -113,14 +113,14 @@ class _Composer:
             self._stop(f"the file has more than {MAX_VALUES:,} values", event)
         begins = event.start_mark.index if event.start_mark else 0
         self._marks[path] = Marks(_place(event), _place(key), begins)
-        self._refuse_machinery(event, path)
+        self._check_anchor_and_tag(event, path)
         if isinstance(event, yaml.MappingStartEvent):
             return self._mapping(path)
         if isinstance(event, yaml.SequenceStartEvent):
             return self._sequence(path)
         return self._scalar(event, path)
 
-    def _refuse_machinery(self, event: yaml.Event, path: Path) -> None:
+    def _check_anchor_and_tag(self, event: yaml.Event, path: Path) -> None:
         anchor, tag = getattr(event, "anchor", None), getattr(event, "tag", None)
         if isinstance(event, yaml.AliasEvent):
             hint = "write the value out, or use a parameter: $name"
@@ -130,35 +130,35 @@ class _Composer:
         if tag is not None:
             self._report(f"the tag {tag} is not allowed", event, path, "put text in quotes")
 
-    def _refuse_escaped(
-        self, event: yaml.ScalarEvent, path: Path, found: re.Match[str] | None
+    def _check_escaped(
+        self, event: yaml.ScalarEvent, path: Path, match: re.Match[str] | None
     ) -> None:
         """Report a forbidden character that is written as an escape.
 
         Control characters are allowed in values: a serial line may end with one. Texts refuse them.
         """
-        if found:
-            self._report(f"it holds the character {name_of(found[0])}", event, path, "remove it")
+        if match:
+            self._report(f"it holds the character {name_of(match[0])}", event, path, "remove it")
 
     def _mapping(self, path: Path) -> dict[str, Any]:
         mapping: dict[str, Any] = {}
         first: dict[str, Location] = {}
         while not isinstance(event := next(self._events), yaml.MappingEndEvent):
             value_event = next(self._events)
-            before = next(reversed(mapping.values()), None)
-            key = self._key(event, value_event, path, before)
-            here = Location(self._name, *_place(event))
-            if first.setdefault(key, here) != here:
+            previous = next(reversed(mapping.values()), None)
+            key = self._key(event, value_event, path, previous)
+            location = Location(self._name, *_place(event))
+            if first.setdefault(key, location) != location:
                 message = f"the key '{_clip(key)}' is given twice; first at {first[key]}"
                 self._report(message, event, path)
             mapping[key] = self._value(value_event, (*path, key), event)
         return mapping
 
     def _key(self, event: yaml.Event, value: yaml.Event, path: Path, before: object) -> str:
-        self._refuse_machinery(event, path)
+        self._check_anchor_and_tag(event, path)
         if not isinstance(event, yaml.ScalarEvent):
             self._stop("a key has to be a text", event)
-        self._refuse_escaped(event, path, refused_character(event.value))
+        self._check_escaped(event, path, refused_character(event.value))
         text = _clip(event.value)
         if self._splits_value(event, value):
             self._report_comma(before, text, event, path)
@@ -183,7 +183,7 @@ class _Composer:
         if not isinstance(event, yaml.ScalarEvent):
             return None  # an alias, which was reported
         if not event.implicit[0]:  # in quotes: always a text
-            self._refuse_escaped(event, path, _TURNING.search(event.value))
+            self._check_escaped(event, path, _TURNING.search(event.value))
             return event.value
         try:
             return read_plain(event.value)
@@ -226,9 +226,9 @@ class _Composer:
             self._stop("more problems follow; fix these first", event)
 
     def _report_comma(self, before: object, after: str, event: yaml.Event, path: Path) -> None:
-        whole = before if isinstance(before, int) else ""
+        number = before if isinstance(before, int) else ""
         message = f"there is a decimal comma before '{_clip(after)}'"
-        self._report(message, event, path, f"write a point: '{whole}.{_clip(after)}'")
+        self._report(message, event, path, f"write a point: '{number}.{_clip(after)}'")
 
     def _stop(self, message: str, event: yaml.Event | None, hint: str = "") -> NoReturn:
         location = Location(self._name, *(_place(event) if event else ()))

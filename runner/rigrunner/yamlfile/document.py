@@ -45,8 +45,8 @@ class Document:
         """
         for length in range(len(path), -1, -1):
             if path[:length] in self.given:
-                other, at = self.given[path[:length]]
-                return other.where(at + path[length:], key=key)
+                document, source = self.given[path[:length]]
+                return document.where(source + path[length:], key=key)
             marks = self.marks.get(path[:length])
             if marks is not None:
                 return Location(self.name, *(marks.key if key else marks.value))
@@ -58,26 +58,26 @@ class Document:
         For a text that comes from elsewhere it is the place of the whole text.
         """
         value, marks = self.part(path), self.marks.get(path)
-        elsewhere = any(path[:n] in self.given or path[:n] in self.origins
-                        for n in range(len(path) + 1))  # fmt: skip
-        if not isinstance(value, str) or marks is None or elsewhere or not self.text:
+        is_copied = any(path[:length] in self.given or path[:length] in self.origins
+                        for length in range(len(path) + 1))  # fmt: skip
+        if not isinstance(value, str) or marks is None or is_copied or not self.text:
             return self.where(path)
-        at = marks.begins
-        if self.text[at : at + 1] in {"|", ">"}:  # a block, whose text begins on the next line
-            at = self.text.find("\n", at)
+        index = marks.begins
+        if self.text[index : index + 1] in {"|", ">"}:  # a block: its text begins on the next line
+            index = self.text.find("\n", index)
         # YAML folds lines and takes indentation off, so white space tells nothing of the place.
         for character in value[: column - 1]:
             if not character.isspace():
-                at = self.text.find(character, at) + 1
-                if not at:  # written as an escape
+                index = self.text.find(character, index) + 1
+                if not index:  # written as an escape
                     return self.where(path)
-        while self.text[at : at + 1].isspace() or self.text[at : at + 1] in {"'", '"'}:
-            at += 1
-        line = self.text.count("\n", 0, at)
-        return Location(self.name, line + 1, at - self.text.rfind("\n", 0, at))
+        while self.text[index : index + 1].isspace() or self.text[index : index + 1] in {"'", '"'}:
+            index += 1
+        line = self.text.count("\n", 0, index)
+        return Location(self.name, line + 1, index - self.text.rfind("\n", 0, index))
 
     def origin(self, path: Path) -> Location | None:
-        """Return where a value that stands here by reference was written, or None."""
+        """Return where a value that is here by reference was written, or None."""
         for length in range(len(path), 0, -1):
             source = self.origins.get(path[:length])
             if source is not None:

@@ -72,7 +72,7 @@ def line_end(text: str) -> str:
     return "\r\n" if text.endswith("\r\n") else "\n"
 
 
-def put(text: str, start: int, end: int, new: str) -> str:
+def splice(text: str, start: int, end: int, new: str) -> str:
     """Return the text with the part between two places replaced."""
     return text[:start] + new + text[end:]
 

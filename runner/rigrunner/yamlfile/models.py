@@ -20,9 +20,9 @@ def known_keys(model_type: type[BaseModel], loc: tuple[int | str, ...]) -> tuple
 def _inside(annotation: Any, step: int | str) -> Any:
     alternatives = _alternatives(annotation)
     for part in alternatives:
-        for known in (part, *getattr(part, "__metadata__", ())):
-            if hasattr(known, "inside"):  # it knows itself what stands under a key
-                return known.inside(step)
+        for mark in (part, *getattr(part, "__metadata__", ())):
+            if hasattr(mark, "inside"):  # it knows the type under each key
+                return mark.inside(step)
     for part in alternatives:
         # pydantic names an alternative of a union in a location: by its tag, or by its type
         tags = [tag.tag for tag in get_args(part)[1:] if isinstance(tag, Tag)]

@@ -18,7 +18,7 @@ class Problems:
     """The problems, in the order in which they were found."""
 
     def __init__(self) -> None:
-        self._found: dict[Problem, None] = {}
+        self._problems: dict[Problem, None] = {}
 
     def add(
         self, document: Document, path: Path, message: str, hint: str = "", *, key: bool = False,
@@ -32,20 +32,20 @@ class Problems:
         written = f"it is written at {origin}" if origin else ""
         hints = "; ".join(part for part in (hint, written) if part)
         where = document.within(path, column) if column else document.where(path, key=key)
-        found = Problem(message, where, dotted(path), hints)
-        self._found[found] = None
+        problem = Problem(message, where, dotted(path), hints)
+        self._problems[problem] = None
 
     def include(self, problems: Iterable[Problem]) -> None:
         """Add problems that were found elsewhere."""
-        self._found.update(dict.fromkeys(problems))
+        self._problems.update(dict.fromkeys(problems))
 
     def stop_if_any(self) -> None:
         """Raise InvalidFileError with all problems, if there are any."""
-        if self._found:
-            raise InvalidFileError(self._found)
+        if self._problems:
+            raise InvalidFileError(self._problems)
 
 
-def suggestion(got: str, known: Iterable[str], what: str) -> str:
+def suggestion(name: str, known_names: Iterable[str], what: str) -> str:
     """Return the most similar name, or a list of the names that exist."""
-    names = list(known)
-    return did_you_mean(got, names, f"{what}: {', '.join(names) or 'none'}")
+    names = list(known_names)
+    return did_you_mean(name, names, f"{what}: {', '.join(names) or 'none'}")

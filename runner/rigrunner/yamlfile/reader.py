@@ -27,7 +27,7 @@ LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
 def read(path: Path) -> Document:
-    """Return the document in that file. Raises InvalidFileError with all that is wrong in it."""
+    """Return the document in that file. Raises InvalidFileError with all problems."""
     return parse(read_text(path), str(path))
 
 
@@ -39,7 +39,7 @@ def read_text(path: Path) -> str:
             # One byte more shows that a file is too large, without all of it.
             content = file.read(MAX_BYTES + 1)
     except OSError as error:
-        raise _refused(name, f"cannot be read: {error.strerror or error}") from error
+        raise _error(name, f"cannot be read: {error.strerror or error}") from error
     if len(content) > MAX_BYTES:
         raise _too_large(name)
     return _decode(content, name)
@@ -48,16 +48,16 @@ def read_text(path: Path) -> str:
 def parse(text: str, name: str) -> Document:
     """Return the document in a text. `name` stands for the file in messages.
 
-    Raises InvalidFileError with all that is wrong.
+    Raises InvalidFileError with all problems.
     """
     if len(text) > MAX_BYTES:
         raise _too_large(name)
-    found = _NOT_TEXT.search(text)
-    if found:
-        message = f"the character {name_of(found[0])} is not allowed in a text file"
-        turning = re.match(f"[{TURNING}]", found[0])
+    match = _NOT_TEXT.search(text)
+    if match:
+        message = f"the character {name_of(match[0])} is not allowed in a text file"
+        turning = re.match(f"[{TURNING}]", match[0])
         hint = "it changes the text direction: remove it" if turning else "is this a YAML file?"
-        raise _refused(name, message, _position(text, found.start()), hint)
+        raise _error(name, message, _position(text, match.start()), hint)
     try:
         return compose(yaml.parse(text, Loader=LOADER), text, name)
     except yaml.MarkedYAMLError as error:
@@ -66,7 +66,7 @@ def parse(text: str, name: str) -> Document:
 
 def _decode(content: bytes, name: str) -> str:
     if content.startswith(_UTF16_BOMS):
-        raise _refused(name, "the file is UTF-16, not UTF-8", hint="save it as UTF-8")
+        raise _error(name, "the file is UTF-16, not UTF-8", hint="save it as UTF-8")
     body = content.removeprefix(_UTF8_BOM)
     try:
         return body.decode("utf-8")
@@ -74,23 +74,23 @@ def _decode(content: bytes, name: str) -> str:
         before = body[: error.start].decode("utf-8")
         message = f"the byte 0x{body[error.start]:02X} is not UTF-8"
         place = _position(before, len(before))
-        raise _refused(name, message, place, "save the file as UTF-8") from error
+        raise _error(name, message, place, "save the file as UTF-8") from error
 
 
 def _syntax_error(error: yaml.MarkedYAMLError, text: str, name: str) -> InvalidFileError:
     mark = error.problem_mark or error.context_mark
     if mark is None:
-        return _refused(name, f"not YAML: {error.problem or error.context}")
+        return _error(name, f"not YAML: {error.problem or error.context}")
     lines = text.splitlines()
     line = lines[mark.line] if mark.line < len(lines) else ""
     place = (mark.line + 1, mark.column + 1)
     if "nesting depth" in str(error.problem):  # PyYAML 6.0.4 and newer have a limit of their own
-        return _refused(name, TOO_DEEP, place)
+        return _error(name, TOO_DEEP, place)
     if "\t" in line[: len(line) - len(line.lstrip())]:
-        return _refused(name, "a tab indents this line", place, "indent with spaces")
+        return _error(name, "a tab indents this line", place, "indent with spaces")
     hints = (_syntax_hint(line, mark.column, str(error.problem)), _beginning(error, name))
     message = f"not YAML: {error.problem or error.context}"
-    return _refused(name, message, place, "; ".join(hint for hint in hints if hint))
+    return _error(name, message, place, "; ".join(hint for hint in hints if hint))
 
 
 def _syntax_hint(line: str, column: int, problem: str) -> str:
@@ -120,12 +120,10 @@ def _position(text: str, index: int) -> tuple[int, int]:
 
 
 def _too_large(name: str) -> InvalidFileError:
-    return _refused(
-        name, f"the file is larger than {MAX_BYTES:,} bytes", hint="is it the right one?"
-    )
+    return _error(name, f"the file is larger than {MAX_BYTES:,} bytes", hint="is it the right one?")
 
 
-def _refused(
+def _error(
     name: str, message: str, place: tuple[int, int] | None = None, hint: str = ""
 ) -> InvalidFileError:
     location = Location(name, *place) if place else Location(name)

@@ -17,10 +17,10 @@ from rigrunner.yamlfile.document import dotted
 from rigrunner.yamlfile.reader import parse
 from rigrunner.yamlfile.upgrade_register import (
     STATION,
+    current_station,
     edited_station,
     is_older,
     older_entries,
-    station_today,
 )
 from rigrunner.yamlfile.validation import MARK
 
@@ -29,9 +29,9 @@ if TYPE_CHECKING:
 
     from rigrunner.yamlfile.document import Document
 
-TODAY = {"procedure/1": "procedure/2"}
+CURRENT = {"procedure/1": "procedure/2"}
 """Older forms, each with the form that replaces it."""
-_HAVE_LIMITS = {"procedure/1", "procedure/2", "acceptance/1"}
+_MARKS_WITH_LIMITS = {"procedure/1", "procedure/2", "acceptance/1"}
 """The kinds of file whose `acceptance` may have the older form, which had limits of torque only."""
 _OF_TORQUE = (None, "mean", "each_frequency")
 """What such a limit applies to: torque was the only result."""
@@ -50,21 +50,21 @@ def upgraded(text: str, name: str) -> str:
     """
     data = parse(text, name).data
     mark = _mark_of(data)
-    of_station = mark == STATION and is_older(data)
-    if mark not in TODAY and not _older_limits(data) and not of_station:
+    is_station = mark == STATION and is_older(data)
+    if mark not in CURRENT and not _older_limits(data) and not is_station:
         return text
     try:
-        new = edited_station(text, data) if of_station else _edited(text, data)
-        wanted = station_today(data) if of_station else _wanted(data)
+        new = edited_station(text, data) if is_station else _current_text(text, data)
+        expected = current_station(data) if is_station else _current_content(data)
         # The text is edited by its layout, the content apart from that: they check each other.
-        right = parse(new, name).data == wanted
+        is_right = parse(new, name).data == expected
     except (ValueError, InvalidFileError):
-        right = False
-    if not right:
-        part = "register" if of_station else "acceptance"
+        is_right = False
+    if not is_right:
+        part = "register" if is_station else "acceptance"
         message = f"its {part} cannot be upgraded in this layout"
-        if mark in TODAY:
-            message = f"it cannot be upgraded from '{mark}' to '{TODAY[mark]}' in this layout"
+        if mark in CURRENT:
+            message = f"it cannot be upgraded from '{mark}' to '{CURRENT[mark]}' in this layout"
         hint = "write each key and its value as 'key: value', or change the file by hand"
         raise InvalidFileError([Problem(message, Location(name), hint=hint)])
     return new
@@ -74,11 +74,11 @@ def upgraded_acceptance(acceptance: object) -> object:
     """Return the limits and the rule of an older document in the current form."""
     if not isinstance(acceptance, dict) or not (older := _older_in(acceptance)):
         return acceptance
-    given = acceptance.get("limits") or [acceptance["limit"]]
-    named = [hz for each in older for hz in _list(each.get("at"))]
-    limits = [_limit(each, named) if each in older else each for each in given]
-    rest = {key: value for key, value in acceptance.items() if key not in {"limit", "limits"}}
-    return {"limits": limits, **rest}
+    limits = acceptance.get("limits") or [acceptance["limit"]]
+    excluded = [hz for limit in older for hz in _list(limit.get("at"))]
+    upgraded_limits = [_limit(limit, excluded) if limit in older else limit for limit in limits]
+    others = {key: value for key, value in acceptance.items() if key not in {"limit", "limits"}}
+    return {"limits": upgraded_limits, **others}
 
 
 def refuse_older(document: Document) -> None:
@@ -86,8 +86,8 @@ def refuse_older(document: Document) -> None:
     data = document.data
     mark = _mark_of(data)
     hint = f"type 'rigrunner upgrade {shlex.quote(document.name)}'"
-    if mark in TODAY:
-        message = f"got '{mark}', an older form of the language, expected '{TODAY[mark]}'"
+    if mark in CURRENT:
+        message = f"got '{mark}', an older form of the language, expected '{CURRENT[mark]}'"
         raise InvalidFileError([Problem(message, document.where((MARK,)), MARK, hint)])
     if mark == STATION and is_older(data):
         entry = ("instruments", next(older_entries(data)), "errors")
@@ -109,27 +109,27 @@ def _mark_of(data: object) -> str:
 
 def _older_limits(data: object) -> list[dict[str, Any]]:
     """Return the limits in the older form that a file has."""
-    if not isinstance(data, dict) or _mark_of(data) not in _HAVE_LIMITS:
+    if not isinstance(data, dict) or _mark_of(data) not in _MARKS_WITH_LIMITS:
         return []
-    found = data.get("acceptance")
-    return _older_in(found) if isinstance(found, dict) else []
+    acceptance = data.get("acceptance")
+    return _older_in(acceptance) if isinstance(acceptance, dict) else []
 
 
 def _older_in(acceptance: dict[str, Any]) -> list[dict[str, Any]]:
     if "limits" not in acceptance and isinstance(acceptance.get("limit"), dict):
         return [acceptance["limit"]]
-    several = [each for each in _list(acceptance.get("limits")) if isinstance(each, dict)]
-    return [each for each in several if "measurand" in each and each.get("of") in _OF_TORQUE]
+    limits = [limit for limit in _list(acceptance.get("limits")) if isinstance(limit, dict)]
+    return [limit for limit in limits if "measurand" in limit and limit.get("of") in _OF_TORQUE]
 
 
 def _list(value: object) -> list[Any]:
     return value if isinstance(value, list) else [] if value is None else [value]
 
 
-def _limit(limit: dict[str, Any], named: list[Any]) -> dict[str, Any]:
+def _limit(limit: dict[str, Any], excluded: list[Any]) -> dict[str, Any]:
     """Return an older limit in the current form.
 
-    `named` are the frequencies with a limit of their own.
+    `excluded` are the frequencies with a limit of their own.
     """
     new: dict[str, Any] = {"of": TORQUE}
     if limit.get("of", "mean") == "mean":
@@ -137,40 +137,41 @@ def _limit(limit: dict[str, Any], named: list[Any]) -> dict[str, Any]:
     elif "at" in limit:
         new |= {"each": FREQUENCY, "where": {FREQUENCY: limit["at"]}}
     else:
-        new |= {"each": FREQUENCY} | ({"except": {FREQUENCY: named}} if named else {})
+        new |= {"each": FREQUENCY} | ({"except": {FREQUENCY: excluded}} if excluded else {})
     return new | {key: value for key, value in limit.items() if key not in {"of", "at"}}
 
 
-def _wanted(data: dict[str, Any]) -> dict[str, Any]:
+def _current_content(data: dict[str, Any]) -> dict[str, Any]:
     """Return the content that a text is to have in the current form."""
-    now = {**data, MARK: TODAY.get(data[MARK], data[MARK])}
+    current = {**data, MARK: CURRENT.get(data[MARK], data[MARK])}
     if "acceptance" in data:
-        now["acceptance"] = upgraded_acceptance(data["acceptance"])
-    if data[MARK] in TODAY and isinstance(data.get("analysis"), dict):
+        current["acceptance"] = upgraded_acceptance(data["acceptance"])
+    if data[MARK] in CURRENT and isinstance(data.get("analysis"), dict):
         analysis = data["analysis"]
         starts = analysis.get("starts")
-        rest = {key: value for key, value in analysis.items() if key != "starts"}
-        now["analysis"] = [{"swing_torque": analysis}] if analysis else []
+        others = {key: value for key, value in analysis.items() if key != "starts"}
+        current["analysis"] = [{"swing_torque": analysis}] if analysis else []
         if starts is not None:
-            now["analysis"] = [{"breakaway": {**(starts or {"window": _FIRST_TRAVEL}), **rest}}]
-    return now
+            settings = {**(starts or {"window": _FIRST_TRAVEL}), **others}
+            current["analysis"] = [{"breakaway": settings}]
+    return current
 
 
-def _edited(text: str, data: dict[str, Any]) -> str:
+def _current_text(text: str, data: dict[str, Any]) -> str:
     """Return the text with its edits. Raises ValueError where its layout cannot be edited."""
     if older := _older_limits(data):
         text = _with_limits(text, data["acceptance"], older)
-    if data[MARK] not in TODAY:
+    if data[MARK] not in CURRENT:
         return text
     _, value = layout.pair_at(text, (MARK,))
     begin = text.index(value.value, value.start_mark.index)
-    text = layout.put(text, begin, begin + len(value.value), TODAY[data[MARK]])
+    text = layout.splice(text, begin, begin + len(value.value), CURRENT[data[MARK]])
     analysis = data.get("analysis")
     if not isinstance(analysis, dict):
         return text
     if not analysis:
         _, value = layout.pair_at(text, ("analysis",))
-        return layout.put(text, value.start_mark.index, value.end_mark.index, "[]")
+        return layout.splice(text, value.start_mark.index, value.end_mark.index, "[]")
     if analysis.get("starts") is None:
         return _as_item(text, ("analysis",), "swing_torque")
     return _as_item(_without_level(text, ("analysis", "starts")), ("analysis",), "breakaway")
@@ -181,22 +182,22 @@ def _with_limits(text: str, acceptance: dict[str, Any], older: list[dict[str, An
     single = "limits" not in acceptance
     _, value = layout.pair_at(text, ("acceptance", "limit" if single else "limits"))
     nodes = [value] if single else list(value.value)
-    given = [acceptance["limit"]] if single else acceptance["limits"]
-    named = [
+    limits = [acceptance["limit"]] if single else acceptance["limits"]
+    excluded = [
         layout.source(text, hz)
-        for node, limit in zip(nodes, given, strict=True)
+        for node, limit in zip(nodes, limits, strict=True)
         if limit in older and limit.get("of") == "each_frequency"
         for hz in _frequencies(node)
     ]
     edits = [
         edit
-        for node, limit in zip(nodes, given, strict=True)
+        for node, limit in zip(nodes, limits, strict=True)
         if limit in older
-        for edit in _limit_edits(text, node, named)
+        for edit in _limit_edits(text, node, excluded)
     ]
     for start, end, new in sorted(edits, reverse=True):  # from the end: earlier places stay
-        text = layout.put(text, start, end, new)
-    return _listed(text) if single else text
+        text = layout.splice(text, start, end, new)
+    return _with_one_item(text) if single else text
 
 
 def _frequencies(limit: yaml.Node) -> list[yaml.Node]:
@@ -206,13 +207,15 @@ def _frequencies(limit: yaml.Node) -> list[yaml.Node]:
     return list(at.value) if isinstance(at, yaml.SequenceNode) else [at]
 
 
-def _limit_edits(text: str, limit: yaml.Node, named: list[str]) -> Iterator[tuple[int, int, str]]:
+def _limit_edits(
+    text: str, limit: yaml.Node, excluded: list[str]
+) -> Iterator[tuple[int, int, str]]:
     """Yield the edits that turn an older limit into one of the torque: start, end, new text."""
     keys = {key.value: (key, value) for key, value in limit.value}
     first = limit.value[0][0]
     # As the keys beside it are: a file may be JSON, which is YAML too.
     quote = '"' if first.style == '"' else ""
-    between = (
+    separator = (
         ", "
         if layout.is_flow(limit)
         else f"{layout.line_end_of(text)}{' ' * first.start_mark.column}"
@@ -225,36 +228,36 @@ def _limit_edits(text: str, limit: yaml.Node, named: list[str]) -> Iterator[tupl
     def at(values: str) -> str:
         return f"{{{quote}{FREQUENCY}{quote}: {values}}}"
 
-    told = [pair("of", TORQUE)]
+    pairs = [pair("of", TORQUE)]
     if "of" not in keys or keys["of"][1].value == "mean":
-        told.append(pair("mean", "yes"))
+        pairs.append(pair("mean", "yes"))
     else:
-        told.append(pair("each", FREQUENCY))
-        if "at" not in keys and named:
-            told.append(pair("except", at(f"[{', '.join(named)}]"), plain=False))
+        pairs.append(pair("each", FREQUENCY))
+        if "at" not in keys and excluded:
+            pairs.append(pair("except", at(f"[{', '.join(excluded)}]"), plain=False))
     if "of" in keys:
         key, value = keys["of"]
-        yield key.start_mark.index, value.end_mark.index, between.join(told)
+        yield key.start_mark.index, value.end_mark.index, separator.join(pairs)
     else:
         start = first.start_mark.index
-        yield start, start, between.join(told) + between
+        yield start, start, separator.join(pairs) + separator
     if "at" in keys:
         key, value = keys["at"]
-        values = ", ".join(layout.source(text, each) for each in _frequencies(limit))
+        values = ", ".join(layout.source(text, frequency) for frequency in _frequencies(limit))
         if isinstance(value, yaml.SequenceNode):
             values = f"[{values}]"
         yield key.start_mark.index, layout.end_of(value), pair("where", at(values), plain=False)
 
 
-def _listed(text: str) -> str:
+def _with_one_item(text: str) -> str:
     """Return the text with the one limit as the only item of a list."""
     key, value = layout.pair_at(text, ("acceptance", "limit"))
     begin, stop = key.start_mark.index, key.end_mark.index
     quote = '"' if key.style == '"' else ""
     if layout.is_flow(value):
         start, end = value.start_mark.index, value.end_mark.index
-        text = layout.put(text, start, end, f"[{text[start:end]}]")
-        return layout.put(text, begin, stop, f"{quote}limits{quote}")
+        text = layout.splice(text, start, end, f"[{text[start:end]}]")
+        return layout.splice(text, begin, stop, f"{quote}limits{quote}")
     first, last = layout.lines_below(text, key, value)
     at = value.start_mark.index
     lines = [
@@ -265,7 +268,7 @@ def _listed(text: str) -> str:
         for line in layout.lines_of(text[first : at - value.start_mark.column])
     ]
     new = "".join(head) + " " * value.start_mark.column + "- " + "".join(lines)[_ITEM:]
-    return layout.put(layout.put(text, first, last, new), begin, stop, "limits")
+    return layout.splice(layout.splice(text, first, last, new), begin, stop, "limits")
 
 
 def _as_item(text: str, path: tuple[str, ...], name: str) -> str:
@@ -280,16 +283,17 @@ def _as_item(text: str, path: tuple[str, ...], name: str) -> str:
             layout.is_flow(layout.mapping_at(text, path[:-1]))
             or "\n" in text[key.start_mark.index : end]
         ):
-            return layout.put(text, start, end, f"[{{{inner}}}]")
+            return layout.splice(text, start, end, f"[{{{inner}}}]")
         colon = text.index(":", key.end_mark.index) + 1
-        return layout.put(text, colon, end, f"\n{' ' * (key.start_mark.column + _ITEM)}- {inner}")
+        indent = " " * (key.start_mark.column + _ITEM)
+        return layout.splice(text, colon, end, f"\n{indent}- {inner}")
     first, last = layout.lines_below(text, key, value)
     lines = [
         f"{' ' * _NESTED}{line}" if line.strip() else line
         for line in layout.lines_of(text[first:last])
     ]
     head = f"{' ' * value.start_mark.column}- {name}:{layout.line_end(text[first:last])}"
-    return layout.put(text, first, last, head + "".join(lines))
+    return layout.splice(text, first, last, head + "".join(lines))
 
 
 def _without_level(text: str, path: tuple[str, ...]) -> str:
@@ -300,22 +304,22 @@ def _without_level(text: str, path: tuple[str, ...]) -> str:
         return text
     if layout.is_flow(value):
         pairs = [text[k.start_mark.index : v.end_mark.index] for k, v in value.value]
-        between = (
+        separator = (
             ", "
             if layout.is_flow(layout.mapping_at(text, path[:-1]))
             else f"\n{' ' * key.start_mark.column}"
         )
         quote = '"' if key.style == '"' else ""
         pairs = pairs or [f"{quote}window{quote}: {quote}{_FIRST_TRAVEL}{quote}"]
-        return layout.put(text, start, end, between.join(pairs))
+        return layout.splice(text, start, end, separator.join(pairs))
     first, last = layout.lines_below(text, key, value)
-    less = value.start_mark.column - key.start_mark.column
+    excess = value.start_mark.column - key.start_mark.column
     # A comment may be indented less than the keys.
     lines = [
-        line[min(less, len(line) - len(line.lstrip(" "))) :]
+        line[min(excess, len(line) - len(line.lstrip(" "))) :]
         for line in layout.lines_of(text[first:last])
     ]
     begin = text.rindex("\n", 0, start) + 1
-    beside = text[text.index(":", key.end_mark.index) + 1 : first].lstrip(" ")
-    head = f"{' ' * key.start_mark.column}{beside}" if beside.strip() else ""
-    return layout.put(text, begin, last, head + "".join(lines))
+    comment = text[text.index(":", key.end_mark.index) + 1 : first].lstrip(" ")
+    head = f"{' ' * key.start_mark.column}{comment}" if comment.strip() else ""
+    return layout.splice(text, begin, last, head + "".join(lines))

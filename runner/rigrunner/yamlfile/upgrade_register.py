@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 STATION = "station/1"
-_STEP = 2
+_INDENT = 2
 
 
 def is_older(data: object) -> bool:
@@ -32,17 +32,17 @@ def older_entries(data: object) -> Iterator[int]:
             yield index
 
 
-def station_today(data: Any) -> Any:
+def current_station(data: Any) -> Any:
     """Return the content of a station in the current form."""
     if not is_older(data):
         return data
     entries = list(data["instruments"])
     for index in older_entries(data):
         entry = entries[index]
-        stated = entry.get("accuracy") or {}
-        parts = {"overall": stated} if isinstance(stated, str) else stated
-        rest = {key: value for key, value in entry.items() if key not in {"accuracy", "errors"}}
-        entries[index] = {**rest, "accuracy": {**parts, **entry["errors"]}}
+        accuracy = entry.get("accuracy") or {}
+        parts = {"overall": accuracy} if isinstance(accuracy, str) else accuracy
+        others = {key: value for key, value in entry.items() if key not in {"accuracy", "errors"}}
+        entries[index] = {**others, "accuracy": {**parts, **entry["errors"]}}
     return {**data, "instruments": entries}
 
 
@@ -56,7 +56,7 @@ def edited_station(text: str, data: Any) -> str:
         keys = {key.value: (key, value) for key, value in entry.value}
         edits = list(_edits(text, entry, keys))
         for start, end, new in sorted(edits, reverse=True):
-            text = layout.put(text, start, end, new)
+            text = layout.splice(text, start, end, new)
     return text
 
 
@@ -68,24 +68,24 @@ def _edits(
     if "accuracy" not in keys:
         yield errors_key.start_mark.index, errors_key.end_mark.index, "accuracy"
         return
-    key, stated = keys["accuracy"]
+    key, accuracy = keys["accuracy"]
     if layout.is_flow(entry):
-        parts = [*_pairs(text, stated), *_pairs(text, errors)]
-        yield stated.start_mark.index, stated.end_mark.index, f"{{{', '.join(parts)}}}"
+        parts = [*_pairs(text, accuracy), *_pairs(text, errors)]
+        yield accuracy.start_mark.index, accuracy.end_mark.index, f"{{{', '.join(parts)}}}"
         start, end = errors_key.start_mark.index, layout.end_of(errors)
         # The comma before it goes too, if it is its own.
         comma = text.rindex(",", 0, start)
         yield (comma, end, "") if not text[comma + 1 : start].strip() else (start, end, "")
         return
-    indent = " " * (key.start_mark.column + _STEP)
+    indent = " " * (key.start_mark.column + _INDENT)
     ending = layout.line_end_of(text)
-    parts = [*_lines(text, key, stated, indent), *_lines(text, errors_key, errors, indent)]
-    start, end = _whole(text, key, stated)
+    parts = [*_lines(text, key, accuracy, indent), *_lines(text, errors_key, errors, indent)]
+    start, end = _extent(text, key, accuracy)
     colon = text.index(":", key.end_mark.index) + 1
-    comment = _comment_beside(text, key, stated)
-    beside = f"  {comment}" if comment else ""
-    yield colon, end, beside + ending + "".join(f"{line}{ending}" for line in parts)
-    yield (*_whole(text, errors_key, errors), "")
+    comment = _trailing_comment(text, key, accuracy)
+    suffix = f"  {comment}" if comment else ""
+    yield colon, end, suffix + ending + "".join(f"{line}{ending}" for line in parts)
+    yield (*_extent(text, errors_key, errors), "")
 
 
 def _pairs(text: str, value: yaml.Node) -> list[str]:
@@ -103,12 +103,12 @@ def _lines(text: str, key: yaml.Node, value: yaml.Node, indent: str) -> list[str
     if layout.is_flow(value) or not isinstance(value, yaml.MappingNode):
         return [indent + pair for pair in _pairs(text, value)]
     first, last = layout.lines_below(text, key, value)
-    less = value.start_mark.column
+    indented = value.start_mark.column
     lines = [line.rstrip("\r\n") for line in layout.lines_of(text[first:last])]
-    return [indent + line[less:] if line[:less].strip() == "" else line for line in lines]
+    return [indent + line[indented:] if line[:indented].strip() == "" else line for line in lines]
 
 
-def _whole(text: str, key: yaml.Node, value: yaml.Node) -> tuple[int, int]:
+def _extent(text: str, key: yaml.Node, value: yaml.Node) -> tuple[int, int]:
     """Return where the lines of a key and its value begin and end."""
     start = text.rfind("\n", 0, key.start_mark.index) + 1
     if isinstance(value, yaml.MappingNode) and not layout.is_flow(value):
@@ -117,7 +117,7 @@ def _whole(text: str, key: yaml.Node, value: yaml.Node) -> tuple[int, int]:
     return start, len(text) if end < 0 else end + 1
 
 
-def _comment_beside(text: str, key: yaml.Node, value: yaml.Node) -> str:
+def _trailing_comment(text: str, key: yaml.Node, value: yaml.Node) -> str:
     """Return the comment on the line of a key, or after a value of one line."""
     block = isinstance(value, yaml.MappingNode) and not layout.is_flow(value)
     start = key.end_mark.index + 1 if block else layout.end_of(value)

@@ -42,38 +42,39 @@ def validate(
     try:
         return model_type.model_validate({} if data is None else data, context=context)
     except ValidationError as error:
-        found = [
-            each
-            for each in error.errors(include_url=False)
+        errors = [
+            details
+            for details in error.errors(include_url=False)
             # A list is called too short also where items of it are wrong.
-            if each["type"] != "too_short" or len(each["input"]) < each["ctx"]["min_length"]
+            if details["type"] != "too_short"
+            or len(details["input"]) < details["ctx"]["min_length"]
         ]
-        found = _of_another_kind(found) or found
-        problems = [_problem(model_type, document, at, details) for details in found[:MAX_PROBLEMS]]
-        if len(found) > MAX_PROBLEMS:
-            rest = f"{len(found) - MAX_PROBLEMS} more problems follow; fix these first"
-            problems.append(Problem(rest, document.where(at)))
-        raise InvalidFileError(_merged(problems)) from error
+        errors = _other_kind(errors) or errors
+        problems = [_problem(model_type, document, at, each) for each in errors[:MAX_PROBLEMS]]
+        if len(errors) > MAX_PROBLEMS:
+            message = f"{len(errors) - MAX_PROBLEMS} more problems follow; fix these first"
+            problems.append(Problem(message, document.where(at)))
+        raise InvalidFileError(_merge(problems)) from error
 
 
-def _merged(problems: Iterable[Problem]) -> Iterator[Problem]:
+def _merge(problems: Iterable[Problem]) -> Iterator[Problem]:
     """Yield one problem, not one for each alternative, where a value fits none of several kinds."""
-    for _, group in groupby(problems, lambda each: (each.location, each.field)):
+    for _, group in groupby(problems, lambda problem: (problem.location, problem.field)):
         alike = list(group)
-        parted = [each.message.partition(ALLOWED) for each in alike]
-        if len(alike) > 1 and all(got == parted[0][0] and allowed for got, allowed, _ in parted):
-            kinds = " or ".join(dict.fromkeys(kind for *_, kind in parted))
-            yield replace(alike[0], message=f"{parted[0][0]}{ALLOWED}{kinds}")
+        parts = [problem.message.partition(ALLOWED) for problem in alike]
+        if len(alike) > 1 and all(got == parts[0][0] and allowed for got, allowed, _ in parts):
+            kinds = " or ".join(dict.fromkeys(kind for *_, kind in parts))
+            yield replace(alike[0], message=f"{parts[0][0]}{ALLOWED}{kinds}")
         else:
             yield from alike
 
 
-def _of_another_kind(found: list[ErrorDetails]) -> list[ErrorDetails]:
+def _other_kind(errors: list[ErrorDetails]) -> list[ErrorDetails]:
     """Return the one error that reports a file of another kind, if there is one.
 
     An example is a station given as a procedure. Its other errors follow from that one.
     """
-    for details in found:
+    for details in errors:
         if details["loc"] == (MARK,) and details["type"] == "literal_error":
             allowed, got = details["ctx"]["expected"], str(details["input"])
             if "/" in got and got.partition("/")[0] != allowed.strip("'").partition("/")[0]:

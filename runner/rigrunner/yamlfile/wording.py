@@ -38,7 +38,7 @@ _ALLOWED = {
     "string_too_long": "a text of {max_length} or fewer characters",
     "string_pattern_mismatch": "a text of the form {pattern}",
 }
-_IN_WORDS = {f"^{NAME}$": "a name: letters, digits and '_', a letter first"}
+_PATTERN_WORDS = {f"^{NAME}$": "a name: letters, digits and '_', a letter first"}
 """What a text of a frequent pattern is."""
 _MARK_HINT = "it states the type of the file, such as 'rigrunner: procedure/2'"
 ALLOWED = ", expected "
@@ -72,7 +72,7 @@ def describe(details: ErrorDetails, keys: Sequence[str] = ()) -> Finding:
         if kind != "value_error":  # pydantic's own words
             message = message[:1].lower() + message[1:]
         return Finding(message, str(context.get("hint", "")))
-    allowed = _IN_WORDS.get(context.get("pattern", "")) or _ALLOWED[kind].format(**context)
+    allowed = _PATTERN_WORDS.get(context.get("pattern", "")) or _ALLOWED[kind].format(**context)
     return Finding(f"got {show(got)}{ALLOWED}{allowed}", _scalar_hint(kind, got, context))
 
 
@@ -96,11 +96,11 @@ def clip(text: str) -> str:
     return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 1]}…"
 
 
-def key_hint(got: str, known: Sequence[str]) -> str:
+def key_hint(key: str, keys: Sequence[str]) -> str:
     """Return the most similar key, and the keys that exist."""
-    near = difflib.get_close_matches(got[:_LONGEST], known, n=1)
-    meant = f"did you mean '{near[0]}'? " if near else ""
-    return f"{meant}known keys: {', '.join(known)}" if known else ""
+    matches = difflib.get_close_matches(key[:_LONGEST], keys, n=1)
+    suggestion = f"did you mean '{matches[0]}'? " if matches else ""
+    return f"{suggestion}known keys: {', '.join(keys)}" if keys else ""
 
 
 def _scalar_hint(kind: str, got: object, context: Mapping[str, Any]) -> str:
@@ -108,11 +108,11 @@ def _scalar_hint(kind: str, got: object, context: Mapping[str, Any]) -> str:
         return f"put it in quotes: '{show(got)}'"
     if kind == "literal_error" and isinstance(got, str):
         allowed = re.findall("'([^']*)'", str(context["expected"]))
-        kinds = [found[1] for text in (got, *allowed) if (found := _FILE_MARK.fullmatch(text))]
-        other = ""
+        kinds = [match[1] for text in (got, *allowed) if (match := _FILE_MARK.fullmatch(text))]
+        fallback = ""
         if kinds and kinds[1:] == kinds[:1]:
             return "a newer version of the language needs a newer Rigrunner"
         if len(kinds) > 1:
-            other = f"this is a file of the kind '{kinds[0]}'; '{kinds[1]}' is needed"
-        return did_you_mean(got, allowed, other)
+            fallback = f"this is a file of the kind '{kinds[0]}'; '{kinds[1]}' is needed"
+        return did_you_mean(got, allowed, fallback)
     return ""

@@ -60,7 +60,7 @@ def issue(panel: Panel, request: ApiRequest) -> IssuedAnswer:
         authorisation=Authorisation(by=body.authorised_by.strip(), role=body.role.strip()),
         not_for_certification=body.not_for_certification,
         language=body.language,
-        given=body.order,
+        order_fields=body.order,
         further_copy=body.further_copy,
     )
     issued = certify(panel.history.folder(name), certification, load_registry(), panel.now())
@@ -75,7 +75,7 @@ def change(panel: Panel, request: ApiRequest) -> IssuedAnswer:
         letterhead=panel.settings.letterhead,
         reason=body.reason.strip(),
         authorisation=Authorisation(by=body.authorised_by.strip(), role=body.role.strip()),
-        given={key: text for key, text in body.order.items() if text.strip()},
+        changes={key: text for key, text in body.order.items() if text.strip()},
     )
     issued = amend(_file(panel, request), amendment, load_registry(), panel.now())
     return _issued_answer(panel, name, issued)

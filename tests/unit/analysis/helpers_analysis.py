@@ -89,7 +89,7 @@ def run_of(*recordings, **changes) -> RunData:
 def swing_point(peaks_nm, frequency_hz, *, load_n=1000.0) -> SwingPoint:
     """Return a prepared point with those peaks, for peak methods."""
     peaks = np.asarray(peaks_nm, float)
-    kept = np.ones(len(peaks), bool)
+    is_kept = np.ones(len(peaks), bool)
     phase = np.arange(8) * np.pi / 4
     return SwingPoint(
         recording=f"{frequency_hz:g}Hz",
@@ -99,10 +99,10 @@ def swing_point(peaks_nm, frequency_hz, *, load_n=1000.0) -> SwingPoint:
         sample_rate_hz=RATE_HZ,
         angle_rad=swing_angle(phase, RATIO),
         torque_nm=np.outer(peaks, np.cos(phase)),
-        kept=kept,
+        kept=is_kept,
         waveform_rejections=(),
         peak_nm=peaks,
-        peak_kept=kept,
+        peak_kept=is_kept,
         peak_rejections=(),
         spikes=0,
     )
@@ -125,17 +125,18 @@ def no_load_spec(**changes):
 def acceptance(maximum="0.95 N·m", minimum=None, rule="guard_band_u") -> Acceptance:
     limit = {"of": "torque", "mean": True, "source": "a test", "measurand": AT_REVERSAL}
     ends = {"max": maximum, "min": minimum}
-    given = {name: value for name, value in ends.items() if value is not None}
-    return Acceptance.model_validate({"limits": [limit | given], "rule": rule})
+    bounds = {name: value for name, value in ends.items() if value is not None}
+    return Acceptance.model_validate({"limits": [limit | bounds], "rule": rule})
 
 
 def analysed(run, no_load=None, analysis_spec=None, accept=None):
-    from rigrunner_bearings.study.tools import asked  # noqa: PLC0415  (may be missing)
+    from rigrunner_bearings.study.tools import analysis_ref  # noqa: PLC0415  (may be missing)
 
-    chosen = analysis_spec or (spec() if no_load is not None else no_load_spec())
+    settings = analysis_spec or (spec() if no_load is not None else no_load_spec())
     if no_load is not None:
         run = replace(run, partners={"no_load": no_load})
-    return analyse(run, (asked(chosen),), acceptance=accept, measurand=MEASURAND, lookup=registry())
+    refs = (analysis_ref(settings),)
+    return analyse(run, refs, acceptance=accept, measurand=MEASURAND, lookup=registry())
 
 
 @lru_cache(maxsize=1)

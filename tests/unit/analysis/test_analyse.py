@@ -92,13 +92,13 @@ def test_a_no_load_run_is_fitted_and_nothing_is_decided(no_load):
 
 
 def test_a_sweep_that_comes_back_to_a_frequency_hides_neither_of_its_points(no_load):
-    made = [
+    recordings = [
         replace(recording(rig_part(f) + extra + SCATTER, f, load_n=1000.0), name=f"{k:03}")
         for k, (f, extra) in enumerate([(2.0, -0.7), *((f, 0.7) for f in FREQUENCIES)])
     ]
-    result = analysed(run_of(*made), no_load)
+    result = analysed(run_of(*recordings), no_load)
     positive, friction = (
-        next(each for each in result.checks if each.name == name)
+        next(check for check in result.checks if check.name == name)
         for name in ("positive torque", "friction coefficient")
     )
     assert positive.consequence is Consequence.INCONCLUSIVE
@@ -162,10 +162,10 @@ def test_negative_torque_is_flagged_and_inconclusive(no_load):
 
 
 def test_checks_cover_both_runs(loaded, no_load):
-    found = analysed(loaded, no_load).checks
-    names = [check.name for check in found]
-    assert all(check.ok for check in found)
-    flagged = {check.name for check in found if check.consequence is Consequence.NOTE}
+    checks = analysed(loaded, no_load).checks
+    names = [check.name for check in checks]
+    assert all(check.ok for check in checks)
+    flagged = {check.name for check in checks if check.consequence is Consequence.NOTE}
     assert flagged == {"samples per cycle", "no-load run: samples per cycle"}, "200 at 10 Hz"
     assert len(names) == len(set(names))
     assert {"stroke", "no-load run: stroke", "zero drift", "friction coefficient"} <= set(names)

@@ -15,18 +15,18 @@ class Calibrated:
     def __init__(self, channel, quantity):
         self.channel = channel
         self.quantity = quantity
-        self.asked = []
+        self.checked = []
 
     def beyond_range(self, low, high, unit):
-        self.asked.append((low, high, unit))
+        self.checked.append((low, high, unit))
         return "" if low >= 0 and high <= 10 else f"{low:g} to {high:g} {unit}"
 
 
 UNITS = dict.fromkeys(("rig.force", "rig.depth"), "N")
 
 
-def found(rows=(), recordings=(), *, quantity="pressure", zero=0.0):
-    """Return what is beyond its range in a run, and what its channels were asked."""
+def excesses(rows=(), recordings=(), *, quantity="pressure", zero=0.0):
+    """Return the channels of a run beyond their range, and the checked ranges by channel."""
     channels = {name: Calibrated(name, quantity) for name in ("rig.force", "rig.depth")}
     run = SimpleNamespace(
         instruments=channels,
@@ -44,30 +44,32 @@ def found(rows=(), recordings=(), *, quantity="pressure", zero=0.0):
         ],
         zero=lambda _recording, _channel: zero,
     )
-    told = list(_beyond_calibration(run))
-    return told, {name: each.asked for name, each in channels.items()}
+    beyond = list(_beyond_calibration(run))
+    return beyond, {name: channel.checked for name, channel in channels.items()}
 
 
 def test_single_values_and_samples_of_a_channel_count_together():
-    told, asked = found([{"rig.force": 3.0}, {"rig.force": 5.0}], [[1.0, 12.0], [-2.0, 4.0]])
-    assert asked == {"rig.force": [(-2.0, 12.0, "kN")], "rig.depth": []}
-    assert told == [("rig.force", "-2 to 12 kN")]
+    beyond, checked = excesses([{"rig.force": 3.0}, {"rig.force": 5.0}], [[1.0, 12.0], [-2.0, 4.0]])
+    assert checked == {"rig.force": [(-2.0, 12.0, "kN")], "rig.depth": []}
+    assert beyond == [("rig.force", "-2 to 12 kN")]
 
 
 def test_statistics_of_samples_that_are_not_kept_count():
-    told, _ = found([{"rig.force.minimum": -1.0, "rig.force.maximum": 4.0, "rig.force.rms": 20.0}])
-    assert told == [("rig.force", "-1 to 4 N")]
+    beyond, _ = excesses(
+        [{"rig.force.minimum": -1.0, "rig.force.maximum": 4.0, "rig.force.rms": 20.0}]
+    )
+    assert beyond == [("rig.force", "-1 to 4 N")]
 
 
 def test_what_lies_within_the_range_and_what_was_not_read_is_not_named():
-    told, asked = found([{"rig.force": 0.0}, {"rig.depth": 10.0}])
-    assert told == []
-    assert asked == {"rig.force": [(0.0, 0.0, "N")], "rig.depth": [(10.0, 10.0, "N")]}
-    assert found([], [[]]) == ([], {"rig.force": [], "rig.depth": []})
+    beyond, checked = excesses([{"rig.force": 0.0}, {"rig.depth": 10.0}])
+    assert beyond == []
+    assert checked == {"rig.force": [(0.0, 0.0, "N")], "rig.depth": [(10.0, 10.0, "N")]}
+    assert excesses([], [[]]) == ([], {"rig.force": [], "rig.depth": []})
 
 
 def test_a_force_counts_less_its_zero_and_a_pressure_as_it_was_read():
-    _, asked = found([{"rig.force": 12.0}], [[7.0, 14.0]], quantity="force", zero=5.0)
-    assert asked["rig.force"] == [(2.0, 9.0, "kN")]
-    _, asked = found([{"rig.force": 12.0}], [[7.0, 14.0]], zero=5.0)
-    assert asked["rig.force"] == [(7.0, 14.0, "kN")]
+    _, checked = excesses([{"rig.force": 12.0}], [[7.0, 14.0]], quantity="force", zero=5.0)
+    assert checked["rig.force"] == [(2.0, 9.0, "kN")]
+    _, checked = excesses([{"rig.force": 12.0}], [[7.0, 14.0]], zero=5.0)
+    assert checked["rig.force"] == [(7.0, 14.0, "kN")]

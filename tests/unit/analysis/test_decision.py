@@ -7,8 +7,8 @@ from types import SimpleNamespace
 import pytest
 
 from rigrunner.analysis.verdict import decision as deciding
-from rigrunner.analysis.verdict.chosen import mean_of
 from rigrunner.analysis.verdict.evidence import Evidence
+from rigrunner.analysis.verdict.limited_values import mean_of
 from rigrunner.analysis.verdict.rule import AppliedRule
 from rigrunner.api import AnalysisDetails
 from rigrunner.api.analysis import Component
@@ -45,11 +45,11 @@ def accept(*limits, rule="guard_band_u", **changes):
     return Acceptance.model_validate({"limits": list(limits), "rule": rule, **changes})
 
 
-def decide(acceptance, found):
-    return deciding.decide(acceptance, AppliedRule.of(acceptance, REGISTRY), found)
+def decide(acceptance, results):
+    return deciding.decide(acceptance, AppliedRule.of(acceptance, REGISTRY), results)
 
 
-def found_at(value, u, raw, hz=None):
+def result_at(value, u, raw, hz=None):
     place = {} if hz is None else {"frequency": CoordinateValue(hz, "Hz")}
     return MeasurementResult(
         of=TORQUE, estimate=Estimate(value, u), coordinates=place, uncorrected=raw
@@ -61,12 +61,12 @@ def evidence(mean=0.5, *, u=0.05, problem="", points=None, loads=(1000.0,), kind
         compensations={"template_inverse": None},
         primary="template_inverse",
         kind=kind,
-        loaded=tuple(SimpleNamespace(load_n=each) for each in loads),
+        loaded=tuple(SimpleNamespace(load_n=load) for load in loads),
     )
     return Evidence(
         details={"torque": torque},
-        means=() if mean is None else (found_at(mean, u, raw),),
-        results=tuple(found_at(value, u, raw, hz) for hz, value in (points or {}).items()),
+        means=() if mean is None else (result_at(mean, u, raw),),
+        results=tuple(result_at(value, u, raw, hz) for hz, value in (points or {}).items()),
         problems={"torque": problem},
     )
 
@@ -120,52 +120,52 @@ def test_the_decision_says_all_that_a_certificate_needs():
 
 
 def test_each_frequency_is_judged_and_the_worst_decides():
-    found = decide(accept(each()), evidence(points={1: 0.5, 35: 1.2, 20: 0.7}))
-    assert [part.verdict for part in found.parts] == [Verdict.PASS, Verdict.FAIL, Verdict.PASS]
-    assert (found.verdict, found.deciding.of) == (Verdict.FAIL, "35 Hz")
-    assert found.reason == "At 35 Hz: outside the limit ≤ 0.95 N·m by 0.2500 N·m."
-    assert found.deciding.result == Estimate(1.2, 0.05)
+    decision = decide(accept(each()), evidence(points={1: 0.5, 35: 1.2, 20: 0.7}))
+    assert [part.verdict for part in decision.parts] == [Verdict.PASS, Verdict.FAIL, Verdict.PASS]
+    assert (decision.verdict, decision.deciding.of) == (Verdict.FAIL, "35 Hz")
+    assert decision.reason == "At 35 Hz: outside the limit ≤ 0.95 N·m by 0.2500 N·m."
+    assert decision.deciding.result == Estimate(1.2, 0.05)
 
 
 def test_a_frequency_that_is_named_has_its_own_limit():
     limits = each(**{"except": at(35)}), each("1.5 N·m", where=at(35))
-    found = decide(accept(*limits), evidence(points={1: 0.5, 35: 1.2}))
-    assert found.verdict is Verdict.PASS
-    assert [str(part.limits) for part in found.parts] == ["≤ 0.95 N·m", "≤ 1.5 N·m"]
+    decision = decide(accept(*limits), evidence(points={1: 0.5, 35: 1.2}))
+    assert decision.verdict is Verdict.PASS
+    assert [str(part.limits) for part in decision.parts] == ["≤ 0.95 N·m", "≤ 1.5 N·m"]
 
 
 def test_mean_and_frequencies_have_limits_of_their_own():
     limits = limit("0.6 N·m"), each()
-    found = decide(accept(*limits, rule="simple"), evidence(0.65, points={1: 0.5, 35: 0.8}))
-    assert [part.of for part in found.parts] == ["mean", "1 Hz", "35 Hz"]
-    assert (found.verdict, found.deciding.of) == (Verdict.FAIL, "mean")
-    assert found.reason.startswith("The mean: outside the limit ≤ 0.6 N·m by 0.0500 N·m.")
+    decision = decide(accept(*limits, rule="simple"), evidence(0.65, points={1: 0.5, 35: 0.8}))
+    assert [part.of for part in decision.parts] == ["mean", "1 Hz", "35 Hz"]
+    assert (decision.verdict, decision.deciding.of) == (Verdict.FAIL, "mean")
+    assert decision.reason.startswith("The mean: outside the limit ≤ 0.6 N·m by 0.0500 N·m.")
 
 
 def test_among_equal_verdicts_the_least_probable_decides():
-    found = decide(accept(each()), evidence(points={1: 0.5, 35: 0.8, 20: 0.7}))
-    assert (found.verdict, found.deciding.of) == (Verdict.PASS, "35 Hz")
+    decision = decide(accept(each()), evidence(points={1: 0.5, 35: 0.8, 20: 0.7}))
+    assert (decision.verdict, decision.deciding.of) == (Verdict.PASS, "35 Hz")
 
 
 def test_a_fail_outweighs_what_is_inconclusive():
-    found = decide(accept(each()), evidence(points={1: -0.5, 35: 1.8}))
-    assert {part.verdict for part in found.parts} == {Verdict.INCONCLUSIVE, Verdict.FAIL}
-    assert found.verdict is Verdict.FAIL
-    found = decide(accept(each()), evidence(points={1: -0.5, 35: 0.4}))
-    assert found.verdict is Verdict.INCONCLUSIVE
+    decision = decide(accept(each()), evidence(points={1: -0.5, 35: 1.8}))
+    assert {part.verdict for part in decision.parts} == {Verdict.INCONCLUSIVE, Verdict.FAIL}
+    assert decision.verdict is Verdict.FAIL
+    decision = decide(accept(each()), evidence(points={1: -0.5, 35: 0.4}))
+    assert decision.verdict is Verdict.INCONCLUSIVE
 
 
 def test_a_named_frequency_without_result_is_inconclusive():
     limits = limit(), each("1.5 N·m", where=at(35))
-    found = decide(accept(*limits), evidence(points={1: 0.5}))
-    assert found.verdict is Verdict.INCONCLUSIVE
-    assert found.reason == "At 35 Hz: there is no result at 35 Hz."
+    decision = decide(accept(*limits), evidence(points={1: 0.5}))
+    assert decision.verdict is Verdict.INCONCLUSIVE
+    assert decision.reason == "At 35 Hz: there is no result at 35 Hz."
 
 
 def test_no_result_at_all_is_inconclusive_and_says_why():
     nothing = evidence(None, problem="There is no result to decide on: it failed")
-    for one in (limit(), each(), each(where=at(35))):
-        decision = decide(accept(one), nothing)
+    for value_limit in (limit(), each(), each(where=at(35))):
+        decision = decide(accept(value_limit), nothing)
         assert decision.verdict is Verdict.INCONCLUSIVE
         assert "it failed" in decision.reason
         assert isnan(decision.deciding.probability)
@@ -178,11 +178,12 @@ def no_result_at(hz):
 
 @pytest.mark.parametrize("kind", ["of the analysis", "of some places", "without a value"])
 def test_the_limit_of_a_mean_stands_before_those_of_its_places_wherever_it_was_written(kind):
-    found = evidence(None if kind != "of the analysis" else 0.7, points={1: 0.5, 20: 0.7, 35: 0.9})
+    own_mean = 0.7 if kind == "of the analysis" else None
+    results = evidence(own_mean, points={1: 0.5, 20: 0.7, 35: 0.9})
     mean = limit("0.6 N·m", **({"except": at(35)} if kind == "of some places" else {}))
     if kind == "without a value":
-        found = replace(found, missing=(no_result_at(50),))
-    decision = decide(accept(each(where=at(1, 20, 35)), mean), found)
+        results = replace(results, missing=(no_result_at(50),))
+    decision = decide(accept(each(where=at(1, 20, 35)), mean), results)
     assert [part.of for part in decision.parts] == ["mean", "1 Hz", "20 Hz", "35 Hz"]
     value = {"of the analysis": 0.7, "of some places": pytest.approx(0.6)}.get(kind)
     result = decision.parts[0].result
@@ -190,8 +191,8 @@ def test_the_limit_of_a_mean_stands_before_those_of_its_places_wherever_it_was_w
 
 
 def test_a_place_without_a_value_is_named_whatever_stands_before_it():
-    found = replace(evidence(points={1: 0.5}), missing=(no_result_at(20), no_result_at(35)))
-    decision = decide(accept(each()), found)
+    results = replace(evidence(points={1: 0.5}), missing=(no_result_at(20), no_result_at(35)))
+    decision = decide(accept(each()), results)
     assert [part.of for part in decision.parts] == [
         "1 Hz", "torque at frequency = 20 Hz", "torque at frequency = 35 Hz",
     ]  # fmt: skip
@@ -220,14 +221,14 @@ def test_a_no_load_breakaway_limit_says_nothing_of_a_loaded_swing():
 
 def test_a_result_without_a_record_of_its_analysis_is_held_against_the_limit_too():
     depth = MeasurementResult(of=TORQUE, estimate=Estimate(0.5, 0.05))
-    found = Evidence(results=(depth,))
-    assert decide(accept(limit(mean=False)), found).verdict is Verdict.PASS
-    other = {"nature": "total", "condition": "from_rest"}
+    results = Evidence(results=(depth,))
+    assert decide(accept(limit(mean=False)), results).verdict is Verdict.PASS
+    total = {"nature": "total", "condition": "from_rest"}
     for measurand, words in (
-        (other, "Torque: The limit is for the total torque from rest, and the result is"),
+        (total, "Torque: The limit is for the total torque from rest, and the result is"),
         (None, "Torque: 'torque' is the load-induced torque at the reversals of a swing, and the"),
     ):
-        decision = decide(accept(limit(mean=False, measurand=measurand)), found)
+        decision = decide(accept(limit(mean=False, measurand=measurand)), results)
         assert decision.verdict is Verdict.INCONCLUSIVE
         assert decision.reason.startswith(words)
 
@@ -250,8 +251,9 @@ def test_what_is_not_decided_is_not_marginal():
 
 
 def test_without_a_result_and_without_a_reason_nothing_is_decided():
-    found = decide(accept(limit()), evidence(mean=None))
-    assert (found.verdict, found.reason) == (Verdict.INCONCLUSIVE, "There is no result 'torque'.")
+    decision = decide(accept(limit()), evidence(mean=None))
+    assert decision.verdict is Verdict.INCONCLUSIVE
+    assert decision.reason == "There is no result 'torque'."
 
 
 @dataclass(frozen=True)
@@ -269,26 +271,26 @@ class Depth(AnalysisDetails):
 
 def test_a_stranger_s_analysis_says_what_is_no_value_of_its_result():
     wear = ResultDefinition(name="wear", unit="mm")
-    asked = accept({"of": "wear", "max": "1 mm", "source": "a test"}, rule="simple")
+    wear_acceptance = accept({"of": "wear", "max": "1 mm", "source": "a test"}, rule="simple")
 
-    def decided(value, raw, details):
-        found = MeasurementResult(
+    def decision_on(value, raw, details):
+        result = MeasurementResult(
             of=wear, estimate=Estimate(value, 0.1, inf, "mm"), uncorrected=raw
         )
-        return decide(asked, Evidence(results=(found,), details=details))
+        return decide(wear_acceptance, Evidence(results=(result,), details=details))
 
     raw = Estimate(1.5, 0.1, inf, "mm")
-    wrong = decided(-0.5, raw, {"wear": Depth()})
+    wrong = decision_on(-0.5, raw, {"wear": Depth()})
     assert wrong.verdict is Verdict.INCONCLUSIVE
     assert wrong.reason == "At wear: -0.5 mm is no depth."
-    right = decided(0.5, raw, {"wear": Depth()})
+    right = decision_on(0.5, raw, {"wear": Depth()})
     assert (right.verdict, right.deciding.uncompensated) == (Verdict.PASS, Verdict.FAIL)
-    assert decided(-0.5, raw, {}).verdict is Verdict.PASS
+    assert decision_on(-0.5, raw, {}).verdict is Verdict.PASS
 
 
 def test_a_gain_cancels_in_the_mean_of_values_of_both_signs():
     """Of -5 V and 5 V the gain's errors are opposite; an offset is the same in both."""
-    of = ResultDefinition(name="y", unit="V")
+    y = ResultDefinition(name="y", unit="V")
 
     def result(value, *, shared=True):
         lines = (
@@ -296,7 +298,7 @@ def test_a_gain_cancels_in_the_mean_of_values_of_both_signs():
                       sensitivity=value, shared=shared),
             Component("offset", 0.001, inf, "normal", common=True, sensitivity=1.0),
         )  # fmt: skip
-        return MeasurementResult(of=of, estimate=Estimate(value, nan, unit="V"), components=lines)
+        return MeasurementResult(of=y, estimate=Estimate(value, nan, unit="V"), components=lines)
 
     assert mean_of([result(-5.0), result(5.0)]).u == pytest.approx(0.001)
     assert mean_of([result(-3.0), result(5.0)]).u == pytest.approx(hypot(0.01, 0.001))
@@ -306,10 +308,10 @@ def test_a_gain_cancels_in_the_mean_of_values_of_both_signs():
 
 def test_a_mean_has_no_uncertainty_where_one_of_its_results_has_no_budget():
     """U of the mean of two was half that of the one whose budget is known."""
-    of = ResultDefinition(name="gain", unit="V")
+    gain = ResultDefinition(name="gain", unit="V")
     line = Component("reading", 0.1, inf, "normal", common=True)
-    known = MeasurementResult(of=of, estimate=Estimate(1.0, 0.1, unit="V"), components=(line,))
-    untold = MeasurementResult(of=of, estimate=Estimate(1.0, 0.4, unit="V"), components=())
-    exact = MeasurementResult(of=of, estimate=Estimate(1.0, 0.0, unit="V"), components=())
-    assert isnan(mean_of([known, untold]).u)
-    assert mean_of([known, exact]).u == pytest.approx(0.05)
+    complete = MeasurementResult(of=gain, estimate=Estimate(1.0, 0.1, unit="V"), components=(line,))
+    no_budget = MeasurementResult(of=gain, estimate=Estimate(1.0, 0.4, unit="V"), components=())
+    exact = MeasurementResult(of=gain, estimate=Estimate(1.0, 0.0, unit="V"), components=())
+    assert isnan(mean_of([complete, no_budget]).u)
+    assert mean_of([complete, exact]).u == pytest.approx(0.05)

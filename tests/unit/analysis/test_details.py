@@ -73,31 +73,31 @@ def limited(*details):
         units={"oven.temperature": "K"},
         limits=(ValueLimit("oven.temperature", 290.0, 310.0, "K"),),
     )
-    made = result(*details)
-    return replace(made, run=replace(made.run, measurements=(row,)))
+    analysed = result(*details)
+    return replace(analysed, run=replace(analysed.run, measurements=(row,)))
 
 
 def test_a_stranger_s_record_is_found_by_its_class_and_stands_in_the_documents():
-    made = result(Wear(), Friction())
-    assert made.details_of(Wear).depth_um == 12.5
-    assert made.details_of(Friction) is made.details[1]
-    told = document(result(Wear()))
-    assert told["wear_track"] == {"value": 12.5, "unit": "µm"}
-    assert told.keys() >= ALWAYS
+    analysed = result(Wear(), Friction())
+    assert analysed.details_of(Wear).depth_um == 12.5
+    assert analysed.details_of(Friction) is analysed.details[1]
+    content = document(result(Wear()))
+    assert content["wear_track"] == {"value": 12.5, "unit": "µm"}
+    assert content.keys() >= ALWAYS
 
 
 def test_a_run_without_torque_has_no_record_of_it_and_keeps_the_keys_of_its_document():
-    made = analyse(run_of(), (), acceptance=None, measurand=None, lookup=load_registry())
-    assert made.details == ()
-    told = document(made)
-    assert told["headline"] == {
+    analysed = analyse(run_of(), (), acceptance=None, measurand=None, lookup=load_registry())
+    assert analysed.details == ()
+    content = document(analysed)
+    assert content["headline"] == {
         "method": None,
         "compensated": None,
         "budget": [],
         "raw_peak": None,
     }
-    assert told["points"] == told["no_load_points"] == told["fits"] == []
-    assert (told["compensations"], told["validation"]) == ({}, None)
+    assert content["points"] == content["no_load_points"] == content["fits"] == []
+    assert (content["compensations"], content["validation"]) == ({}, None)
 
 
 @pytest.mark.parametrize(
@@ -119,14 +119,14 @@ def test_the_document_has_the_unit_of_what_the_procedure_measures(symbol, gives,
         yields=lambda _: (),
         measurand=gives,
     )
-    made = analyse(
+    analysed = analyse(
         run_of(),
         [AnalysisRef.model_validate({"given": None})],
         acceptance=None,
         measurand=Measurand(symbol="x", name="quantity", unit=symbol),
         lookup=Registry([Plugin("analysis", record, Provider("lab", "1"))]),
     )
-    assert document(made)["measurand"] == {"symbol": "x", "name": "quantity", "unit": unit}
+    assert document(analysed)["measurand"] == {"symbol": "x", "name": "quantity", "unit": unit}
     nothing = analyse(run_of(), (), acceptance=None, measurand=None, lookup=load_registry())
     assert document(nothing)["measurand"]["unit"] == ""
 
@@ -134,7 +134,8 @@ def test_the_document_has_the_unit_of_what_the_procedure_measures(symbol, gives,
 def test_a_certificate_takes_what_each_analysis_brings():
     with pytest.raises(DataError, match="its procedure names no primary method"):
         certified_of(result(Wear()))
-    assert [each.text for each in not_calibrated(limited(Wear()))] == ["profile measured in air"]
+    (deviation,) = not_calibrated(limited(Wear()))
+    assert deviation.text == "profile measured in air"
 
 
 def test_what_a_stranger_s_analysis_keeps_reaches_result_and_document():
@@ -150,21 +151,21 @@ def test_what_a_stranger_s_analysis_keeps_reaches_result_and_document():
         name="track", help="Wear.", factory=lambda _: measure, yields=lambda _: (depth,)
     )
     limit = {"of": "wear", "max": "1 mm", "source": "a test"}
-    made = analyse(
+    analysed = analyse(
         run_of(),
         [AnalysisRef.model_validate({"track": None})],
         acceptance=Acceptance.model_validate({"limits": [limit], "rule": "simple"}),
         measurand=None,
         lookup=Registry(
             [
-                *(each for each in load_registry().plugins if each.kind == "decision_rule"),
+                *(plugin for plugin in load_registry().plugins if plugin.kind == "decision_rule"),
                 Plugin("analysis", record, Provider("lab", "1")),
             ]
         ),
     )
-    assert made.details_of(Wear).depth_um == 7.0
-    assert document(made)["wear_track"]["value"] == 7.0
-    assert made.other_results == ()  # its own pages show it
-    assert made.decision.verdict is Verdict.INCONCLUSIVE
-    assert "The check 'stylus' failed: blunt" in made.decision.reason
-    assert made.decision.deciding.uncompensated is None  # nothing was corrected
+    assert analysed.details_of(Wear).depth_um == 7.0
+    assert document(analysed)["wear_track"]["value"] == 7.0
+    assert analysed.other_results == ()  # its own pages show it
+    assert analysed.decision.verdict is Verdict.INCONCLUSIVE
+    assert "The check 'stylus' failed: blunt" in analysed.decision.reason
+    assert analysed.decision.deciding.uncompensated is None  # nothing was corrected

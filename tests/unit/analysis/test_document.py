@@ -59,13 +59,13 @@ def test_zeros_and_instruments_of_any_quantity(result):
         zeros={"press.force": -0.25, "press.gap": 1e-3},
         recordings=(gauge,),
     )
-    found = document(replace(result, run=run))["run"]
+    content = document(replace(result, run=run))["run"]
 
-    assert found["zeros"] == {
+    assert content["zeros"] == {
         "press.force": {"value": -0.25, "unit": "N"},
         "press.gap": {"value": 1e-3, "unit": "m"},
     }
-    assert found["instruments"] == {"press.force": {"serial": "LC-3", "certificate": "D-1"}}
+    assert content["instruments"] == {"press.force": {"serial": "LC-3", "certificate": "D-1"}}
 
 
 def test_expanded_uncertainty_is_k_times_u(content):
@@ -101,14 +101,14 @@ def test_no_waveforms_are_in_it(content):
 
 def test_the_torque_is_a_named_result_at_each_frequency(content):
     """Its places are what the recordings were set to; its values are those of the points."""
-    found = content["results"]
-    assert {each["name"] for each in found} == {content["headline"]["name"]} == {"torque"}
-    places = [each["coordinates"] for each in found]
+    results = content["results"]
+    assert {entry["name"] for entry in results} == {content["headline"]["name"]} == {"torque"}
+    places = [entry["coordinates"] for entry in results]
     assert places == [{"frequency": {"value": f, "unit": "Hz"}} for f in (2.0, 4.0, 6.0, 8.0, 10.0)]
     points = content["compensations"]["paper_peak"]["points"]
-    assert [each["estimate"] for each in found] == [each["torque"] for each in points]
-    assert [each["budget"] for each in found] == [each["budget"] for each in points]
-    assert found[0]["measurand"] == {
+    assert [entry["estimate"] for entry in results] == [entry["torque"] for entry in points]
+    assert [entry["budget"] for entry in results] == [entry["budget"] for entry in points]
+    assert results[0]["measurand"] == {
         "id": "load_induced.at_reversal",
         "text": "load-induced torque at the reversals of a swing",
     }
@@ -134,14 +134,14 @@ def test_infinite_degrees_of_freedom_are_a_word(content):
 def test_numbers_of_numpy_are_numbers(result):
     """As an analysis counts readings, or compares arrays: a run could not be sealed."""
     line = Component("x", np.float64(0.1), np.int64(9), "t", common=np.bool_(1))
-    found = MeasurementResult(
+    drop = MeasurementResult(
         of=ResultDefinition(name="drop", unit="mV"),
         estimate=Estimate(np.float32(0.5), np.float64(0.1), np.int64(9), "mV"),
         components=(line,),
         readings=np.int64(2),
     )
     table = Table(of="drop", title="T", columns=("n", "x"), rows=((np.int64(3), np.float32(0.5)),))
-    content = document(replace(result, results=(found,), details=(), tables=(table,)))
+    content = document(replace(result, results=(drop,), details=(), tables=(table,)))
     text = json.dumps({key: content[key] for key in ("results", "tables")}, allow_nan=False)
     assert json.loads(text)["results"][0]["readings"] == 2
     assert json.loads(text)["tables"][0]["rows"] == [[3, 0.5]]

@@ -47,9 +47,9 @@ def test_only_an_inconclusive_check_forbids_to_decide():
     ]
     assert forbidden(checks) == ""
     failed = Check("torque", ok=False, text="-1", consequence=Consequence.INCONCLUSIVE)
-    found = forbidden([*checks, failed])
+    sentence = forbidden([*checks, failed])
     expected = "The check 'torque' failed: -1; its effect cannot be estimated; no verdict."
-    assert found == expected
+    assert sentence == expected
 
 
 def test_a_loaded_value_that_was_read_once_has_no_scatter():
@@ -83,13 +83,13 @@ def test_a_clipped_swing_decides_nothing(no_load):
 
 
 def test_each_frequency_is_judged_with_its_own_raw_peak(no_load):
-    each = {"of": "torque", "each": "frequency", "max": "1.7 N·m", "source": "a test"}
-    accept = Acceptance.model_validate({"limits": [each | {"measurand": AT_REVERSAL}]})
+    limit = {"of": "torque", "each": "frequency", "max": "1.7 N·m", "source": "a test"}
+    accept = Acceptance.model_validate({"limits": [limit | {"measurand": AT_REVERSAL}]})
     parts = analysed(sweep(0.7, 1000.0), no_load, accept=accept).decision.parts
     assert [part.of for part in parts] == ["2 Hz", "4 Hz", "6 Hz", "8 Hz", "10 Hz"]
     assert {part.verdict for part in parts} == {Verdict.PASS}
-    raw = [0.9 + 0.004 * f**2 + 0.7 for f in (2, 4, 6, 8, 10)]
-    expected = [Verdict.PASS if peak <= 1.7 else Verdict.FAIL for peak in raw]
+    raw_peaks = [0.9 + 0.004 * f**2 + 0.7 for f in (2, 4, 6, 8, 10)]
+    expected = [Verdict.PASS if peak <= 1.7 else Verdict.FAIL for peak in raw_peaks]
     assert [part.uncompensated for part in parts] == expected
 
 
@@ -109,8 +109,8 @@ def test_every_compensation_says_which_torque_it_yields(method, words):
 
 
 def test_a_limit_on_the_starting_torque_says_nothing_of_the_running_torque(no_load):
-    chosen = spec(compensations=["energy"], primary="energy")
-    decision = analysed(sweep(0.7, 1000.0), no_load, chosen, acceptance()).decision
+    energy = spec(compensations=["energy"], primary="energy")
+    decision = analysed(sweep(0.7, 1000.0), no_load, energy, acceptance()).decision
     assert decision.verdict is Verdict.INCONCLUSIVE
     assert "the result is the load-induced torque under way under 1002 N" in decision.reason
 
@@ -120,8 +120,8 @@ def test_a_running_torque_below_zero_is_decisive(no_load):
     points = (
         TorqueDetails.of(analysed(sweep(0.7, 1000.0), no_load)).compensations["paper_peak"].points
     )
-    found = positive(points, [-0.1] * len(points))
-    _, judged = bind(Compensation("t", points), [found])
+    check = positive(points, [-0.1] * len(points))
+    _, judged = bind(Compensation("t", points), [check])
     assert forbidden(judged).startswith("The check 'torque above zero' failed: 2 Hz: -0.1")
 
 

@@ -25,8 +25,8 @@ TABLE = {
 
 
 def limit(**changes):
-    given = {"of": "deviation", "each": "chamber.temperature", "source": "IEC 60751"}
-    return Limit.model_validate(given | changes)
+    settings = {"of": "deviation", "each": "chamber.temperature", "source": "IEC 60751"}
+    return Limit.model_validate(settings | changes)
 
 
 def at(celsius):
@@ -99,12 +99,12 @@ def test_it_reads_back_as_it_was_written(end):
 DEVIATION = ResultDefinition(name="deviation", unit="K", per=("chamber.temperature",))
 
 
-def decide(found, *limits, rule="simple"):
+def decide(values, *limits, rule="simple"):
     results = tuple(
         MeasurementResult(of=DEVIATION, estimate=Estimate(value, u, unit="K"), coordinates=at(t))
-        for t, (value, u) in found.items()
+        for t, (value, u) in values.items()
     )
-    written = [each.as_written() for each in limits]
+    written = [limit.as_written() for limit in limits]
     acceptance = Acceptance.model_validate({"limits": written, "rule": rule})
     evidence = Evidence(results=results, problems={})
     return deciding.decide(acceptance, AppliedRule.of(acceptance, REGISTRY), evidence)
@@ -114,8 +114,8 @@ def test_a_share_of_the_coordinate_alone_is_a_limit_and_none_where_that_is_0():
     """1 % of the set-point, which is 0 at 0 °C, and an amount at -50 °C."""
     share = limit(plus_minus={**CLASS_B, "base": "0 K", "rise": "1 K", "per": "100 K"})
     assert share.limits_at(at(-50), "K") == Limits.between(-0.5, 0.5, "K")
-    found = decide({-50: (-0.4, 0.01), 0: (0.0, 0.01)}, share)
-    reasons = {part.of: (part.verdict, part.reason) for part in found.parts}
+    decision = decide({-50: (-0.4, 0.01), 0: (0.0, 0.01)}, share)
+    reasons = {part.of: (part.verdict, part.reason) for part in decision.parts}
     assert [verdict for verdict, _ in reasons.values()] == ["pass", "inconclusive"]
     assert "The limit at chamber.temperature = 0 °C is 0 K, which is not above 0." in [
         reason for _, reason in reasons.values()
@@ -134,10 +134,10 @@ def test_a_limit_that_falls_below_0_is_none():
 
 def test_each_point_is_held_against_the_limit_there():
     """0.5 K is too much at 0 °C (0.30 K), and allowed at 100 °C (0.80 K)."""
-    found = decide({0: (0.5, 0.01), 100: (0.5, 0.01)}, limit(plus_minus=CLASS_B))
-    assert [part.verdict for part in found.parts] == [Verdict.FAIL, Verdict.PASS]
-    assert [str(part.limits) for part in found.parts] == ["-0.3 K to 0.3 K", "-0.8 K to 0.8 K"]
-    assert [str(part.coordinates["chamber.temperature"]) for part in found.parts] == [
+    decision = decide({0: (0.5, 0.01), 100: (0.5, 0.01)}, limit(plus_minus=CLASS_B))
+    assert [part.verdict for part in decision.parts] == [Verdict.FAIL, Verdict.PASS]
+    assert [str(part.limits) for part in decision.parts] == ["-0.3 K to 0.3 K", "-0.8 K to 0.8 K"]
+    assert [str(part.coordinates["chamber.temperature"]) for part in decision.parts] == [
         *("0 °C", "100 °C"),
     ]
 
@@ -145,27 +145,27 @@ def test_each_point_is_held_against_the_limit_there():
 def test_over_all_points_the_worst_by_the_rule_is_named():
     """At 100 °C U = 0.4 K: 0.5 K is farther inside its limit, and yet not within it by U."""
     over_all = limit(plus_minus=CLASS_B, each=None, worst=True)
-    found = decide({0: (0.2, 0.01), 100: (0.5, 0.2)}, over_all, rule="guard_band_u")
-    (part,) = found.parts
+    decision = decide({0: (0.2, 0.01), 100: (0.5, 0.2)}, over_all, rule="guard_band_u")
+    (part,) = decision.parts
     assert (part.verdict, part.of) == (
         Verdict.FAIL,
         "worst deviation at chamber.temperature = 100 °C",
     )
-    assert found.reason.startswith(
+    assert decision.reason.startswith(
         "Worst deviation at chamber.temperature = 100 °C:"
         " Margin to the limit -0.8 K to 0.8 K: 0.30 K, less than U = 0.39 K;"
     )
 
 
 def test_each_and_the_worst_stand_together():
-    both = limit(plus_minus=CLASS_B, worst=True)
-    found = decide({0: (0.2, 0.01), 100: (0.9, 0.01)}, both)
-    assert [part.of for part in found.parts] == [
+    limits = limit(plus_minus=CLASS_B, worst=True)
+    decision = decide({0: (0.2, 0.01), 100: (0.9, 0.01)}, limits)
+    assert [part.of for part in decision.parts] == [
         "worst deviation at chamber.temperature = 100 °C",
         "deviation at chamber.temperature = 0 °C",
         "deviation at chamber.temperature = 100 °C",
     ]
-    assert found.deciding.of == found.parts[0].of
+    assert decision.deciding.of == decision.parts[0].of
 
 
 def test_beyond_the_table_nothing_is_decided():

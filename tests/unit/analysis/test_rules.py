@@ -104,22 +104,22 @@ def test_a_rounding_error_of_units_does_not_fail_a_value_on_its_limit():
     celsius = 25.05 + 273.15 - 273.15
     assert celsius > 25.05
     limits = Limits.between(None, 25.05, "°C")
-    found, why = rule("simple").verdict(limits, Estimate(celsius, 0.02, unit="°C"))
-    assert (found, why) == (Verdict.PASS, "Margin to the limit ≤ 25.05 °C: 0.000 °C.")
+    result, reason = rule("simple").verdict(limits, Estimate(celsius, 0.02, unit="°C"))
+    assert (result, reason) == (Verdict.PASS, "Margin to the limit ≤ 25.05 °C: 0.000 °C.")
     assert verdict(25.05 + 1e-6, "simple", limits=limits) is Verdict.FAIL
 
 
 @pytest.mark.parametrize("name", ["guard_band_u", "guard_band_fraction", "non_binary"])
 def test_limits_of_exactly_two_guard_bands_leave_one_value_that_passes(name):
-    found = rule(name)
-    guard = found.guard(UPPER, Estimate(1.0, 0.05))
-    middle, both = Estimate(guard, 0.05), Limits.between(0.0, 2 * guard)
-    assert found.verdict(both, middle)[0] is Verdict.PASS
-    assert not isnan(found.false_accept_risk(both, middle))
+    guarded = rule(name)
+    guard = guarded.guard(UPPER, Estimate(1.0, 0.05))
+    middle, limits = Estimate(guard, 0.05), Limits.between(0.0, 2 * guard)
+    assert guarded.verdict(limits, middle)[0] is Verdict.PASS
+    assert not isnan(guarded.false_accept_risk(limits, middle))
     narrower = Limits.between(0.0, nextafter(2 * guard, 0.0))
     worse = Verdict.CONDITIONAL_PASS if name == "non_binary" else Verdict.INCONCLUSIVE
-    assert found.verdict(narrower, middle)[0] is worse
-    assert isnan(found.false_accept_risk(narrower, middle))
+    assert guarded.verdict(narrower, middle)[0] is worse
+    assert isnan(guarded.false_accept_risk(narrower, middle))
 
 
 def test_few_degrees_of_freedom_widen_the_guard_band():
@@ -143,8 +143,8 @@ def test_a_limit_below_is_guarded_from_above():
 
 def test_where_no_value_could_pass_a_binary_rule_decides_nothing():
     narrow, wide = Limits.between(0.4, 0.6), Estimate(0.5, 0.06)
-    found, reason = rule("guard_band_u").verdict(narrow, wide)
-    assert found is Verdict.INCONCLUSIVE
+    result, reason = rule("guard_band_u").verdict(narrow, wide)
+    assert result is Verdict.INCONCLUSIVE
     assert reason.endswith("; the limits are too close for U = 0.1176 N·m, so no result can pass.")
     assert rule("guard_band_u").verdict(narrow, Estimate(0.61, 0.06))[0] is Verdict.FAIL
     assert rule("non_binary").verdict(narrow, wide)[0] is Verdict.CONDITIONAL_PASS
@@ -167,21 +167,21 @@ def test_where_no_value_could_pass_a_binary_rule_decides_nothing():
 )
 def test_the_stated_risk_is_that_at_the_acceptance_limit(name, accept, reject):
     """ILAC-G8:09/2019, table 1 and JCGM 106, 8.3.2: P(Z > 1.96 w/U) for w = 0, U/2, U."""
-    found, estimate = rule(name), Estimate(0.7, 0.05)
-    assert found.false_accept_risk(UPPER, estimate) == pytest.approx(accept, abs=5e-5)
-    assert found.false_reject_risk(UPPER, estimate) == pytest.approx(reject, abs=5e-5)
+    applied, estimate = rule(name), Estimate(0.7, 0.05)
+    assert applied.false_accept_risk(UPPER, estimate) == pytest.approx(accept, abs=5e-5)
+    assert applied.false_reject_risk(UPPER, estimate) == pytest.approx(reject, abs=5e-5)
 
 
 def test_the_stated_risk_does_not_hang_on_the_value():
-    found = rule("guard_band_fraction", fraction=0.83)
-    risks = [found.false_accept_risk(UPPER, Estimate(value, 0.05)) for value in (0.1, 0.9, 3.0)]
+    applied = rule("guard_band_fraction", fraction=0.83)
+    risks = [applied.false_accept_risk(UPPER, Estimate(value, 0.05)) for value in (0.1, 0.9, 3.0)]
     assert risks == [risks[0]] * 3
 
 
 def test_with_two_near_limits_simple_acceptance_risks_more_than_half():
     """At one limit P(outside) = 1/2 + P(Z < -2) for limits 2 u apart."""
-    found = rule("simple").false_accept_risk(Limits.between(0.4, 0.5), Estimate(0.45, 0.05))
-    assert found == pytest.approx(0.5 + 0.022750131948179, abs=1e-9)
+    risk = rule("simple").false_accept_risk(Limits.between(0.4, 0.5), Estimate(0.45, 0.05))
+    assert risk == pytest.approx(0.5 + 0.022750131948179, abs=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -341,8 +341,8 @@ NEVER = Agreed((Zone(Verdict.INCONCLUSIVE, 0.0),))
     ],
 )  # fmt: skip
 def test_a_rule_of_a_lab_s_own_needs_zones_alone(zones, value, expected, why):
-    found, reason = AppliedRule("own", zones).verdict(UPPER, Estimate(value, 0.05))
-    assert (found, reason.endswith(why)) == (expected, True), reason
+    result, reason = AppliedRule("own", zones).verdict(UPPER, Estimate(value, 0.05))
+    assert (result, reason.endswith(why)) == (expected, True), reason
 
 
 def test_the_risks_of_a_rule_of_a_lab_s_own_are_those_at_the_edges_of_its_zones():

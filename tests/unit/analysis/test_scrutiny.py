@@ -18,7 +18,7 @@ from rigrunner.registry import Registry
 from rigrunner.registry.lookup import Plugin, Provider
 from rigrunner_bearings.api.compensations import CompensatedPoint
 from rigrunner_bearings.api.torque import TorqueDetails
-from rigrunner_bearings.study.tools import asked
+from rigrunner_bearings.study.tools import analysis_ref
 from rigrunner_bearings.torque.settings import SwingTorque
 from unit.analysis.helpers_analysis import (
     LOADED_SPEC,
@@ -43,15 +43,15 @@ def _runs():
     return run_of(*loaded), run_of(*no_load)
 
 
-def _with_one_more(kind, made):
+def _with_one_more(kind, plugin):
     """Return the plugins that ship, and one called 'strange'."""
     shipped = {"compensation": "paper_peak", "fit": "polynomial", "outlier_rule": "grubbs"}
-    of = registry().find(kind, shipped[kind]).record
-    strange = replace(of, name="strange", factory=lambda _: made)
+    record = registry().find(kind, shipped[kind]).record
+    strange = replace(record, name="strange", factory=lambda _: plugin)
     return Registry((*registry().plugins, Plugin(kind, strange, Provider("test", ""))))
 
 
-def _analysed(kind, made):
+def _analysed(kind, plugin):
     changes = {
         "outlier_rule": {"outliers": "strange"},
         "fit": {"fits": ["strange"]},
@@ -60,10 +60,10 @@ def _analysed(kind, made):
     run, no_load = _runs()
     return analyse(
         replace(run, partners={"no_load": no_load}),
-        (asked(SwingTorque.model_validate(LOADED_SPEC | changes)),),
+        (analysis_ref(SwingTorque.model_validate(LOADED_SPEC | changes)),),
         acceptance=acceptance(),
         measurand=Measurand(symbol="Td", name="torque"),
-        lookup=_with_one_more(kind, made),
+        lookup=_with_one_more(kind, plugin),
     )
 
 
@@ -72,7 +72,7 @@ def _rejecting(index, value=1.0):
 
 
 @pytest.mark.parametrize(
-    ("rule", "said"),
+    ("rule", "message"),
     [
         (_rejecting(-1), "the index -1 of 12 values"),  # as an index of Python it is the last one
         (_rejecting(12), "the index 12 of 12 values"),
@@ -84,16 +84,16 @@ def _rejecting(index, value=1.0):
         (lambda _: 2 * _rejecting(1)(_), "one rejection twice"),
     ],
 )
-def test_a_rule_rejects_values_that_are_there_once_each(rule, said):
+def test_a_rule_rejects_values_that_are_there_once_each(rule, message):
     with pytest.raises(PluginError, match="the outlier rule 'strange' gave") as caught:
         _analysed("outlier_rule", rule)
-    assert said in caught.value.message
+    assert message in caught.value.message
 
 
 def test_a_rule_may_count_with_the_integers_of_numpy():
     result = _analysed("outlier_rule", _rejecting(np.int64(3), np.float64(0.5)))
-    found = TorqueDetails.of(result).loaded[0].peak_rejections
-    assert [type(each.index) for each in found] == [int]
+    rejections = TorqueDetails.of(result).loaded[0].peak_rejections
+    assert [type(rejection.index) for rejection in rejections] == [int]
     assert [bool(kept) for kept in TorqueDetails.of(result).loaded[0].peak_kept] == [
         i != 3 for i in range(12)
     ]
@@ -116,23 +116,23 @@ def _shipped():
 
 def _of_each_torque(**changes):
     def method(sweep):
-        found = _shipped()(sweep)
-        points = [replace(p, torque=replace(p.torque, **changes)) for p in found.points]
-        return replace(found, points=tuple(points))
+        compensation = _shipped()(sweep)
+        points = [replace(p, torque=replace(p.torque, **changes)) for p in compensation.points]
+        return replace(compensation, points=tuple(points))
 
     return method
 
 
 def _of_points(change):
     def method(sweep):
-        found = _shipped()(sweep)
-        return replace(found, points=change(found.points))
+        compensation = _shipped()(sweep)
+        return replace(compensation, points=change(compensation.points))
 
     return method
 
 
 @pytest.mark.parametrize(
-    ("method", "said"),
+    ("method", "message"),
     [
         (_of_each_torque(value=NAN), "torque, raw, rig and frequency (nan"),
         (_of_each_torque(value=np.complex128(0.4 + 1j)), "torque, raw, rig and frequency"),
@@ -154,18 +154,18 @@ def _of_points(change):
         (lambda _: None, "None, expected a Compensation"),
     ],
 )
-def test_a_compensation_gives_one_true_number_for_each_set_point(method, said):
+def test_a_compensation_gives_one_true_number_for_each_set_point(method, message):
     with pytest.raises(PluginError, match="the compensation 'strange' gave") as caught:
         _analysed("compensation", method)
-    assert said in caught.value.message
+    assert message in caught.value.message
     assert "rigrunner check-plugin strange" in caught.value.hint
 
 
 def test_what_a_method_changes_in_place_changes_no_other_one():
     def method(sweep):
-        found = _shipped()(sweep)
+        compensation = _shipped()(sweep)
         sweep.loaded[0].peak_nm[:] = 0.0
-        return found
+        return compensation
 
     with pytest.raises(ValueError, match="read-only") as caught:
         _analysed("compensation", method)
@@ -180,12 +180,12 @@ def test_what_is_in_order_is_not_put_into_words():
             raise AssertionError("nobody is to be told of it")
 
     def method(sweep):
-        found = _shipped()(sweep)
+        compensation = _shipped()(sweep)
         silent = [
-            Silent(**{each.name: getattr(point, each.name) for each in fields(point)})
-            for point in found.points
+            Silent(**{field.name: getattr(point, field.name) for field in fields(point)})
+            for point in compensation.points
         ]
-        return replace(found, points=tuple(silent))
+        return replace(compensation, points=tuple(silent))
 
     assert TorqueDetails.of(_analysed("compensation", method)).compensations["strange"].points
 
@@ -201,26 +201,26 @@ def test_a_method_that_refuses_leaves_the_others():
 
 def _curve(**changes):
     def fit(points):
-        found = registry().make("fit", "polynomial", {"degree": 2})(points)
+        curve = registry().make("fit", "polynomial", {"degree": 2})(points)
         names = "formula names units coefficients covariance dof residuals residual_s r_squared"
-        known = {name: getattr(found, name) for name in [*names.split(), "valid_x", "predict"]}
-        return SimpleNamespace(**(known | changes))
+        attributes = {name: getattr(curve, name) for name in [*names.split(), "valid_x", "predict"]}
+        return SimpleNamespace(**(attributes | changes))
 
     return fit
 
 
 def _wrong_prediction(change):
     def fit(points):
-        found = _curve()(points)
-        predict = found.predict
-        found.predict = lambda x: change(*predict(x))
-        return found
+        curve = _curve()(points)
+        predict = curve.predict
+        curve.predict = lambda x: change(*predict(x))
+        return curve
 
     return fit
 
 
 @pytest.mark.parametrize(
-    ("fit", "said"),
+    ("fit", "message"),
     [
         (lambda _: None, "None, which is not a curve"),
         (_curve(coefficients=np.full(3, NAN)), "the coefficients array([nan, nan, nan])"),
@@ -240,10 +240,10 @@ def _wrong_prediction(change):
         (_wrong_prediction(lambda y, _: y), "which is not a curve"),
     ],
 )
-def test_a_fit_gives_a_curve_of_numbers(fit, said):
+def test_a_fit_gives_a_curve_of_numbers(fit, message):
     with pytest.raises(PluginError, match="the fit 'strange' gave") as caught:
         _analysed("fit", fit)
-    assert said in caught.value.message
+    assert message in caught.value.message
 
 
 def test_a_fit_cannot_change_the_points_of_others():

@@ -39,8 +39,8 @@ def looked_at(*results, missing=(), tables=()):
         factory=lambda _: lambda _: Findings(results=results, missing=missing, tables=tables),
         yields=lambda _: (OF,),
     )
-    known = Registry((Plugin("analysis", record, Provider("test", "")),))
-    return Scrutiny(known).make("analysis", "strange", {})(SimpleNamespace(recordings=()))
+    registry = Registry((Plugin("analysis", record, Provider("test", "")),))
+    return Scrutiny(registry).make("analysis", "strange", {})(SimpleNamespace(recordings=()))
 
 
 def test_what_is_in_order_is_what_it_was():
@@ -48,7 +48,7 @@ def test_what_is_in_order_is_what_it_was():
 
 
 @pytest.mark.parametrize(
-    ("result", "said"),
+    ("result", "message"),
     [
         (replace(GOOD, coordinates={}), "'drop' without its coordinate 'load.current'"),
         (replace(GOOD, coordinates={"load.current": 2.0}), "at load.current = 2.0, expected"),
@@ -63,14 +63,14 @@ def test_what_is_in_order_is_what_it_was():
         (replace(GOOD, components=(replace(LINE, u=0.4),)), "with u = 0.5, by its budget 0.4"),
     ],
 )
-def test_a_result_that_cannot_be_used_names_its_plugin(result, said):
-    with pytest.raises(PluginError, match=said) as caught:
+def test_a_result_that_cannot_be_used_names_its_plugin(result, message):
+    with pytest.raises(PluginError, match=message) as caught:
         looked_at(result)
     assert caught.value.message.startswith("the analysis 'strange' gave ")
 
 
 @pytest.mark.parametrize(
-    ("missing", "said"),
+    ("missing", "message"),
     [
         (replace(MISSING, coordinates={"x": CoordinateValue("q")}), "without its coordinate"),
         (replace(MISSING, coordinates={"load.current": 3.0}), "expected a CoordinateValue"),
@@ -78,25 +78,25 @@ def test_a_result_that_cannot_be_used_names_its_plugin(result, said):
         (replace(MISSING, coordinates=AT), "two results of one name and place"),
     ],
 )
-def test_so_does_a_missing_one(missing, said):
-    with pytest.raises(PluginError, match=said):
+def test_so_does_a_missing_one(missing, message):
+    with pytest.raises(PluginError, match=message):
         looked_at(GOOD, missing=(missing,))
 
 
 @pytest.mark.parametrize(
-    ("row", "said"),
+    ("row", "message"),
     [((1.0, None), "the table 'T' with None in a cell"), ((1.0,), "rows of {1, 2} columns")],
 )
-def test_a_table_has_texts_and_numbers_in_all_its_cells(row, said):
+def test_a_table_has_texts_and_numbers_in_all_its_cells(row, message):
     table = Table(of="drop", title="T", columns=("a", "b"), rows=(("x", 2.0), row))
-    with pytest.raises(PluginError, match=said):
+    with pytest.raises(PluginError, match=message):
         looked_at(GOOD, tables=(table,))
 
 
 def test_results_that_can_be_looked_at_only_once_are_refused():
     """Who looks at them would leave none."""
     with pytest.raises(PluginError, match="gave <generator"):
-        looked_at(GOOD, missing=(each for each in [MISSING]))
+        looked_at(GOOD, missing=(missing for missing in [MISSING]))
 
 
 def test_a_result_in_no_unit_is_refused_with_its_name():
@@ -106,7 +106,7 @@ def test_a_result_in_no_unit_is_refused_with_its_name():
         factory=lambda _: None,
         yields=lambda _: (replace(OF, unit="<b>"),),
     )
-    known = Registry((Plugin("analysis", record, Provider("test", "")),))
-    said = "the analysis 'strange' yields 'drop' in an unknown unit '<b>'"
-    with pytest.raises(PluginError, match=said):
-        known.definitions("strange", {})
+    registry = Registry((Plugin("analysis", record, Provider("test", "")),))
+    message = "the analysis 'strange' yields 'drop' in an unknown unit '<b>'"
+    with pytest.raises(PluginError, match=message):
+        registry.definitions("strange", {})

@@ -48,15 +48,15 @@ class ScriptedPeer:
                 self._talk(connection)
 
     def _talk(self, connection):
-        got = b""
+        received = b""
         while True:
-            more = connection.recv(4096)
-            if not more:
+            data = connection.recv(4096)
+            if not data:
                 connection.close()
                 return
-            got += more
-            while self._terminator in got:
-                line, _, got = got.partition(self._terminator)
+            received += data
+            while self._terminator in received:
+                line, _, received = received.partition(self._terminator)
                 self.heard.append(line + self._terminator)
                 answer = self.script.get(line + self._terminator, b"")
                 if answer is HANG_UP:

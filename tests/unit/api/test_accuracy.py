@@ -30,18 +30,18 @@ METER = {
 
 
 def lines(instrument, value, **how):
-    return {each.name: each for each in instrument.reading_errors(value, **how)}
+    return {error.name: error for error in instrument.reading_errors(value, **how)}
 
 
 def test_each_error_is_a_line_with_its_distribution_and_source():
-    found = lines(ENTRY.model_validate(METER), 120.0)
+    errors = lines(ENTRY.model_validate(METER), 120.0)
 
-    assert list(found) == [
+    assert list(errors) == [
         *("gain of meter.resistance", "offset of meter.resistance"),
         *("drift of meter.resistance", "resolution of meter.resistance"),
         "temperature of meter.resistance",
     ]
-    gain, offset, drift, resolution, temperature = found.values()
+    gain, offset, drift, resolution, temperature = errors.values()
     assert (gain.acts, offset.acts, drift.acts) == ("gain", "offset", "each")
     assert gain.u == pytest.approx(1e-4 / sqrt(3))
     assert gain.at(-120.0) == pytest.approx(120 * 1e-4 / sqrt(3))
@@ -51,14 +51,14 @@ def test_each_error_is_a_line_with_its_distribution_and_source():
     assert resolution.u == pytest.approx(1e-3 / 2 / sqrt(3))
     assert drift.u == pytest.approx(0.02e-2 * 120 / sqrt(6))
     assert temperature.u == pytest.approx(2e-3 * 5 / sqrt(3))
-    assert {each.dof for each in found.values()} == {inf}
+    assert {error.dof for error in errors.values()} == {inf}
 
 
 def test_a_zero_takes_the_offset_out():
-    found = lines(ENTRY.model_validate(METER), 120.0, zeroed=True)
+    errors = lines(ENTRY.model_validate(METER), 120.0, zeroed=True)
 
-    assert "offset of meter.resistance" not in found
-    assert "gain of meter.resistance" in found
+    assert "offset of meter.resistance" not in errors
+    assert "gain of meter.resistance" in errors
 
 
 def test_all_errors_at_their_limits():
@@ -68,7 +68,7 @@ def test_all_errors_at_their_limits():
 
 
 @pytest.mark.parametrize(
-    ("known", "u", "source"),
+    ("changes", "u", "source"),
     [
         ({"accuracy": "0.1 % FS"}, 0.2 / sqrt(3), ""),
         ({"accuracy": "0.1 % reading"}, 0.12 / sqrt(3), ""),
@@ -79,12 +79,12 @@ def test_all_errors_at_their_limits():
         ]}, 0.05 / sqrt(3), "C-17"),
     ],
 )  # fmt: skip
-def test_one_figure_or_a_table_is_one_line(known, u, source):
-    (found,) = ENTRY.model_validate(METER | known).reading_errors(120.0)
+def test_one_figure_or_a_table_is_one_line(changes, u, source):
+    (error,) = ENTRY.model_validate(METER | changes).reading_errors(120.0)
 
-    assert (found.name, found.acts) == ("reading of meter.resistance", "each")
-    assert found.u == pytest.approx(u)
-    assert (found.distribution, found.source) == ("rectangular", source)
+    assert (error.name, error.acts) == ("reading of meter.resistance", "each")
+    assert error.u == pytest.approx(u)
+    assert (error.distribution, error.source) == ("rectangular", source)
 
 
 def test_of_what_nothing_is_known_there_is_no_line():
@@ -121,8 +121,8 @@ def test_a_share_of_a_temperature_is_refused():
     entry = {"channel": "room.air", "measures": "temperature", "serial": "T-1"}
     with pytest.raises(ValidationError, match="expected a difference in K"):
         Instrument.model_validate(entry | {"accuracy": {"gain": "0.1 %"}})
-    found = Instrument.model_validate(entry | {"accuracy": {"offset": "0.2 K"}})
-    assert found.reading_errors(293.15)[0].u == pytest.approx(0.2 / sqrt(3))
+    instrument = Instrument.model_validate(entry | {"accuracy": {"offset": "0.2 K"}})
+    assert instrument.reading_errors(293.15)[0].u == pytest.approx(0.2 / sqrt(3))
 
 
 POWER_METER = {"channel": "in.level", "measures": "power level", "serial": "P-1"}
@@ -137,15 +137,15 @@ def test_an_error_of_a_power_level_is_in_decibel(accuracy):
         Instrument.model_validate(POWER_METER | {"accuracy": accuracy})
     Instrument.model_validate(POWER_METER | {"accuracy": accuracy}, context={STORED: True})
     for stated in ("0.2 dB", {"offset": "0.2 dB"}):
-        found = Instrument.model_validate(POWER_METER | {"accuracy": stated})
-        assert found.reading_errors(-10.0)[0].at(-10.0) == pytest.approx(0.2 / sqrt(3))
+        instrument = Instrument.model_validate(POWER_METER | {"accuracy": stated})
+        assert instrument.reading_errors(-10.0)[0].at(-10.0) == pytest.approx(0.2 / sqrt(3))
 
 
 def test_points_of_a_power_meter_have_their_uncertainty_in_decibel():
-    points = [{"applied": f"{at} dBm", "indicated": f"{at + 0.1} dBm", "U": "0.06 dB"}
-              for at in (-30.0, -20.0, -10.0, 0.0)]  # fmt: skip
-    found = Instrument.model_validate(POWER_METER | {"points": points, "interpolation": "linear"})
-    assert found.points[0].standard_uncertainty == pytest.approx(0.03)
+    points = [{"applied": f"{level} dBm", "indicated": f"{level + 0.1} dBm", "U": "0.06 dB"}
+              for level in (-30.0, -20.0, -10.0, 0.0)]  # fmt: skip
+    meter = Instrument.model_validate(POWER_METER | {"points": points, "interpolation": "linear"})
+    assert meter.points[0].standard_uncertainty == pytest.approx(0.03)
 
 
 def test_of_a_torque_transducer_the_errors_beyond_its_accuracy_are_lines_too():
@@ -165,16 +165,16 @@ def test_of_a_torque_transducer_the_errors_beyond_its_accuracy_are_lines_too():
             },
         }
     )  # fmt: skip
-    found = lines(torque, -5.0)
+    errors = lines(torque, -5.0)
 
-    assert found["nonlinearity of tester.torque"].u == pytest.approx(0.005 / sqrt(3))
-    assert found["offset of tester.torque"].acts == "offset"
+    assert errors["nonlinearity of tester.torque"].u == pytest.approx(0.005 / sqrt(3))
+    assert errors["offset of tester.torque"].acts == "offset"
     assert "offset of tester.torque" not in lines(torque, -5.0, zeroed=True)
-    assert found["drift of tester.torque"].u == 0
-    assert found["hysteresis of tester.torque"].u == pytest.approx(0.003 / sqrt(2))
-    assert found["resolution of tester.torque"].u == pytest.approx(0.5e-3 / sqrt(3))
-    assert found["creep of tester.torque"].u == pytest.approx(0.02e-2 * 5 / sqrt(3))
-    sensitivity = found["temperature sensitivity of tester.torque"]
+    assert errors["drift of tester.torque"].u == 0
+    assert errors["hysteresis of tester.torque"].u == pytest.approx(0.003 / sqrt(2))
+    assert errors["resolution of tester.torque"].u == pytest.approx(0.5e-3 / sqrt(3))
+    assert errors["creep of tester.torque"].u == pytest.approx(0.02e-2 * 5 / sqrt(3))
+    sensitivity = errors["temperature sensitivity of tester.torque"]
     assert (sensitivity.acts, sensitivity.source) == ("gain", "DKD-1")
     assert sensitivity.u == pytest.approx(0.05e-2 * 0.3 / sqrt(3))
 
@@ -182,8 +182,8 @@ def test_of_a_torque_transducer_the_errors_beyond_its_accuracy_are_lines_too():
 def test_a_stored_run_may_have_a_limit_that_was_read_wrongly():
     """Until 0.2 a voltmeter of 0.5 % counted as one of 5 mV; its runs must be readable still."""
     entry = METER | {"accuracy": "0.5 %"}
-    found = ENTRY.model_validate(entry, context={STORED: True})
-    assert found.limit_of_error(100.0) == 0.005
+    instrument = ENTRY.model_validate(entry, context={STORED: True})
+    assert instrument.limit_of_error(100.0) == 0.005
     with pytest.raises(ValidationError, match="which does not say of what"):
         ENTRY.model_validate(entry, context={STORED: False})
 
@@ -206,9 +206,9 @@ def test_of_a_relative_humidity_a_bare_share_is_an_absolute_limit():
     ],
 )
 def test_a_small_share_is_read_with_its_exponent_and_in_parts_per_million(accuracy, limit):
-    known = ENTRY.model_validate({**METER, "accuracy": accuracy})
+    instrument = ENTRY.model_validate({**METER, "accuracy": accuracy})
 
-    assert known.limit_of_error(10.0) == pytest.approx(limit, rel=1e-12)
+    assert instrument.limit_of_error(10.0) == pytest.approx(limit, rel=1e-12)
 
 
 @pytest.mark.parametrize("limit", ["-0.1 % FS", "1e400 % reading"])

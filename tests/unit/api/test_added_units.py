@@ -120,7 +120,7 @@ def test_a_unit_is_found_or_not():
     define([HORSEPOWER], "one")
     assert find_unit(" tstHP ").symbol == "tstHp"
     assert find_unit("N·m").dimension == "torque"
-    assert [find_unit(each) for each in ("", "tstNone", "N·tstNone")] == [None, None, None]
+    assert [find_unit(symbol) for symbol in ("", "tstNone", "N·tstNone")] == [None, None, None]
 
 
 def test_two_that_define_a_kind_differently_are_both_named():
@@ -137,12 +137,12 @@ def test_what_a_plugin_defines_again_takes_the_place_of_the_former():
 
 
 def test_a_run_keeps_its_units():
-    kept = [
+    definitions = [
         replace(HORSEPOWER, symbol="tstK", spellings=("tstKk",)),
         replace(DELISLE, symbol="tstKd"),
         replace(LOUD, symbol="tstKl", kind="kept level"),
     ]
-    define_units_of(unit_texts(kept) | {"Rigrunner": "1.0"}, "run-1")
+    define_units_of(unit_texts(definitions) | {"Rigrunner": "1.0"}, "run-1")
     assert read("2 tstKk") == ("2 tstK", 2 * 745.6998715822702, "power")
     assert read("3 tstKd") == ("3 tstKd", 102.0, "temperature")
     assert rate_of("kept level") is None
@@ -158,7 +158,7 @@ def test_a_damaged_unit_of_a_run_is_told():
 def test_the_register_takes_an_instrument_of_a_new_kind():
     define([GRADE, HALF], "one")
     entry = {"channel": "tester.grade", "measures": "test grade", "serial": "G-1"}
-    found = Instrument.model_validate(entry | {"accuracy": "3 tstH"})
-    assert found.limit_of_error(10.0) == 1.5
+    instrument = Instrument.model_validate(entry | {"accuracy": "3 tstH"})
+    assert instrument.limit_of_error(10.0) == 1.5
     with pytest.raises(ValidationError, match="'test grad' is not a quantity"):
         Instrument.model_validate(entry | {"measures": "test grad"})

@@ -116,27 +116,27 @@ def test_call_that_was_interrupted_before_it_began_never_begins(caller, monkeypa
     def interrupt(*_):
         raise KeyboardInterrupt
 
-    release, made = threading.Event(), []
+    release, calls = threading.Event(), []
     caller.start("read", release.wait)
     with monkeypatch.context() as patched:
         patched.setattr(calling, "_is_over", interrupt)
         with pytest.raises(KeyboardInterrupt):
-            caller.call("set", lambda: made.append("set"), 5)
+            caller.call("set", lambda: calls.append("set"), 5)
     release.set()
     assert caller.call("ask", lambda: "after it", 5) == "after it"
-    assert made == []
+    assert calls == []
 
 
 def test_call_that_never_began_is_not_made_up_for_later(caller):
-    release, made = threading.Event(), []
+    release, calls = threading.Event(), []
     with pytest.raises(DeviceTimeoutError):
         caller.call("read", release.wait, 0.02)
     with pytest.raises(DeviceTimeoutError):
-        caller._run("set", lambda: made.append("set"), 0.02)
+        caller._run("set", lambda: calls.append("set"), 0.02)
     release.set()
     caller.call_urgently("close", lambda: None, 5)
     time.sleep(0.05)
-    assert made == []
+    assert calls == []
 
 
 def test_in_slices_no_wait_is_longer_than_one(caller, monkeypatch):
@@ -154,7 +154,7 @@ def test_in_slices_no_wait_is_longer_than_one(caller, monkeypatch):
         assert waits == [5]
     else:
         assert len(waits) >= 3
-        assert all(each <= 0.02 for each in waits)
+        assert all(seconds <= 0.02 for seconds in waits)
 
 
 def test_a_call_that_is_begun_gives_its_outcome_later_and_holds_up_the_next(caller):
@@ -168,13 +168,13 @@ def test_a_call_that_is_begun_gives_its_outcome_later_and_holds_up_the_next(call
 
 
 def test_a_call_that_is_begun_and_taken_back_is_not_made(caller):
-    release, made = threading.Event(), []
+    release, calls = threading.Event(), []
     caller.start("stream", lambda: release.wait(5))
-    begun = caller.start("read", lambda: made.append("read"))
+    begun = caller.start("read", lambda: calls.append("read"))
     assert begun.cancel()
     release.set()
-    caller.call("read", lambda: made.append("next"), 5)
-    assert made == ["next"]
+    caller.call("read", lambda: calls.append("next"), 5)
+    assert calls == ["next"]
 
 
 def test_an_urgent_call_does_not_wait_behind_one_that_hangs_and_one_that_was_taken_back(caller):
@@ -195,7 +195,7 @@ def test_two_may_wait_for_one_call(caller):
         waiting = [pool.submit(calling._is_over, pending, 5.0) for _ in range(2)]
         time.sleep(0.02)
         release.set()
-        assert [each.result(1.0) for each in waiting] == [True, True]
+        assert [future.result(1.0) for future in waiting] == [True, True]
     assert pending.result() is True
 
 

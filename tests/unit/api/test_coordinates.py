@@ -36,8 +36,8 @@ def label(value, name="x"):
     ],
 )
 def test_a_value_is_stored_as_what_it_is(written, stored, unit):
-    value, found = in_si(label(written))
-    assert (value, found) == (pytest.approx(stored) if isinstance(stored, float) else stored, unit)
+    value, symbol = in_si(label(written))
+    assert (value, symbol) == (pytest.approx(stored) if isinstance(stored, float) else stored, unit)
     assert type(value) is type(stored)
 
 
@@ -74,21 +74,22 @@ def test_a_name_hides_nothing(name, message):
 
 
 def test_values_in_words():
-    assert [coordinate_text(each) for each in (3, 2.0, True, False, "wear")] == [
+    assert [coordinate_text(value) for value in (3, 2.0, True, False, "wear")] == [
         "3", "2", "yes", "no", "wear",
     ]  # fmt: skip
-    known = {"phase": "wear", "dwell": 60.0, "block": 3}
-    assert coordinates_text(known, {"dwell": "s"}) == "phase wear, dwell 60 s, block 3"
-    assert labels_of({**known, "aged": False}) == {"phase": "wear", "dwell": 60.0, "aged": False}
+    coordinates = {"phase": "wear", "dwell": 60.0, "block": 3}
+    assert coordinates_text(coordinates, {"dwell": "s"}) == "phase wear, dwell 60 s, block 3"
+    labels = {"phase": "wear", "dwell": 60.0, "aged": False}
+    assert labels_of({**labels, "block": 3}) == labels
 
 
 def test_a_selection_compares_as_a_person_does():
-    there = {"phase": "wear", "dwell": 60.0, "aged": True, "block": 1}
-    chosen = StepSettings.model_validate
+    coordinates = {"phase": "wear", "dwell": 60.0, "aged": True, "block": 1}
+    settings = StepSettings.model_validate
     for where in ({"phase": "wear"}, {"dwell": "1 min"}, {"aged": True}, {"block": 1}, {}):
-        assert matches(there, chosen({"label": where}).label), where
+        assert matches(coordinates, settings({"label": where}).label), where
     for where in ({"phase": "final"}, {"dwell": "59 s"}, {"aged": 1}, {"block": True}, {"y": 1}):
-        assert not matches(there, chosen({"label": where}).label), where
+        assert not matches(coordinates, settings({"label": where}).label), where
 
 
 def test_things_at_one_set_point_may_differ_by_a_counter_and_not_by_a_label():

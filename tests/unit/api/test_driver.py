@@ -67,8 +67,8 @@ class Press(Driver):
         if self.raises:
             error, self.raises = self.raises, None
             raise error
-        way = self.wanted - self.stands
-        self.stands += max(-self.step, min(self.step, way))
+        distance = self.wanted - self.stands
+        self.stands += max(-self.step, min(self.step, distance))
         return self.stands
 
     def _go(self, value):
@@ -120,7 +120,7 @@ def test_limits_hold_before_anything_is_sent(press, wrong):
 
 
 @pytest.mark.parametrize(
-    ("raised", "told"),
+    ("raised", "expected"),
     [
         (TimeoutError(), DeviceTimeoutError),
         (ConnectionResetError("reset"), DeviceLostError),
@@ -128,10 +128,10 @@ def test_limits_hold_before_anything_is_sent(press, wrong):
         (DeviceNotFoundError("nobody there"), DeviceNotFoundError),
     ],
 )
-def test_what_the_back_end_raises_becomes_one_of_four_errors(press, raised, told):
+def test_what_the_back_end_raises_becomes_one_of_four_errors(press, raised, expected):
     press.connect(1.0)
     press.raises = raised
-    with pytest.raises(told):
+    with pytest.raises(expected):
         press.read(["load"])
 
 
@@ -325,16 +325,16 @@ def test_ctrl_c_while_one_drive_is_made_safe_is_raised_once_all_had_their_turn()
     assert device.stands["speed"] == 0.0
 
 
-@pytest.mark.parametrize("made", [ChannelInfo, DriveInfo])
-def test_records_of_the_class_that_lack_a_comma_are_refused(made):
-    what = "channels" if made is ChannelInfo else "drives"
-    bounds = () if made is ChannelInfo else (0.0, 1000.0)
+@pytest.mark.parametrize("kind", [ChannelInfo, DriveInfo])
+def test_records_of_the_class_that_lack_a_comma_are_refused(kind):
+    what = "channels" if kind is ChannelInfo else "drives"
+    bounds = () if kind is ChannelInfo else (0.0, 1000.0)
 
     class Careless(Driver):
         pass
 
-    setattr(Careless, what, made("load", "N", "Load", *bounds))
-    with pytest.raises(PluginError, match=f"^{what} is one {made.__name__}, expected a tuple"):
+    setattr(Careless, what, kind("load", "N", "Load", *bounds))
+    with pytest.raises(PluginError, match=f"^{what} is one {kind.__name__}, expected a tuple"):
         Careless(DeviceContext("press", SimulatedClock(), Path()))
 
 

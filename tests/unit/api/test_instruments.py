@@ -47,9 +47,9 @@ def test_points_give_the_limit_of_error_where_no_accuracy_is_stated():
     assert instrument.half_width("overall") == pytest.approx(0.03 + 0.01, rel=1e-12)
     assert instrument.points[2].standard_uncertainty == pytest.approx(0.010, rel=1e-12)
     assert instrument.calibrated_range == (-10.0, 10.0)
-    both = Instrument.model_validate(TORQUE | {"points": POINTS, "accuracy": SPLIT})
-    assert both.half_width("gain") == pytest.approx(0.003)
-    assert both.half_width("overall") == 0
+    instrument = Instrument.model_validate(TORQUE | {"points": POINTS, "accuracy": SPLIT})
+    assert instrument.half_width("gain") == pytest.approx(0.003)
+    assert instrument.half_width("overall") == 0
 
 
 @pytest.mark.parametrize(
@@ -108,10 +108,10 @@ def test_an_impossible_other_instrument_is_refused(changes, words):
 def test_a_thermometer_has_an_uncertainty_in_kelvin():
     point = {"applied": "20 °C", "indicated": "20.1 °C", "U": "0.2 K"}
     entry = {"channel": "room.temperature", "measures": "temperature", "serial": "9"}
-    found = ENTRY.model_validate(entry | {"points": [point]})
+    instrument = ENTRY.model_validate(entry | {"points": [point]})
 
-    assert found.points[0].deviation == pytest.approx(0.1, abs=1e-9)
-    assert found.points[0].standard_uncertainty == pytest.approx(0.1, abs=1e-12)
+    assert instrument.points[0].deviation == pytest.approx(0.1, abs=1e-9)
+    assert instrument.points[0].standard_uncertainty == pytest.approx(0.1, abs=1e-12)
     with pytest.raises(ValidationError, match="not a difference"):
         ENTRY.model_validate(entry | {"points": [point | {"U": "0.2 °C"}]})
 
@@ -120,9 +120,7 @@ def test_a_thermometer_has_an_uncertainty_in_kelvin():
 @pytest.mark.parametrize("k", [1, 1.65, 2, 3])
 def test_a_small_coverage_factor_gives_no_smaller_uncertainty(k, interpolation):
     """U/k is the standard uncertainty (GUM 4.3.3); as a rectangle, U alone would be U/√3."""
-    points = [
-        {"applied": f"{at} V", "indicated": f"{at} V", "U": "0.1 V", "k": k} for at in (1, 10)
-    ]
+    points = [{"applied": f"{v} V", "indicated": f"{v} V", "U": "0.1 V", "k": k} for v in (1, 10)]
     entry = {"channel": "meter.voltage", "measures": "voltage", "serial": "9", "points": points}
     (line,) = ENTRY.model_validate(entry | interpolation).reading_errors(5.0)
 
@@ -138,24 +136,24 @@ def test_a_small_coverage_factor_gives_no_smaller_uncertainty(k, interpolation):
     ],
 )
 def test_zero_of_a_scale_is_not_within_its_calibration_points(quantity, low, high, U, below):  # noqa: N803
-    points = [{"applied": each, "indicated": each, "U": U} for each in (low, high)]
+    points = [{"applied": value, "indicated": value, "U": U} for value in (low, high)]
     entry = {"channel": "room.x", "measures": quantity, "serial": "9", "points": points}
-    known = ENTRY.model_validate(entry)
+    instrument = ENTRY.model_validate(entry)
 
-    assert known.calibrated_range == tuple(each.applied.si for each in known.points)
-    assert known.beyond_range(below, below, "") != ""
+    assert instrument.calibrated_range == tuple(point.applied.si for point in instrument.points)
+    assert instrument.beyond_range(below, below, "") != ""
     voltage = [{"applied": "5 V", "indicated": "5 V", "U": "0.1 V"}]
-    other = ENTRY.model_validate(entry | {"measures": "voltage", "points": voltage})
-    assert other.calibrated_range == (0.0, 5.0)
+    voltmeter = ENTRY.model_validate(entry | {"measures": "voltage", "points": voltage})
+    assert voltmeter.calibrated_range == (0.0, 5.0)
 
 
 def test_a_reading_below_the_range_names_where_it_begins():
-    points = [{"applied": each, "indicated": each, "U": "0.1 K"} for each in ("10 °C", "40 °C")]
-    known = ENTRY.model_validate(
+    points = [{"applied": value, "indicated": value, "U": "0.1 K"} for value in ("10 °C", "40 °C")]
+    instrument = ENTRY.model_validate(
         {"channel": "room.x", "measures": "temperature", "serial": "9", "points": points}
     )
 
-    text = known.beyond_range(273.15, 300.0, "K")
+    text = instrument.beyond_range(273.15, 300.0, "K")
     assert text == "273.1 K was recorded, the calibration holds from 283.1 K"
 
 
@@ -175,13 +173,13 @@ FALLEN = {"applied": "40 °C", "indicated": "19 °C", "U": "1 K"}
 
 def test_readings_of_any_quantity_are_corrected_between_the_points():
     """Of a temperature nothing is mirrored: below the lowest point its deviation holds."""
-    found = Instrument.model_validate(THERMOMETER)
+    instrument = Instrument.model_validate(THERMOMETER)
     celsius = np.array([5.0, 10.2, 15.15, 20.1, 25.25, 40.0])
     expected = celsius - [0.2, 0.2, 0.15, 0.1, 0.25, 0.4]
-    assert found.corrected(celsius + 273.15) - 273.15 == pytest.approx(expected, abs=1e-9)
+    assert instrument.corrected(celsius + 273.15) - 273.15 == pytest.approx(expected, abs=1e-9)
     # the greatest U, and the middle point off the line from 0.2 K to 0.4 K over 20.2 K
     off = 0.2 + 0.2 * (20.1 - 10.2) / (30.4 - 10.2) - 0.1
-    assert found.half_width("overall") == pytest.approx(0.2 + off, abs=1e-9)
+    assert instrument.half_width("overall") == pytest.approx(0.2 + off, abs=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -233,9 +231,10 @@ def test_a_force_is_mirrored_about_its_zero_as_a_torque_is():
         {"applied": "2 kN", "indicated": "2.03 kN", "U": "1 N"},
     ]
     entry = {"channel": "m.f", "measures": "force", "serial": "1", "points": points}
-    found = Instrument.model_validate(entry | {"interpolation": "linear"})
-    at = np.array([-2030.0, -505.0, 0.0, 505.0])
-    assert found.corrected(at + 7.0, 7.0) == pytest.approx([-2000.0, -500.0, 0.0, 500.0])
+    instrument = Instrument.model_validate(entry | {"interpolation": "linear"})
+    indicated = np.array([-2030.0, -505.0, 0.0, 505.0])
+    applied = [-2000.0, -500.0, 0.0, 500.0]
+    assert instrument.corrected(indicated + 7.0, 7.0) == pytest.approx(applied)
 
 
 @pytest.mark.parametrize(
@@ -254,9 +253,9 @@ def test_points_that_cannot_correct_are_refused(changes, words):
 
 def test_the_full_scale_of_any_instrument_is_what_a_share_is_of():
     cell = {key: LOAD_CELL[key] for key in ("channel", "measures", "serial", "accuracy")}
-    found = Instrument.model_validate(cell | {"full_scale": "5 kN"})
-    assert found.half_width("overall") == pytest.approx(5.0)
-    assert found.calibrated_range == (-inf, 5000.0)
+    instrument = Instrument.model_validate(cell | {"full_scale": "5 kN"})
+    assert instrument.half_width("overall") == pytest.approx(5.0)
+    assert instrument.calibrated_range == (-inf, 5000.0)
     with pytest.raises(ValidationError, match="got '-5 kN', expected more than 0"):
         Instrument.model_validate(cell | {"full_scale": "-5 kN"})
     with pytest.raises(ValidationError, match="'full_scale' is missing, or a 'range'"):
@@ -278,6 +277,6 @@ def test_points_stand_for_what_the_accuracy_leaves_out():
 )
 def test_a_bare_share_is_of_the_reading_or_of_full_scale(stated, share):
     parts = {"gain": stated, "nonlinearity": stated}
-    found = Instrument.model_validate(TORQUE | {"accuracy": parts})
-    assert found.half_width("gain") == pytest.approx(share, rel=1e-12)
-    assert found.half_width("nonlinearity") == pytest.approx(20 * share, rel=1e-12)
+    instrument = Instrument.model_validate(TORQUE | {"accuracy": parts})
+    assert instrument.half_width("gain") == pytest.approx(share, rel=1e-12)
+    assert instrument.half_width("nonlinearity") == pytest.approx(20 * share, rel=1e-12)

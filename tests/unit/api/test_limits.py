@@ -16,7 +16,7 @@ NAME = "press.torque"
 
 
 def limit(low=None, high=None, marginal=0.0):
-    least, most = (None if each is None else parse_quantity(each) for each in (low, high))
+    least, most = (None if text is None else parse_quantity(text) for text in (low, high))
     return ValueLimit.between(NAME, least, most, marginal)
 
 
@@ -34,9 +34,9 @@ def limit(low=None, high=None, marginal=0.0):
     ],
 )
 def test_a_value_passes_within_the_limit_with_both_bounds(low, high, value, passes):
-    decided = limit(low, high).decision(value)
-    assert decided.passes is passes
-    assert decided.verdict is (Verdict.PASS if passes else Verdict.FAIL)
+    decision = limit(low, high).decision(value)
+    assert decision.passes is passes
+    assert decision.verdict is (Verdict.PASS if passes else Verdict.FAIL)
 
 
 @given(st.floats(-1e3, 1e3), st.floats(0, 10), st.floats(-2e3, 2e3))
@@ -70,9 +70,9 @@ def test_a_missed_limit_reads_in_the_unit_of_the_procedure(low, high, value, tex
 
 
 def test_a_value_just_beyond_its_limit_is_not_shown_as_the_limit():
-    decided = limit(None, "0.5 N·m").decision(0.5 * (1 + 1e-14))
-    assert not decided.passes
-    assert decided.reason == f"{NAME} is 0.500000000000005 N·m (limit: 0.5 N·m or less)"
+    decision = limit(None, "0.5 N·m").decision(0.5 * (1 + 1e-14))
+    assert not decision.passes
+    assert decision.reason == f"{NAME} is 0.500000000000005 N·m (limit: 0.5 N·m or less)"
 
 
 @pytest.mark.parametrize(
@@ -88,8 +88,8 @@ def test_a_value_just_beyond_its_limit_is_not_shown_as_the_limit():
 def test_a_value_on_its_limit_passes_in_whatever_unit_either_is_written(read, allowed):
     """Exactly equal as written; as binary numbers in SI they differ in the last digits."""
     value, end = parse_quantity(read), parse_quantity(allowed)
-    for one in (ValueLimit.between(NAME, None, end), ValueLimit.between(NAME, end, None)):
-        assert one.decision(value.si).passes
+    for bound in (ValueLimit.between(NAME, None, end), ValueLimit.between(NAME, end, None)):
+        assert bound.decision(value.si).passes
     number, shown = parse_quantity(allowed).number, end.unit.symbol
     reason = ValueLimit.between(NAME, None, end).decision(value.si).reason
     assert reason == f"{NAME} is {number:.4g} {shown} (limit: {number:g} {shown} or less)"

@@ -79,9 +79,9 @@ class Log:
         self.told.append(("error", text % values))
 
 
-def lamp(tmp_path, made=Lamp, log=None, **settings):
+def lamp(tmp_path, driver_class=Lamp, log=None, **settings):
     context = DeviceContext("lamp", SimulatedClock(), tmp_path, log=log or Log())
-    return made(LineSettings(**settings), context)
+    return driver_class(LineSettings(**settings), context)
 
 
 def failing(tmp_path, script):
@@ -229,8 +229,8 @@ def test_the_next_call_is_answered_whatever_became_of_the_one_before(tmp_path, w
 
 def test_another_instrument_is_refused_on_reconnecting_and_its_drives_are_left_alone(tmp_path):
     once = {b"LEVEL?\n": HANG_UP, b"*IDN?\n": IDENTITY}
-    other = {**SCRIPT, b"*IDN?\n": b"Example,lamp,0008,1.2\n"}
-    with peer(Once(other, once)) as instrument:
+    script = {**SCRIPT, b"*IDN?\n": b"Example,lamp,0008,1.2\n"}
+    with peer(Once(script, once)) as instrument:
         device = lamp(tmp_path, address=instrument.address)
         device.connect(1.0)
         with pytest.raises(DeviceLostError, match="closed the connection"):
@@ -343,10 +343,10 @@ def wired(tmp_path):
         return lamps[-1], peers[-1]
 
     yield make
-    for each in (*lamps,):
-        each.close()
-    for each in peers:
-        each.unplug()
+    for peer_ in (*lamps,):
+        peer_.close()
+    for peer_ in peers:
+        peer_.unplug()
 
 
 def test_over_a_serial_port_it_is_the_same(wired):
@@ -415,9 +415,9 @@ def test_an_instrument_on_the_network_needs_no_package_for_serial_ports(tmp_path
         lamp(tmp_path, address="/dev/ttyUSB0")
 
 
-@pytest.mark.parametrize(("address", "got"), [("", "nothing"), ("10.0.0.5", "'10.0.0.5'")])
-def test_an_address_that_is_refused_is_told_as_it_was_written(address, got):
-    with pytest.raises(ValidationError, match=f"address: got {got}, expected host:port"):
+@pytest.mark.parametrize(("address", "written"), [("", "nothing"), ("10.0.0.5", "'10.0.0.5'")])
+def test_an_address_that_is_refused_is_told_as_it_was_written(address, written):
+    with pytest.raises(ValidationError, match=f"address: got {written}, expected host:port"):
         LineSettings(address=address)
 
 
@@ -490,7 +490,7 @@ def test_a_connection_that_is_opened_again_closes_the_one_before(tmp_path, monke
     device = lamp(tmp_path, Known, address="10.0.0.5:5025")
     device.connect(1.0)
     device.connect(1.0)
-    assert [each.closed for each in ports] == [True, False]
+    assert [port.closed for port in ports] == [True, False]
 
 
 def test_a_port_that_is_never_silent_is_waited_for_three_times_as_long(monkeypatch):
@@ -512,14 +512,14 @@ def test_a_port_that_is_never_silent_is_waited_for_three_times_as_long(monkeypat
 
 
 @pytest.mark.parametrize(
-    ("error", "said"),
+    ("error", "words"),
     [(OSError(5, "Input/output error"), "Input/output error"), (OSError("unplugged"), "unplugged")],
 )
-def test_a_port_that_fails_is_told_in_the_words_of_the_system(error, said):
+def test_a_port_that_fails_is_told_in_the_words_of_the_system(error, words):
     class Failing(DeafPort):
         def transmit(self, data, within_s):  # noqa: ARG002  (the Protocol's)
             raise error
 
     with pytest.raises(DeviceLostError) as raised:
         LineLink("lamp", Failing(), "\n", 0.2).ask("LEVEL?")
-    assert raised.value.message == f"lamp was lost at 'LEVEL?': {said}"
+    assert raised.value.message == f"lamp was lost at 'LEVEL?': {words}"

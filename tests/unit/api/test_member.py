@@ -31,8 +31,8 @@ def test_it_is_its_text():
     ],
 )  # fmt: skip
 def test_it_keeps_its_parts(again):
-    found = again(TORQUE)
-    assert (found, found.role, found.name) == ("tester.torque", "tester", "torque")
+    member = again(TORQUE)
+    assert (member, member.role, member.name) == ("tester.torque", "tester", "torque")
 
 
 @pytest.mark.parametrize(

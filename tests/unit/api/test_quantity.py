@@ -177,8 +177,8 @@ def test_any_text_is_a_quantity_or_refused(text):
 
 
 def test_every_unit_is_found_by_its_symbol_and_every_dimension_has_a_coherent_unit():
-    for known in UNITS:
-        assert unit(known.symbol) is known
+    for u in UNITS:
+        assert unit(u.symbol) is u
     assert units_of("torque") == ["N·m", "mN·m", "in·lbf"]
     assert units_of("V/K") == ["V/K"]
     for dimension in kinds():
@@ -187,7 +187,7 @@ def test_every_unit_is_found_by_its_symbol_and_every_dimension_has_a_coherent_un
         assert coherent.dimension == dimension
 
 
-DIMENSIONS = sorted({known.dimension for known in UNITS})
+DIMENSIONS = sorted({u.dimension for u in UNITS})
 
 
 @pytest.mark.parametrize(
@@ -218,7 +218,7 @@ def test_what_is_written_readably_is_read_as_it_was(si, dimension):
 @given(
     st.one_of(
         st.builds("{}{}{}".format, st.floats(-1e6, 1e6), st.sampled_from(["", " ", "\t"]),
-                  st.sampled_from([*(known.symbol for known in UNITS), "Nm", "in-lb", "Nq", ""])),
+                  st.sampled_from([*(u.symbol for u in UNITS), "Nm", "in-lb", "Nq", ""])),
         st.text("0123456789.,eE+-Nm·k \N{MINUS SIGN}", max_size=8),
     ),
     st.sampled_from([None, *DIMENSIONS]),
@@ -229,12 +229,12 @@ def test_the_pattern_takes_what_is_read_and_no_other_unit_of_one_name(text, dime
     matches = re.search(quantity_pattern(dimension), text) is not None
     try:
         parse_quantity(text, dimension)
-        taken = True
+        accepted = True
     except QuantityError as error:
-        taken = "too large" in error.message
-    assert matches or not taken
+        accepted = "too large" in error.message
+    assert matches or not accepted
     if not re.search(r"[·.*/^²³]|[A-Za-z°%][-\N{MINUS SIGN}]?[0-9]", text):
-        assert matches == taken
+        assert matches == accepted
 
 
 @pytest.mark.parametrize(
@@ -266,9 +266,9 @@ def test_the_pattern_takes_what_is_read_and_no_other_unit_of_one_name(text, dime
     ],
 )
 def test_prefixes_products_and_quotients(symbol, kind, factor, coherent):
-    found = unit(symbol)
-    assert (found.dimension, si_symbol(kind)) == (kind, coherent)
-    assert found.factor == pytest.approx(factor, rel=1e-14)
+    composed = unit(symbol)
+    assert (composed.dimension, si_symbol(kind)) == (kind, coherent)
+    assert composed.factor == pytest.approx(factor, rel=1e-14)
 
 
 @pytest.mark.parametrize(
@@ -280,7 +280,7 @@ def test_fahrenheit(text, kelvin):
 
 def test_one_unit_has_one_symbol_and_the_same_kind_however_it_is_spelled():
     spellings = ["N·m·s/rad", "N*m*s/rad", "N.m.s/rad"]
-    assert {unit(each) for each in spellings} == {unit("N·m·s/rad")}
+    assert {unit(spelling) for spelling in spellings} == {unit("N·m·s/rad")}
     assert unit("W/A").dimension == "voltage"
     assert unit("W/(A·K)").dimension == unit("V/K").dimension
 
@@ -321,10 +321,10 @@ def test_the_factor_of_a_quotient_is_that_of_its_parts(above, below):
         return math.prod(unit(name).factor ** power for name, power in parts)
 
     assume(not {("mm", 3), ("lx", 1)} <= {*above, *below})  # mm⁶/lx², say, is m¹⁰/cd²: refused
-    found = unit(f"{written(above).strip('()')}/{written(below)}")
-    assert found.factor == pytest.approx(factor(above) / factor(below), rel=1e-12)
-    assert unit(found.symbol) == found
-    assert unit(si_symbol(found.dimension)).dimension == found.dimension
+    composed = unit(f"{written(above).strip('()')}/{written(below)}")
+    assert composed.factor == pytest.approx(factor(above) / factor(below), rel=1e-12)
+    assert unit(composed.symbol) == composed
+    assert unit(si_symbol(composed.dimension)).dimension == composed.dimension
 
 
 @pytest.mark.parametrize(

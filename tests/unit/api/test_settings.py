@@ -107,5 +107,5 @@ def test_a_model_that_threads_use_first_at_the_same_time_is_that_model_for_each(
         return Outer.model_validate({"inner": {"at": ["1 kHz"]}, "force": "2 kN"})
 
     with ThreadPoolExecutor(8) as threads:
-        found = list(threads.map(first_use, range(8)))
-    assert all(each.force == 2000.0 and each.inner.at == (1000.0,) for each in found)
+        results = list(threads.map(first_use, range(8)))
+    assert all(result.force == 2000.0 and result.inner.at == (1000.0,) for result in results)

@@ -78,17 +78,17 @@ def test_blocks_follow_each_other_and_each_has_all_channels(counter):
     assert isinstance(counter, Streaming)
     assert isinstance(counter, Readable)
     blocks = list(counter.stream(["twice", "force"], 0.25, threading.Event()))
-    assert [(each.first_sample, each.samples) for each in blocks] == [
+    assert [(block.first_sample, block.samples) for block in blocks] == [
         (0, 100),
         (100, 100),
         (200, 50),
     ]
     assert np.array_equal(
-        np.concatenate([each.channels["force"] for each in blocks]), np.arange(250.0)
+        np.concatenate([block.channels["force"] for block in blocks]), np.arange(250.0)
     )
     assert blocks[2].channels["twice"][0] == 400.0
     assert blocks[0].channels["force"].dtype == np.float64
-    assert [each.monotonic_s for each in blocks] == pytest.approx([0.1, 0.2, 0.25])
+    assert [block.monotonic_s for block in blocks] == pytest.approx([0.1, 0.2, 0.25])
     assert counter.log == ["start 2", "halt"]
 
 
@@ -110,9 +110,9 @@ def test_one_that_is_left_is_halted(counter):
 
 def test_an_error_in_the_middle_is_mapped_and_halts(counter):
     counter.fails_at = 200
-    found = []
+    blocks = []
     with pytest.raises(DeviceLostError, match="take 100 of force: buffer overrun"):
-        found.extend(counter.stream(["force"], 1.0, threading.Event()))
+        blocks.extend(counter.stream(["force"], 1.0, threading.Event()))
     assert counter.log == ["start 1", "halt"]
 
 
@@ -152,8 +152,8 @@ def test_unknown_channels_and_no_connection_are_refused_at_once(counter):
 
 
 def test_it_keeps_to_what_every_device_keeps_to():
-    found: Subject = subject("device", "counter", registry=REGISTRY)
-    failed = [each for each in examine(found, checks("device")) if each.state is State.FAIL]
+    counted: Subject = subject("device", "counter", registry=REGISTRY)
+    failed = [check for check in examine(counted, checks("device")) if check.state is State.FAIL]
     assert failed == []
 
 

@@ -32,16 +32,16 @@ def test_pairs_are_aligned():
 def test_a_table_has_coordinates_set_points_values_and_readings_each_with_its_unit():
     units = {"bench.load": "N", "bench.mass": "kg", "dwell": "s", "bench.ratio": "1"}
     written = {"bench.load": "kN", "bench.mass": "g"}
-    one = Measurement(
+    first = Measurement(
         "weighing", "", {"bench.load": 500.0}, {"bench.mass": 0.0125, "bench.ratio": 2.0}, units,
         coordinates={"phase": "new", "dwell": 60.0}, readings={"bench.state": "V1.2"},
         written_in=written,
     )  # fmt: skip
-    other = replace(
-        one, setpoints={"bench.load": 1500.0}, values={"bench.mass": 0.007},
+    second = replace(
+        first, setpoints={"bench.load": 1500.0}, values={"bench.mass": 0.007},
         coordinates={"phase": "worn", "dwell": 60.0}, readings={},
     )  # fmt: skip
-    assert table_cells([one, other]) == (
+    assert table_cells([first, second]) == (
         ["phase", "dwell / s", "set bench.load / kN", "bench.mass / g", "bench.ratio / 1",
          "bench.state"],
         [["new", "60", "0.5", "12.5", "2", "V1.2"], ["worn", "60", "1.5", "7.0", "", ""]],

@@ -19,13 +19,13 @@ from rigrunner_panel.web.requests import BecauseOf, CheckInput, StartRun, TakeCo
 
 TURNING = [*range(0x202A, 0x202F), *range(0x2066, 0x206A), 0x200E, 0x200F, 0x061C]
 CONTROLS = [*range(0x09), 0x0B, 0x0C, *range(0x0E, 0x20), *range(0x7F, 0xA0), 0x2028, 0x2029]
-HIDDEN = [chr(each) for each in (*TURNING, *CONTROLS)]
+HIDDEN = [chr(code) for code in (*TURNING, *CONTROLS)]
 SEEN = ["ünit 轴承", "محمل", "מיסב", "क्\N{ZERO WIDTH JOINER}ष", "a\tb", "two\nlines", "±2 °C µm"]
 RLO = "\N{RIGHT-TO-LEFT OVERRIDE}"
 BEARING = '"Bearing'
 
 
-@pytest.mark.parametrize("character", HIDDEN, ids=lambda each: f"U+{ord(each):04X}")
+@pytest.mark.parametrize("character", HIDDEN, ids=lambda c: f"U+{ord(c):04X}")
 def test_what_cannot_be_seen_is_refused_with_its_place(character):
     with pytest.raises(ValueError, match=rf"character 3 is U\+{ord(character):04X}"):
         plain(f"SN{character}17")
@@ -41,7 +41,7 @@ def test_what_any_script_needs_is_taken(text):
     assert Expected().accept(text) == text
 
 
-@pytest.mark.parametrize("character", [*HIDDEN, "\r"], ids=lambda each: f"U+{ord(each):04X}")
+@pytest.mark.parametrize("character", [*HIDDEN, "\r"], ids=lambda c: f"U+{ord(c):04X}")
 def test_what_cannot_be_seen_in_a_text_of_a_device_is_made_visible(character):
     shown = visible(f"SN{character}17")
     assert shown.isprintable()
@@ -62,14 +62,14 @@ def test_the_text_of_an_error_hides_nothing():
 
 
 def titled(title):
-    line = next(each for each in PROCEDURE.splitlines() if each.startswith("title: "))
+    line = next(text for text in PROCEDURE.splitlines() if text.startswith("title: "))
     return PROCEDURE.replace(line, title)
 
 
 def test_a_title_is_refused_with_line_and_column_as_it_stands_and_as_an_escape():
-    raw = titled(f"title: Bearing {RLO}71-NS")
-    problem = only_problem(parse_procedure, raw, "p.yaml")
-    assert str(problem.location) == f"p.yaml:{place_of(raw, RLO)}"
+    document = titled(f"title: Bearing {RLO}71-NS")
+    problem = only_problem(parse_procedure, document, "p.yaml")
+    assert str(problem.location) == f"p.yaml:{place_of(document, RLO)}"
     assert "U+202E (right-to-left override)" in problem.message
     for escape in ("\\u202e", "\\x07", "\\x9b"):
         escaped = titled(f'title: "Bearing {escape}71-NS"')
@@ -117,7 +117,7 @@ def test_an_order_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("body", "told"),
+    ("body", "content"),
     [
         (TakeControl, {"name": f"Ann{RLO}"}),
         (BecauseOf, {"reason": f"no {RLO}"}),
@@ -126,9 +126,9 @@ def test_an_order_is_refused(tmp_path):
         (StartRun, {"procedure": "p", "station": "s", "inputs": {"specimen": f"SN{RLO}"}}),
     ],
 )
-def test_the_panel_refuses_it(body, told):
+def test_the_panel_refuses_it(body, content):
     with pytest.raises(ValidationError, match=r"U\+202E"):
-        body.model_validate_json(json.dumps(told))
+        body.model_validate_json(json.dumps(content))
 
 
 @pytest.mark.parametrize("option", ["--operator", "--set", "--reason"])

@@ -30,46 +30,46 @@ def part(of, verdict, probability=0.5, raw=Verdict.PASS, value=0.9):
     )
 
 
-def decided(*parts):
+def decision_of(*parts):
     return Decision(rule="simple: words", parts=parts)
 
 
 def test_the_worst_limit_decides():
-    found = decided(
+    decision = decision_of(
         part("mean", Verdict.CONDITIONAL_PASS, raw=Verdict.FAIL),
         part("5 Hz", Verdict.INCONCLUSIVE),
         part("9 Hz", Verdict.PASS),
     )
-    assert (found.verdict, found.reason) == (Verdict.INCONCLUSIVE, "At 5 Hz: it is 5 Hz.")
-    assert found.deciding.of == "5 Hz"
-    assert found.deciding.uncompensated is Verdict.FAIL, "the worst of all"
-    assert not found.deciding.marginal
+    assert (decision.verdict, decision.reason) == (Verdict.INCONCLUSIVE, "At 5 Hz: it is 5 Hz.")
+    assert decision.deciding.of == "5 Hz"
+    assert decision.deciding.uncompensated is Verdict.FAIL, "the worst of all"
+    assert not decision.deciding.marginal
 
 
 @pytest.mark.parametrize(
     ("first", "second", "of"), [(0.3, 0.2, "b"), (0.2, 0.3, "a"), (0.2, nan, "b")]
 )
 def test_among_equal_verdicts_the_least_probable_decides(first, second, of):
-    found = decided(part("a", Verdict.FAIL, first), part("b", Verdict.FAIL, second))
-    assert found.deciding.of == of
+    decision = decision_of(part("a", Verdict.FAIL, first), part("b", Verdict.FAIL, second))
+    assert decision.deciding.of == of
 
 
 @pytest.mark.parametrize(
-    ("verdict", "other", "worst"),
+    ("verdict", "better", "worst"),
     [
         (Verdict.PASS, (0.1, 0.9999999999999987), (0.5, 1.0)),
         (Verdict.FAIL, (1.5, 0.0), (1.9, 4e-16)),
     ],
 )
-def test_the_rounding_of_a_probability_does_not_decide_which_is_the_worst(verdict, other, worst):
+def test_the_rounding_of_a_probability_does_not_decide_which_is_the_worst(verdict, better, worst):
     """A thermocouple: 1.01 K was called the worst of 1.20 K and 1.01 K, with a limit of 1.5 K."""
-    values = [part(str(value), verdict, p, value=value) for value, p in (other, worst)]
-    assert decided(*values).deciding.result.value == worst[0]
+    values = [part(str(value), verdict, p, value=value) for value, p in (better, worst)]
+    assert decision_of(*values).deciding.result.value == worst[0]
 
 
 def test_the_reason_of_the_only_mean_needs_no_name():
-    assert decided(part("mean", Verdict.PASS)).reason == "It is mean."
-    two = decided(part("mean", Verdict.FAIL), part("5 Hz", Verdict.PASS))
+    assert decision_of(part("mean", Verdict.PASS)).reason == "It is mean."
+    two = decision_of(part("mean", Verdict.FAIL), part("5 Hz", Verdict.PASS))
     assert two.reason == "The mean: it is mean."
 
 

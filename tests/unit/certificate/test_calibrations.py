@@ -23,6 +23,6 @@ def test_a_calibration_that_expired_during_the_run_is_overdue(due, overdue):
         ended_utc="2026-01-07T01:00:00.000Z",
     )
 
-    (found,) = instruments_of(run)
+    (certified,) = instruments_of(run)
 
-    assert found.overdue is overdue
+    assert certified.overdue is overdue

@@ -25,12 +25,12 @@ def changed(lab, old, new):
 
 
 def test_the_one_of_a_new_lab_folder_is_whole(lab):
-    found = read_letterhead(lab)
-    assert found.laboratory.name == "Demonstration laboratory (fictitious)"
-    assert (found.language, found.prefix) == ("en", "DEMO")
-    assert found.logo.content == (lab / "logo.svg").read_bytes()
-    assert found.logo.media_type == "image/svg+xml"
-    assert found.files == {
+    letterhead = read_letterhead(lab)
+    assert letterhead.laboratory.name == "Demonstration laboratory (fictitious)"
+    assert (letterhead.language, letterhead.prefix) == ("en", "DEMO")
+    assert letterhead.logo.content == (lab / "logo.svg").read_bytes()
+    assert letterhead.logo.media_type == "image/svg+xml"
+    assert letterhead.files == {
         name: hashlib.sha256((lab / name).read_bytes()).hexdigest()
         for name in ("letterhead.yaml", "logo.svg")
     }
@@ -46,11 +46,11 @@ def test_own_texts_templates_and_style_are_taken_in(lab):
     (lab / "texts" / "en.yaml").write_text("rigrunner: texts/1\ntexts: {title: Report}\n")
     (lab / "templates" / "head.html.j2").write_text("<p>head</p>")
     (lab / "style.css").write_text("h1 { color: red }")
-    found = read_letterhead(lab)
-    assert found.texts == {"en": {"title": "Report"}}
-    assert found.templates == {"head.html.j2": "<p>head</p>"}
-    assert found.style == "h1 { color: red }"
-    assert {"texts/en.yaml", "templates/head.html.j2", "style.css"} <= set(found.files)
+    letterhead = read_letterhead(lab)
+    assert letterhead.texts == {"en": {"title": "Report"}}
+    assert letterhead.templates == {"head.html.j2": "<p>head</p>"}
+    assert letterhead.style == "h1 { color: red }"
+    assert {"texts/en.yaml", "templates/head.html.j2", "style.css"} <= set(letterhead.files)
 
 
 def test_no_folder_is_told_with_what_makes_one(tmp_path):

@@ -60,11 +60,11 @@ def test_ten_thousand_comes_after_the_number_before_it_and_before_the_next_year(
     lab = Numbers(tmp_path, "RR")
     lab.reserve(2026, KNOWN)
     (tmp_path / "numbers" / "RR-2026-9998.json").write_text("{}")
-    given = [lab.reserve(2026, KNOWN), lab.reserve(2026, KNOWN), lab.reserve(2027, KNOWN)]
-    assert given == ["RR-2026-9999", "RR-2026-10000", "RR-2027-0001"]
-    assert lab.interrupted() == ["RR-2026-0001", "RR-2026-9998", *given]
-    for each in reversed(given):
-        lab.issued(each, {})
+    numbers = [lab.reserve(2026, KNOWN), lab.reserve(2026, KNOWN), lab.reserve(2027, KNOWN)]
+    assert numbers == ["RR-2026-9999", "RR-2026-10000", "RR-2027-0001"]
+    assert lab.interrupted() == ["RR-2026-0001", "RR-2026-9998", *numbers]
+    for number in reversed(numbers):
+        lab.issued(number, {})
     assert lab.in_force_for("r") == "RR-2026-9999"
 
 
@@ -73,7 +73,7 @@ def test_two_processes_at_once_never_get_the_same(tmp_path):
     with ThreadPoolExecutor(4) as pool:
         done = list(pool.map(lambda _: subprocess.check_output(command, text=True), range(4)))
     numbers = " ".join(done).split()
-    assert sorted(numbers) == [f"RR-2026-{each:04d}" for each in range(1, 81)]
+    assert sorted(numbers) == [f"RR-2026-{number:04d}" for number in range(1, 81)]
 
 
 def test_a_number_that_nothing_became_of_is_told(tmp_path):
@@ -86,18 +86,18 @@ def test_a_number_that_nothing_became_of_is_told(tmp_path):
 
 def test_of_a_run_the_number_in_force_is_the_last_that_nothing_replaced(tmp_path):
     lab = Numbers(tmp_path, "RR")
-    first, second, other, void = (
-        lab.reserve(2026, known)
-        for known in (KNOWN, KNOWN | {"amends": "RR-2026-0001"}, KNOWN | {"run": "q"}, KNOWN)
+    first, second, third, void = (
+        lab.reserve(2026, details)
+        for details in (KNOWN, KNOWN | {"amends": "RR-2026-0001"}, KNOWN | {"run": "q"}, KNOWN)
     )
     lab.void(void, "disk full")
     assert lab.in_force_for("r") == ""
     lab.issued(first, {})
     assert lab.in_force_for("r") == first
     lab.issued(second, {})
-    lab.issued(other, {})
+    lab.issued(third, {})
     assert (lab.in_force_for("r"), lab.in_force_for("q"), lab.in_force_for("s")) == (
-        *(second, other, ""),
+        *(second, third, ""),
     )
 
 
@@ -115,8 +115,8 @@ def test_however_prefixes_mix_all_are_different(tmp_path_factory, prefixes):
     assert len(set(numbers)) == len(prefixes)
     for prefix in set(prefixes):
         count = prefixes.count(prefix)
-        assert [each for each in numbers if each.startswith(f"{prefix}-")] == [
-            f"{prefix}-2026-{each:04d}" for each in range(1, count + 1)
+        assert [number for number in numbers if number.startswith(f"{prefix}-")] == [
+            f"{prefix}-2026-{number:04d}" for number in range(1, count + 1)
         ]
 
 

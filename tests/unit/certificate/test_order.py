@@ -28,8 +28,8 @@ def test_blanks_are_no_answer(name):
 
 
 def test_what_the_run_knows_is_not_asked_again():
-    found = complete(ORDER, {}, INPUTS)
-    assert (found.item_id, found.operator) == ("SN-17", "O. Perator")
+    order = complete(ORDER, {}, INPUTS)
+    assert (order.item_id, order.operator) == ("SN-17", "O. Perator")
 
 
 def test_options_go_before_the_order_and_that_before_the_run():

@@ -12,16 +12,14 @@ BEYOND = {"rig.force": "-2 to 12 kN"}
 
 
 @pytest.mark.parametrize(
-    ("named", "told"),
+    ("named", "expected"),
     [((), [("range", "rig.force", "-2 to 12 kN", "R-1")]), (("rig.force",), [])],
 )
 def test_a_channel_beyond_its_range_counts_where_no_analysis_names_instruments(
-    monkeypatch, named, told
+    monkeypatch, named, expected
 ):
     of_analyses = [SimpleNamespace(channels=frozenset(named), deviations=())]
     monkeypatch.setattr(validity, "certified_of", lambda _result: of_analyses)
     result = SimpleNamespace(run=SimpleNamespace(run_id="R-1"), beyond=BEYOND)
-    found = [
-        (each.kind, each.where, each.text, each.run_id) for each in validity.not_calibrated(result)
-    ]
-    assert found == told
+    deviations = [(d.kind, d.where, d.text, d.run_id) for d in validity.not_calibrated(result)]
+    assert deviations == expected

@@ -69,12 +69,12 @@ def test_a_question_shows_what_is_allowed_and_its_picture_and_is_asked_again(mon
     room = Ask("Room", "room", "23 °C", picture="lab/gauge.png", expected=expected)
     with person(monkeypatch, "warm\n23,5\n31\n24\n") as answers:
         assert answers.ask("main[0]", room) == "24 °C"
-    said = capsys.readouterr().err
-    assert "See the picture lab/gauge.png" in said
-    assert said.count("Room [in °C, 30 °C or less]: ") == 4
-    assert "Please answer again: 'warm' is not a number with a unit" in said
-    assert "write '23.5'" in said
-    assert "31 °C is out of range (30 °C or less)" in said
+    output = capsys.readouterr().err
+    assert "See the picture lab/gauge.png" in output
+    assert output.count("Room [in °C, 30 °C or less]: ") == 4
+    assert "Please answer again: 'warm' is not a number with a unit" in output
+    assert "write '23.5'" in output
+    assert "31 °C is out of range (30 °C or less)" in output
 
 
 def test_a_choice_may_be_typed_in_small_letters(monkeypatch, capsys):

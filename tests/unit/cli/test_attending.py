@@ -1,4 +1,4 @@
-"""What is told before a run starts."""
+"""What a person is told before a run starts."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ AGAIN = (Interference("repeat test", "Ann", "customer asks", "entry 1 of the que
 
 
 @pytest.mark.parametrize(
-    ("specimen", "told", "is_noted"),
+    ("specimen", "before", "is_noted"),
     [("demo-0001", (), True), ("demo-0001", AGAIN, False), ("DEMO-0002", (), False)],
 )
 def test_a_specimen_that_was_tested_before_is_noted_and_its_run_goes_on(  # noqa: PLR0917  (fixtures)
-    monkeypatch, capsys, demo, specimen, told, is_noted
+    monkeypatch, capsys, demo, specimen, before, is_noted
 ):
     execute = Mock()
     monkeypatch.setattr(attending, "execute", execute)
@@ -32,7 +32,7 @@ def test_a_specimen_that_was_tested_before_is_noted_and_its_run_goes_on(  # noqa
         operator="Ann",
         unattended=True,
         person=Mock(),
-        told=told,
+        before=before,
     )
     execute.assert_called_once()
     note = f"note: demo-0001 has already been tested: run {demo.loaded.name}\n"

@@ -21,15 +21,15 @@ def lines(capsys, calls, of=100):
 
 
 def test_a_line_now_and_then_with_the_time_left(capsys):
-    found = lines(capsys, range(101))
-    assert len(found) == 20
-    assert found[0] == "5 of 100 runs, 3 min 10 s left"  # one line's time has passed: 2 s a run
-    assert found[-1] == "100 of 100 runs"
+    printed = lines(capsys, range(101))
+    assert len(printed) == 20
+    assert printed[0] == "5 of 100 runs, 3 min 10 s left"  # one line's time has passed: 2 s a run
+    assert printed[-1] == "100 of 100 runs"
 
 
 def test_what_was_done_before_does_not_count_for_the_pace(capsys):
-    found = lines(capsys, [90, 91, 92, 95])
-    assert found == ["90 of 100 runs were done before", "95 of 100 runs, 10 s left"]
+    printed = lines(capsys, [90, 91, 92, 95])
+    assert printed == ["90 of 100 runs were done before", "95 of 100 runs, 10 s left"]
 
 
 def signalled(*numbers):

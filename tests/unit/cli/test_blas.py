@@ -10,12 +10,12 @@ from rigrunner.blas import ONE_THREAD
 from rigrunner.cli.main import main
 
 
-@pytest.mark.parametrize("given", [None, "4"])
-def test_it_has_one_thread_unless_somebody_wants_more(monkeypatch, given):
+@pytest.mark.parametrize("threads", [None, "4"])
+def test_it_has_one_thread_unless_somebody_wants_more(monkeypatch, threads):
     for name in ONE_THREAD:
         monkeypatch.delenv(name, raising=False)
-    if given is not None:
-        monkeypatch.setenv("OPENBLAS_NUM_THREADS", given)
+    if threads is not None:
+        monkeypatch.setenv("OPENBLAS_NUM_THREADS", threads)
     main(["--version"])
-    assert os.environ["OPENBLAS_NUM_THREADS"] == (given or "1")
+    assert os.environ["OPENBLAS_NUM_THREADS"] == (threads or "1")
     assert os.environ["OMP_NUM_THREADS"] == "1"

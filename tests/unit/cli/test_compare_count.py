@@ -17,5 +17,5 @@ from rigrunner.tools.comparing.tree import Change
     ],
 )
 def test_every_line_that_is_shown_is_counted(matter, words):
-    changes = tuple(Change("inputs", "text", matters=each) for each in matter)
+    changes = tuple(Change("inputs", "text", matters=matters) for matters in matter)
     assert _count(Comparison("a", "b", changes, "")) == words

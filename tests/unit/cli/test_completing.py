@@ -42,9 +42,9 @@ def test_commands_are_offered():
 @pytest.mark.parametrize("command", ["run", "check", "plan"])
 @pytest.mark.usefixtures("folder")
 def test_shipped_procedures_and_files_here_are_offered(command):
-    found = offered(command, "")
-    assert set(PROCEDURES) < set(found)
-    assert found[-2:] == ["mine.yaml", "station.yml"]
+    words = offered(command, "")
+    assert set(PROCEDURES) < set(words)
+    assert words[-2:] == ["mine.yaml", "station.yml"]
     assert offered(command, "mi") == ["mine.yaml"]
 
 
@@ -89,7 +89,7 @@ def test_each_shell_gets_its_script(shell):
     assert f"{VARIABLE}={shell}_complete" in called.out
 
 
-def asked(instruction, words):
+def completed(instruction, words):
     place = {"COMP_WORDS": words, "COMP_CWORD": str(len(words.split()))}
     return subprocess.run(
         [sys.executable, "-m", "rigrunner"],
@@ -101,9 +101,9 @@ def asked(instruction, words):
 
 
 def test_the_shell_is_never_told_anything_else():
-    done = asked("bash_complete", "rigrunner no_such_command")
+    done = completed("bash_complete", "rigrunner no_such_command")
     assert (done.returncode, done.stdout, done.stderr) == (1, "", "")
-    assert asked("csh_complete", "rigrunner").returncode == 1
+    assert completed("csh_complete", "rigrunner").returncode == 1
 
 
 @pytest.mark.skipif(shutil.which("bash") is None, reason="there is no bash here")

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from rigrunner.cli.keyboard import line_may_be_read
+from rigrunner.cli.keyboard import wait_for_line
 
 
 @pytest.fixture
@@ -21,11 +21,11 @@ def windows(monkeypatch):
 
 
 def test_on_windows_the_wait_for_a_key_ends_so_that_the_rig_is_looked_at(windows):
-    assert not line_may_be_read(0.01)
+    assert not wait_for_line(0.01)
     windows.append("a")
-    assert line_may_be_read(0.01)
+    assert wait_for_line(0.01)
 
 
 def test_what_is_piped_in_may_be_read_at_once(monkeypatch):
     monkeypatch.setattr(sys, "stdin", SimpleNamespace(isatty=lambda: False))
-    assert line_may_be_read(60.0)
+    assert wait_for_line(60.0)

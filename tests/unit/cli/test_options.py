@@ -7,8 +7,8 @@ from rigrunner.cli.options import named_values
 
 
 def test_inputs_are_pairs_and_a_value_may_hold_anything():
-    given = ["specimen=SN-17", "note=a = b"]
-    assert named_values(given) == {"specimen": "SN-17", "note": "a = b"}
+    assignments = ["specimen=SN-17", "note=a = b"]
+    assert named_values(assignments) == {"specimen": "SN-17", "note": "a = b"}
 
 
 @pytest.mark.parametrize("text", ["specimen", "specimen=", "specimen=  ", "=SN-17", ""])

@@ -48,11 +48,11 @@ def test_an_answer_is_taken_when_it_is_clear(monkeypatch, typed, choice, reason)
 
 def test_all_that_matters_is_said(monkeypatch, capsys):
     decide(monkeypatch, "maybe\nresume\n")
-    said = capsys.readouterr().err
-    assert "Paused at main[0].record: pause requested." in said
-    assert "press cannot pause: load stays at 1000 N" in said
-    assert "skip the rest of main[0].sweep[3], with a reason" in said
-    assert "Please answer with one of: resume, repeat, skip, note, abort." in said
+    output = capsys.readouterr().err
+    assert "Paused at main[0].record: pause requested." in output
+    assert "press cannot pause: load stays at 1000 N" in output
+    assert "skip the rest of main[0].sweep[3], with a reason" in output
+    assert "Please answer with one of: resume, repeat, skip, note, abort." in output
 
 
 def test_a_note_leaves_the_run_paused_and_other_answers_do_not(monkeypatch):

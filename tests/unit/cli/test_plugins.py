@@ -81,14 +81,14 @@ def test_a_plugin_without_settings_says_so():
 
 @pytest.mark.usefixtures("registry")
 def test_programs_get_parameters_and_schema():
-    (found,) = json.loads(call("plugins", "pauta", "--json").out)
-    assert (found["kind"], found["provider"], found["version"]) == (
+    (plugin,) = json.loads(call("plugins", "pauta", "--json").out)
+    assert (plugin["kind"], plugin["provider"], plugin["version"]) == (
         "outlier_rule",
         "lab_plugins",
         "2.0",
     )
-    assert "inner" in found["settings"]["properties"]
-    assert found["parameters"][1] == {
+    assert "inner" in plugin["settings"]["properties"]
+    assert plugin["parameters"][1] == {
         "name": "inner.span",
         "kind": "ratio",
         "units": ["1", "%"],

@@ -56,8 +56,8 @@ def test_a_terminal_gets_a_bar_that_fills_only_if_the_run_completes(monkeypatch,
 
 def test_of_a_quick_scan_a_terminal_is_told_a_point_now_and_then(monkeypatch):
     monkeypatch.setenv("TERM", "xterm")
-    known = {"step": "main[0]", "measurement": "m", "setpoints": {}, "values": {}}
-    rows = [Scanned(monotonic_s=151.0, point=point, **known, **WHEN) for point in range(500)]
+    fields = {"step": "main[0]", "measurement": "m", "setpoints": {}, "values": {}}
+    rows = [Scanned(monotonic_s=151.0, point=point, **fields, **WHEN) for point in range(500)]
     now_s = iter(range(1000))
     monkeypatch.setattr("rigrunner.cli.progress.monotonic", lambda: next(now_s) / 1024)
     shown = show([STARTED, STEP, *rows], Terminal(), monkeypatch)

@@ -98,9 +98,9 @@ def test_until_a_run_is_sealed_two_ctrl_c_break_nothing_off(capfd, attended):
         press()
         with pytest.raises(KeyboardInterrupt):
             press()
-    told = capfd.readouterr().err.split("\n\n")
-    assert told[0].strip() == "The run is over; its folder is being sealed. Please wait."
-    assert told[1].strip() == "Ctrl-C once more ends this now; 'rigrunner recover' seals the run."
+    lines = capfd.readouterr().err.split("\n\n")
+    assert lines[0].strip() == "The run is over; its folder is being sealed. Please wait."
+    assert lines[1].strip() == "Ctrl-C once more ends this now; 'rigrunner recover' seals the run."
 
 
 def test_the_former_handlers_return():

@@ -76,11 +76,11 @@ def test_a_run_that_was_not_completed_has_no_verdict():
 
 def test_checks_that_bind_say_their_effect_and_notes_come_after_them():
     document = copy.deepcopy(LOADED) | {"compensations": {}}
-    known = {"advice": "", "value": None, "threshold": None, "unit": None, "biases": []}
+    common = {"advice": "", "value": None, "threshold": None, "unit": None, "biases": []}
     document["checks"] = [
-        {**known, "name": "cycles", "ok": True, "text": "8", "consequence": "note", "effect": ""},
-        {**known, "name": "play", "ok": False, "text": "it plays", "effect": "+0.01 N·m"},
-        {**known, "name": "zero", "ok": True, "text": "agrees", "consequence": None},
+        {**common, "name": "cycles", "ok": True, "text": "8", "consequence": "note", "effect": ""},
+        {**common, "name": "play", "ok": False, "text": "it plays", "effect": "+0.01 N·m"},
+        {**common, "name": "zero", "ok": True, "text": "agrees", "consequence": None},
     ]
     lines = summary(document).splitlines()
     assert lines[-2:] == ["check: play: it plays; +0.01 N·m", "note: cycles: 8"]

@@ -67,7 +67,7 @@ def test_a_dry_run_writes_nothing(old):
     called = call("upgrade", "--dry-run", old)
 
     assert "+  - swing_torque:\n" in called.out
-    assert [each.name for each in old.parent.iterdir()] == ["old.yaml"]
+    assert [path.name for path in old.parent.iterdir()] == ["old.yaml"]
     assert old.read_text() == OLD
 
 
@@ -80,22 +80,22 @@ def test_a_folder_to_write_to_leaves_the_files_as_they_are(old, tmp_path):
 
 @pytest.mark.parametrize("out", [False, True])
 def test_nothing_is_overwritten(old, tmp_path, out):
-    other = tmp_path / "other.yaml"
-    other.write_text(OLD, encoding="utf-8")
+    second = tmp_path / "other.yaml"
+    second.write_text(OLD, encoding="utf-8")
     in_the_way = tmp_path / "other.yaml" if out else tmp_path / "other.yaml.old"
     in_the_way.write_text(OLD, encoding="utf-8")
-    called = call("upgrade", old, other, *(["--out", tmp_path] if out else []))
+    called = call("upgrade", old, second, *(["--out", tmp_path] if out else []))
 
     assert called.code == 2
     assert f"there is a file {tmp_path}" in called.err
-    assert old.read_text() == other.read_text() == in_the_way.read_text() == OLD
+    assert old.read_text() == second.read_text() == in_the_way.read_text() == OLD
 
 
 def test_two_files_of_one_name_are_not_written_over_each_other(old, tmp_path):
-    other = tmp_path / "elsewhere" / "old.yaml"
-    other.parent.mkdir()
-    other.write_text(OLD, encoding="utf-8")
-    called = call("upgrade", old, other, "--out", tmp_path / "new")
+    second = tmp_path / "elsewhere" / "old.yaml"
+    second.parent.mkdir()
+    second.write_text(OLD, encoding="utf-8")
+    called = call("upgrade", old, second, "--out", tmp_path / "new")
 
     assert called.code == 2
     assert f"two of the files would be written to {tmp_path / 'new' / 'old.yaml'}" in called.err
@@ -113,7 +113,7 @@ def test_a_file_of_today_needs_nothing(tmp_path):
 def test_a_stored_text_is_read_in_its_older_form_and_keeps_its_digest():
     loaded = parse_procedure(OLD, "a run", stored=True)
 
-    (asked,) = loaded.model.analysis
-    assert (asked.name, asked.settings["fits"]) == ("swing_torque", ["polynomial"])
+    (analysis,) = loaded.model.analysis
+    assert (analysis.name, analysis.settings["fits"]) == ("swing_torque", ["polynomial"])
     assert loaded.text == OLD
     assert loaded.digest == hashlib.sha256(OLD.encode()).hexdigest()

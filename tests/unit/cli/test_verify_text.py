@@ -1,16 +1,16 @@
 from __future__ import annotations
 
-from rigrunner.cli.commands.verify import SHOWN, _shortened
+from rigrunner.cli.commands.verify import MOST_SHOWN, _first_of_each
 
 
 def test_of_many_differences_of_one_check_the_first_are_shown_and_the_rest_counted():
-    many = [f"result: points/{index}: 1 is recorded, 2 was derived" for index in range(SHOWN + 5)]
-    shown = list(_shortened(["seal: changed", *many, "bytes of run.h5: other"]))
+    many = [f"result: points/{n}: 1 is recorded, 2 was derived" for n in range(MOST_SHOWN + 5)]
+    shown = list(_first_of_each(["seal: changed", *many, "bytes of run.h5: other"]))
     assert shown[0] == "seal: changed"
-    assert shown[1 : SHOWN + 1] == many[:SHOWN]
+    assert shown[1 : MOST_SHOWN + 1] == many[:MOST_SHOWN]
     assert shown[-2:] == ["result: and 5 more (--json lists all)", "bytes of run.h5: other"]
 
 
 def test_few_are_all_shown():
-    few = [f"result: {index}" for index in range(SHOWN)]
-    assert list(_shortened(few)) == few
+    few = [f"result: {index}" for index in range(MOST_SHOWN)]
+    assert list(_first_of_each(few)) == few

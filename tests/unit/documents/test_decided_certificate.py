@@ -13,7 +13,7 @@ from rigrunner.api.errors import DataError, UsageError
 from rigrunner.certificate.amending import amended, amendment_of
 from rigrunner.certificate.content import Issue
 from rigrunner.certificate.letterhead import read_letterhead
-from rigrunner.documents.certifying.amend import _decided
+from rigrunner.documents.certifying.amend import _conformity_in_force
 from rigrunner.documents.verifying.certificate import Means, verify_certificate
 from rigrunner.documents.verifying.decisions import check_decisions
 from rigrunner.documents.verifying.forms import Form
@@ -38,7 +38,7 @@ TIGHT = Acceptance.model_validate({"limits": [LIMIT], "rule": "simple"})
 
 
 @pytest.fixture(scope="module")
-def made(quick_copy, tmp_path_factory):
+def certified(quick_copy, tmp_path_factory):
     """Return a loaded run that its procedure passes and a later decision fails, certified."""
     folder = tmp_path_factory.mktemp("lab")
     loaded = quick_copy.loaded
@@ -49,23 +49,23 @@ def made(quick_copy, tmp_path_factory):
 
 
 @pytest.fixture
-def folder(made, tmp_path):
-    return shutil.copytree(made[0], tmp_path / made[0].name)
+def folder(certified, tmp_path):
+    return shutil.copytree(certified[0], tmp_path / certified[0].name)
 
 
 @pytest.fixture
-def certificate(made):
-    return made[1].certificate
+def certificate(certified):
+    return certified[1].certificate
 
 
 def checked(certificate, folder):
-    found = Verification()
-    check_decisions(found, certificate, read(folder), folder)
-    return found
+    verification = Verification()
+    check_decisions(verification, certificate, read(folder), folder)
+    return verification
 
 
-def test_the_decision_in_force_stands_on_the_certificate_with_its_record(made):
-    issued = made[1]
+def test_the_decision_in_force_stands_on_the_certificate_with_its_record(certified):
+    issued = certified[1]
     conformity = issued.certificate.conformity
     (record,) = conformity.decided_again
 
@@ -81,13 +81,13 @@ def test_the_decision_in_force_stands_on_the_certificate_with_its_record(made):
 
 
 @pytest.mark.thorough
-def test_the_verdict_is_derived_again_by_the_decision_in_force(made, tmp_path):
-    loaded, issued = made
+def test_the_verdict_is_derived_again_by_the_decision_in_force(certified, tmp_path):
+    loaded, issued = certified
     letterhead = issued.files[0].parent.parent / "letterhead"
     means = Means(run=loaded, runs=loaded.parent, registry=load_registry(), letterhead=letterhead)
-    found = verify_certificate(issued.files[0], means)
-    assert found.matches, found
-    assert "decisions on record beside the run" in found.held
+    verification = verify_certificate(issued.files[0], means)
+    assert verification.matches, verification
+    assert "decisions on record beside the run" in verification.held
 
     forged = tmp_path / issued.files[0].name
     text = issued.files[0].read_text("utf-8")
@@ -107,10 +107,10 @@ def test_a_record_that_was_changed_is_named(certificate, folder):
 
 def test_a_record_that_is_missing_leaves_it_open(certificate, folder):
     (folder / "decision-2.json").unlink()
-    found = checked(certificate, folder)
-    assert not found.differences
-    assert not found.held
-    assert found.unchecked[0].startswith("decision-2.json is not beside the run")
+    verification = checked(certificate, folder)
+    assert not verification.differences
+    assert not verification.held
+    assert verification.unchecked[0].startswith("decision-2.json is not beside the run")
 
 
 def test_a_record_that_cannot_be_read_is_a_difference(certificate, folder):
@@ -120,28 +120,29 @@ def test_a_record_that_cannot_be_read_is_a_difference(certificate, folder):
 
 def test_a_decision_that_the_certificate_leaves_out_is_a_difference(certificate, folder):
     silent = certificate.conformity.model_copy(update={"decided_again": ()})
-    (found,) = checked(certificate.model_copy(update={"conformity": silent}), folder).differences
-    assert "decision-2.json of 2026-11-22T09:00:00.000Z decides 'fail'" in found
+    other = certificate.model_copy(update={"conformity": silent})
+    (difference,) = checked(other, folder).differences
+    assert "decision-2.json of 2026-11-22T09:00:00.000Z decides 'fail'" in difference
 
 
 def test_a_decision_after_the_issue_is_told_and_no_difference(certificate, folder):
     silent = certificate.conformity.model_copy(update={"decided_again": ()})
     issued = {"conformity": silent, "issued_utc": "2026-11-22T08:59:59.000Z"}
-    found = checked(certificate.model_copy(update=issued), folder)
-    assert found.matches
+    verification = checked(certificate.model_copy(update=issued), folder)
+    assert verification.matches
     assert "decided again after this certificate was issued: 'fail' by A. Person" in "".join(
-        found.information
+        verification.information
     )
 
 
 @pytest.mark.thorough
-def test_an_amendment_states_the_decision_in_force(made, certificate):
+def test_an_amendment_states_the_decision_in_force(certified, certificate):
     silent = certificate.conformity.model_copy(
         update={"decided_again": (), "verdict": "pass", "rule": "guard_band_u"}
     )
     original = certificate.model_copy(update={"conformity": silent})
-    loaded, issued = made
-    decided = _decided(original, loaded, load_registry())
+    loaded, issued = certified
+    decided = _conformity_in_force(original, loaded, load_registry())
     letterhead = read_letterhead(issued.files[0].parent.parent / "letterhead", "en")
     issue = Issue(
         number="X-2026-0002",
@@ -153,32 +154,34 @@ def test_an_amendment_states_the_decision_in_force(made, certificate):
     )
     further = amended(original, {}, letterhead, issue, decided)
     assert further.conformity == certificate.conformity
-    changed = {each.field: (each.before, each.after) for each in further.amends.changes}
+    changed = {change.field: (change.before, change.after) for change in further.amends.changes}
     assert changed == {
         "conformity.verdict": ("pass", "fail"),
         "conformity.rule": ("guard_band_u", "simple"),
     }
     older = certificate.evidence.model_copy(update={"revisions": {"analysis": 99}})
+    by_older = original.model_copy(update={"evidence": older})
     with pytest.raises(DataError, match=r"analysis has revision \d+, .* is by revision 99"):
-        _decided(original.model_copy(update={"evidence": older}), loaded, load_registry())
-    other = certificate.evidence.run.model_copy(update={"run_id": "another"})
-    of_other = certificate.evidence.model_copy(update={"run": other})
+        _conformity_in_force(by_older, loaded, load_registry())
+    run = certificate.evidence.run.model_copy(update={"run_id": "another"})
+    evidence = certificate.evidence.model_copy(update={"run": run})
+    of_other = certificate.model_copy(update={"evidence": evidence})
     with pytest.raises(DataError, match="is not the run of"):
-        _decided(certificate.model_copy(update={"evidence": of_other}), loaded, load_registry())
+        _conformity_in_force(of_other, loaded, load_registry())
     with pytest.raises(UsageError, match="already states the decision in force"):
         amended(certificate, {}, letterhead, issue, decided)
 
 
 def test_raw_peaks_and_cycles_are_those_of_the_report(certificate, folder):
     recorded = read(folder).result_document["points"]
-    for point, found in zip(certificate.results.points, recorded, strict=True):
-        assert point.raw_nm == pytest.approx(found["raw_peak"]["mean"]["value"])
+    for point, known in zip(certificate.results.points, recorded, strict=True):
+        assert point.raw_nm == pytest.approx(known["raw_peak"]["mean"]["value"])
         used = point.cycles - point.cycles_rejected
-        assert used == found["waveform"]["cycles_kept"], "the primary method takes whole swings"
+        assert used == known["waveform"]["cycles_kept"], "the primary method takes whole swings"
 
 
-def test_a_figure_that_is_drawn_otherwise_is_not_proven(made, tmp_path):
-    page = next(path for path in made[1].files if path.suffix == ".html")
+def test_a_figure_that_is_drawn_otherwise_is_not_proven(certified, tmp_path):
+    page = next(path for path in certified[1].files if path.suffix == ".html")
     content = unsealed(page.read_bytes(), ".html")
     figure = rb'(?<=<img src="data:image/svg\+xml;base64,)[^"]+'
     drawn, count = re.subn(figure, b"PHN2Zy8+", content)
@@ -187,8 +190,9 @@ def test_a_figure_that_is_drawn_otherwise_is_not_proven(made, tmp_path):
     assert forged != content
     letterhead = page.parent.parent / "letterhead"
     for shown, differences, unproven in ((content, 0, 0), (drawn, 0, 1), (forged, 1, 0)):
-        found = Verification()
-        maker = page_maker(found, made[1].certificate, load_registry(), letterhead)
+        verification = Verification()
+        maker = page_maker(verification, certified[1].certificate, load_registry(), letterhead)
         form = Form(tmp_path / page.name, seal(shown, ".html"))
-        check_page(found, form, maker, signed=False)
-        assert (len(found.differences), len(found.unproven)) == (differences, unproven), found
+        check_page(verification, form, maker, signed=False)
+        counts = (len(verification.differences), len(verification.unproven))
+        assert counts == (differences, unproven), verification

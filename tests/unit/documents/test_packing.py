@@ -16,7 +16,7 @@ from helpers_cli import call
 from helpers_thorough import examples
 from rigrunner.api.errors import DataError, RigrunnerError, UsageError
 from rigrunner.documents.packing.contents import LISTING, is_safe, parse_contents
-from rigrunner.documents.packing.pack import _listed, pack
+from rigrunner.documents.packing.pack import _packed_files, pack
 from rigrunner.documents.packing.unpack import unpack
 from unit.rigrunner_fleet.archive.helpers_archive import store_run
 from unit.runfile.helpers_runfile import recording, write_run
@@ -39,16 +39,16 @@ def packed(run, tmp_path_factory):
 
 
 def files(folder):
-    found = (path for path in folder.rglob("*") if path.is_file() and path.name != "run.lock")
-    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in found}
+    paths = (path for path in folder.rglob("*") if path.is_file() and path.name != "run.lock")
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in paths}
 
 
 def test_a_run_comes_back_byte_by_byte(run, packed, tmp_path):
-    found = unpack(packed, tmp_path / "there")
-    assert found == tmp_path / "there" / run.name
-    assert files(found) == files(run)
-    assert stat.S_IMODE((found / "run.h5").stat().st_mode) == 0o444
-    assert [each.name for each in (tmp_path / "there").iterdir()] == [run.name]
+    unpacked = unpack(packed, tmp_path / "there")
+    assert unpacked == tmp_path / "there" / run.name
+    assert files(unpacked) == files(run)
+    assert stat.S_IMODE((unpacked / "run.h5").stat().st_mode) == 0o444
+    assert [path.name for path in (tmp_path / "there").iterdir()] == [run.name]
 
 
 def test_the_same_run_gives_the_same_bytes(run, packed, tmp_path):
@@ -62,11 +62,11 @@ def test_its_list_can_be_checked_without_this_program(run, packed):
 
     with ZipFile(packed) as file:
         listing = json.loads(file.read("rigrunner-packed-run.json"))
-        for each in listing["files"]:
-            content = file.read(f"{listing['folder']}/{each['name']}")
-            assert len(content) == each["bytes"]
-            assert hashlib.sha256(content).hexdigest() == each["sha256"]
-    assert [each["name"] for each in listing["files"]] == sorted(files(run))
+        for entry in listing["files"]:
+            content = file.read(f"{listing['folder']}/{entry['name']}")
+            assert len(content) == entry["bytes"]
+            assert hashlib.sha256(content).hexdigest() == entry["sha256"]
+    assert [entry["name"] for entry in listing["files"]] == sorted(files(run))
 
 
 def test_a_run_that_is_there_and_a_file_that_is_there_are_kept(run, packed):
@@ -80,14 +80,14 @@ def test_a_file_that_changes_meanwhile_is_told_and_leaves_nothing(run, tmp_path,
     folder = shutil.copytree(run, tmp_path / "runs" / run.name)
 
     def listed(*given):
-        found = list(_listed(*given))
+        listed_files = list(_packed_files(*given))
         (folder / "result.json").write_text("[]\n")  # as long as before
-        return found
+        return listed_files
 
-    monkeypatch.setattr("rigrunner.documents.packing.pack._listed", listed)
+    monkeypatch.setattr("rigrunner.documents.packing.pack._packed_files", listed)
     with pytest.raises(DataError, match=r"result\.json was changed meanwhile"):
         pack(folder, tmp_path / "packed.zip")
-    assert [each.name for each in tmp_path.iterdir()] == ["runs"]
+    assert [path.name for path in tmp_path.iterdir()] == ["runs"]
 
 
 def test_hidden_files_are_left_out(run, tmp_path):
@@ -96,7 +96,7 @@ def test_hidden_files_are_left_out(run, tmp_path):
     (copy / ".DS_Store").touch()
     (copy / ".git").mkdir()
     (copy / ".git" / "config").touch()
-    names = [each.name for each in pack(copy, tmp_path / "x.rigrun").files]
+    names = [file.name for file in pack(copy, tmp_path / "x.rigrun").files]
     assert names == sorted(files(run))
 
 
@@ -138,12 +138,12 @@ def listing(members, **changes):
 
 def rename_file(name):
     def change(members):
-        known = json.loads(members[LISTING])
-        old = f"{known['folder']}/result.json"
-        for each in known["files"]:
-            each["name"] = name if each["name"] == "result.json" else each["name"]
-        members[f"{known['folder']}/{name}"] = members.pop(old)
-        members[LISTING] = json.dumps(known).encode()
+        contents = json.loads(members[LISTING])
+        old = f"{contents['folder']}/result.json"
+        for entry in contents["files"]:
+            entry["name"] = name if entry["name"] == "result.json" else entry["name"]
+        members[f"{contents['folder']}/{name}"] = members.pop(old)
+        members[LISTING] = json.dumps(contents).encode()
 
     return change
 
@@ -161,12 +161,12 @@ def flip_with_digest(members):
 
     name = next(name for name in members if name.endswith("run.h5"))
     members[name] = members[name][:-300]
-    known = json.loads(members[LISTING])
-    for each in known["files"]:
-        if each["name"] == "run.h5":
+    contents = json.loads(members[LISTING])
+    for entry in contents["files"]:
+        if entry["name"] == "run.h5":
             sha256 = hashlib.sha256(members[name]).hexdigest()
-            each.update(bytes=len(members[name]), sha256=sha256)
-    members[LISTING] = json.dumps(known).encode()
+            entry.update(bytes=len(members[name]), sha256=sha256)
+    members[LISTING] = json.dumps(contents).encode()
 
 
 @pytest.mark.parametrize(
@@ -233,11 +233,11 @@ def test_one_flipped_bit_or_a_cut_gives_the_same_run_or_an_error(
     folder = tmp_path_factory.mktemp("odd")
     (folder / "odd.zip").write_bytes(content[:at] if cut else content)
     try:
-        found = unpack(folder / "odd.zip", folder / "runs")
+        unpacked = unpack(folder / "odd.zip", folder / "runs")
     except RigrunnerError:
         assert not list((folder / "runs").glob("*"))
     else:
-        assert files(found) == files(run)
+        assert files(unpacked) == files(run)
 
 
 @pytest.mark.parametrize("name", ["run.h5", "a/b.json", "Prüfung 1.pdf", "a.b/c"])
@@ -266,15 +266,18 @@ def test_a_list_that_is_none(text):
 
 def test_the_commands(run, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    found = call("pack", run)
-    assert (found.code, found.out.startswith(f"{run.name}.zip: 3 files, ")) == (0, True), found.err
-    found = call("unpack", f"{run.name}.zip")
-    assert (found.code, found.out) == (0, f"runs/{run.name}\n")
-    for words, code, said in (
+    called = call("pack", run)
+    assert called.code == 0, called.err
+    assert called.out.startswith(f"{run.name}.zip: 3 files, ")
+    called = call("unpack", f"{run.name}.zip")
+    assert (called.code, called.out) == (0, f"runs/{run.name}\n")
+    for words, code, message in (
         (["unpack", f"{run.name}.zip"], 2, "exists"),
         (["unpack", "none.zip"], 2, "there is no none.zip"),
         (["unpack", run / "result.json"], 5, "is not a packed run"),
         (["pack", "none"], 2, "there is no run 'none'"),
     ):
-        found = call(*words)
-        assert (found.code, said in found.err, "Traceback" in found.err) == (code, True, False)
+        called = call(*words)
+        assert called.code == code
+        assert message in called.err
+        assert "Traceback" not in called.err

@@ -95,9 +95,9 @@ class Patient(FakeTester):
     held = 0.0
 
     def pause(self) -> None:
-        self._told("pause")
+        self._record_call("pause")
         self.held, self.drives_at["frequency"] = self.drives_at["frequency"], 0.0
 
     def resume(self) -> None:
-        self._told("resume")
+        self._record_call("resume")
         self.drives_at["frequency"] = self.held

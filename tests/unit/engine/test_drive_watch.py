@@ -27,8 +27,8 @@ class Bench(FakeTester):
         super().__init__(**more)
         self.at, self.number = at, number
 
-    def _told(self, call):
-        super()._told(call)
+    def _record_call(self, call):
+        super()._record_call(call)
         if call == self.at and self.calls.count(call) == self.number:
             self.drives_at["load"] = 0.0
 

@@ -121,7 +121,7 @@ class Rising(FakeTester):
         self.clock, self.load_at = clock, load_at
 
     def read(self, channels):
-        self._told(f"read {','.join(channels)}")
+        self._record_call(f"read {','.join(channels)}")
         return dict.fromkeys(channels, self.load_at(self.clock.monotonic_s()))
 
 

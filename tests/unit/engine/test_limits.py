@@ -32,7 +32,7 @@ class Observes(FakeTester):
     readings = (ReadingInfo("door", "boolean", "Door"), ReadingInfo("mode", "text", "Mode"))
 
     def observe(self, names):
-        self._told(f"observe {','.join(names)}")
+        self._record_call(f"observe {','.join(names)}")
         return {"door": True, "mode": self.calls[0]}
 
 

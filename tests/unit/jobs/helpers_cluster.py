@@ -20,12 +20,12 @@ def two_workers(workers=2):
             threads_per_worker=1,
             dashboard_address="127.0.0.1:0",
             host="127.0.0.1",
-        ) as found,
+        ) as cluster,
     ):
-        yield found
-        if workers and found.status is distributed.Status.running:
+        yield cluster
+        if workers and cluster.status is distributed.Status.running:
             with suppress(TimeoutError):  # or closing fails while one is begun again
-                found.wait_for_workers(workers, timeout=60)
+                cluster.wait_for_workers(workers, timeout=60)
 
 
 def busy_pid(address):

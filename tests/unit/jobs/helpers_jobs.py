@@ -40,6 +40,10 @@ class Squares:
         return sorted(int(mark.name.split("-")[0]) for mark in self.folder.iterdir())
 
 
+def end_by(number):
+    os.kill(os.getpid(), number)
+
+
 def hang(seconds):
     time.sleep(seconds)
 

@@ -22,14 +22,14 @@ NEVER = threading.Event()
 
 @pytest.fixture(scope="module")
 def two():
-    with two_workers() as found:
-        yield found
+    with two_workers() as cluster:
+        yield cluster
 
 
 def test_every_item_is_done_once_and_what_fails_ends_nothing(two, tmp_path):
     task = Squares(tmp_path, refuses=(2,), breaks=(4,))
-    found = list(Cluster(two.scheduler_address).outcomes(task, range(6), NEVER))
-    answers = {each.item: each.problem or each.answer.value for each in found}
+    outcomes = list(Cluster(two.scheduler_address).outcomes(task, range(6), NEVER))
+    answers = {done.item: done.problem or done.answer.value for done in outcomes}
     assert answers == {
         0: 0, 1: 1, 2: "2 is refused (take another)", 3: 9, 4: "ZeroDivisionError: 4", 5: 25,
     }  # fmt: skip
@@ -38,8 +38,8 @@ def test_every_item_is_done_once_and_what_fails_ends_nothing(two, tmp_path):
 
 def test_each_item_comes_once_though_a_worker_is_killed(two, tmp_path):
     task = Squares(tmp_path, dies_once=(3,))
-    found = list(Cluster(two.scheduler_address).outcomes(task, range(8), NEVER))
-    assert sorted(each.answer.value for each in found) == [n**2 for n in range(8)]
+    outcomes = list(Cluster(two.scheduler_address).outcomes(task, range(8), NEVER))
+    assert sorted(done.answer.value for done in outcomes) == [n**2 for n in range(8)]
     again = Counter(task.attempts()) - Counter(range(8))
     assert again[3] == 1  # others only if their values were not fetched yet from the dead worker
     assert set(again.values()) == {1}
@@ -48,8 +48,8 @@ def test_each_item_comes_once_though_a_worker_is_killed(two, tmp_path):
 @pytest.mark.thorough
 def test_what_kills_every_worker_is_a_failure_of_its_own(two, tmp_path):
     task = Squares(tmp_path, dies=(1,))
-    found = list(Cluster(two.scheduler_address).outcomes(task, range(4), NEVER))
-    answers = {each.item: each.problem or each.answer.value for each in found}
+    outcomes = list(Cluster(two.scheduler_address).outcomes(task, range(4), NEVER))
+    answers = {done.item: done.problem or done.answer.value for done in outcomes}
     assert answers == {0: 0, 1: "each worker of the cluster that began it died", 2: 4, 3: 9}
 
 
@@ -58,21 +58,21 @@ def test_who_only_worked_beside_it_is_not_blamed(tmp_path):
     """Deaths enough for every item of the queue to be given up by the scheduler."""
     task = Squares(tmp_path, dies=(1, 2))
     with dask.config.set({"distributed.scheduler.allowed-failures": 0}), two_workers() as strict:
-        found = list(Cluster(strict.scheduler_address).outcomes(task, range(12), NEVER))
-    failed = sorted(each.item for each in found if each.problem)
+        outcomes = list(Cluster(strict.scheduler_address).outcomes(task, range(12), NEVER))
+    failed = sorted(done.item for done in outcomes if done.problem)
     assert failed == [1, 2]
-    assert sorted(each.answer.value for each in found if not each.problem) == [
+    assert sorted(done.answer.value for done in outcomes if not done.problem) == [
         n**2 for n in range(12) if n not in failed
     ]
 
 
 def test_nothing_more_comes_once_the_token_is_set(two, tmp_path):
     two.wait_for_workers(1, timeout=60)  # the test before this one killed some
-    stop, found = threading.Event(), []
-    for each in Cluster(two.scheduler_address).outcomes(Squares(tmp_path), range(50), stop):
-        found.append(each)
+    stop, outcomes = threading.Event(), []
+    for done in Cluster(two.scheduler_address).outcomes(Squares(tmp_path), range(50), stop):
+        outcomes.append(done)
         stop.set()
-    assert len(found) == 1
+    assert len(outcomes) == 1
 
 
 def test_where_no_scheduler_is():
@@ -114,9 +114,9 @@ def test_without_the_package(monkeypatch):
 
 @pytest.mark.thorough
 def test_a_scheduler_that_is_lost(tmp_path):
-    with two_workers(1) as found:
-        outcomes = Cluster(found.scheduler_address).outcomes(Squares(tmp_path), range(500), NEVER)
+    with two_workers(1) as cluster:
+        outcomes = Cluster(cluster.scheduler_address).outcomes(Squares(tmp_path), range(500), NEVER)
         next(outcomes)
-        found.close()
+        cluster.close()
         with pytest.raises(DataError, match="scheduler of the cluster is gone"):
             list(outcomes)

@@ -15,18 +15,18 @@ from rigrunner.jobs import discard, journal
 OF = {"study": "coverage", "seed": "1"}
 
 
-def kept(path, of=OF):
-    with journal(path, of) as found:
-        return dict(found._values)
+def stored(path, task=OF):
+    with journal(path, task) as finished:
+        return dict(finished._values)
 
 
 def test_what_is_added_is_there_when_it_is_opened_again(tmp_path):
     path = tmp_path / "new folder" / "done.jsonl"
-    with journal(path, OF) as begun:
-        begun.add("a", {"x": pi})
-        begun.add("ü\n", [1, None, inf])
-        assert "a" in begun
-        assert len(begun) == 2
+    with journal(path, OF) as finished:
+        finished.add("a", {"x": pi})
+        finished.add("ü\n", [1, None, inf])
+        assert "a" in finished
+        assert len(finished) == 2
     with journal(path, OF) as again:
         assert again["a"] == {"x": pi}
         assert again["ü\n"] == [1, None, inf]
@@ -55,7 +55,7 @@ def test_a_disk_that_takes_a_part_of_a_line_is_told(tmp_path, monkeypatch):
         with pytest.raises(DataError, match="No space left"):
             begun.add("b", 2)
         assert "b" not in begun
-    assert kept(path) == {"a": 1}
+    assert stored(path) == {"a": 1}
 
 
 @given(cut=st.integers(0, 200), values=st.lists(st.floats(allow_nan=False), max_size=4))
@@ -66,31 +66,42 @@ def test_a_kill_at_any_byte_loses_the_last_line_alone(cut, values, tmp_path_fact
             begun.add(str(number), value)
     text = path.read_bytes()
     path.write_bytes(text[:cut])
-    whole = max(text[:cut].count(b"\n") - 1, 0)
-    expected = {str(number): value for number, value in enumerate(values[:whole])}
-    assert kept(path) == expected
+    complete = max(text[:cut].count(b"\n") - 1, 0)
+    expected = {str(number): value for number, value in enumerate(values[:complete])}
+    assert stored(path) == expected
     with journal(path, OF) as going_on:
         going_on.add("further", 1)
-    assert kept(path) == {**expected, "further": 1}
+    assert stored(path) == {**expected, "further": 1}
 
 
 def test_other_work_is_refused(tmp_path):
     path = tmp_path / "done.jsonl"
-    kept(path)
+    stored(path)
     with (
         pytest.raises(UsageError, match="has results of other work: seed was 1, is 2"),
         journal(path, {**OF, "seed": "2"}),
     ):
         pass
-    assert kept(path) == {}
+    assert stored(path) == {}
 
 
-@pytest.mark.parametrize("text", ["no json\n", '"text"\n', '{"of": {}}\n7\n', '{}\n["a", 1]\n'])
-def test_what_is_no_journal_is_refused(text, tmp_path):
+@pytest.mark.parametrize(
+    "text",
+    [
+        "no json\n",
+        '"text"\n',
+        '{"of": {}}\n7\n',
+        '{}\n["a", 1]\n',
+        '{"of": 3}\n',
+        "a,b\n1,2",
+        "a,b",
+    ],
+)
+def test_what_is_no_journal_is_refused_and_stays_as_it_was(text, tmp_path):
     path = tmp_path / "done.jsonl"
     path.write_text(text)
     with pytest.raises((DataError, UsageError)):
-        kept(path, {})
+        stored(path, {})
     assert path.read_text() == text
 
 
@@ -103,12 +114,12 @@ def test_one_process_at_a_time(tmp_path):
 def test_where_nothing_can_be_written(tmp_path):
     (tmp_path / "file").touch()
     with pytest.raises(DataError, match="cannot write"):
-        kept(tmp_path / "file" / "done.jsonl")
+        stored(tmp_path / "file" / "done.jsonl")
 
 
 def test_what_is_not_needed_any_more(tmp_path):
     path = tmp_path / "done.jsonl"
-    kept(path)
+    stored(path)
     discard(path)
     discard(path)
     assert not list(tmp_path.iterdir())

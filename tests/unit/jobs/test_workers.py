@@ -3,23 +3,24 @@
 from __future__ import annotations
 
 import os
+import signal
 import threading
 import time
 
 import pytest
 
 from rigrunner.jobs import InProcess, Processes, usable_cores
-from unit.jobs.helpers_jobs import Squares, environment, hang
+from unit.jobs.helpers_jobs import Squares, end_by, environment, hang
 
 NEVER = threading.Event()
 
 
 def done(workers, task, items, stop=NEVER):
     """Return value or problem by item, and that each came once at its own place."""
-    found = list(workers.outcomes(task, items, stop))
-    assert [items[each.place] for each in found] == [each.item for each in found]
-    assert len({each.place for each in found}) == len(found)
-    return {each.item: each.problem or each.answer.value for each in found}
+    outcomes = list(workers.outcomes(task, items, stop))
+    assert [items[outcome.place] for outcome in outcomes] == [outcome.item for outcome in outcomes]
+    assert len({outcome.place for outcome in outcomes}) == len(outcomes)
+    return {outcome.item: outcome.problem or outcome.answer.value for outcome in outcomes}
 
 
 @pytest.mark.parametrize("workers", [InProcess(), Processes(1), Processes(3)])
@@ -45,10 +46,17 @@ def test_a_bug_keeps_its_traceback_and_an_error_has_none(workers, tmp_path):
 
 def test_what_kills_its_process_is_a_failure_of_its_own(tmp_path):
     task = Squares(tmp_path, dies=(2,))
-    found = done(Processes(2), task, [1, 2, 3, 4])
-    assert found.pop(2) == "the process was ended by SIGKILL, 2 times"
-    assert found == {1: 1, 3: 9, 4: 16}
+    answers = done(Processes(2), task, [1, 2, 3, 4])
+    assert answers.pop(2) == "the process was ended by SIGKILL, 2 times"
+    assert answers == {1: 1, 3: 9, 4: 16}
     assert task.attempts() == [1, 2, 2, 3, 4]
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGRTMIN"), reason="no real-time signals here")
+def test_a_process_that_a_real_time_signal_ended_is_reported():
+    number = signal.SIGRTMIN + 2
+    answers = done(Processes(1), end_by, [number])
+    assert answers == {number: "the process was ended by SIGRTMIN+2, 2 times"}
 
 
 def test_what_was_only_in_the_way_is_done_again(tmp_path):
@@ -59,11 +67,11 @@ def test_what_was_only_in_the_way_is_done_again(tmp_path):
 
 @pytest.mark.parametrize("workers", [InProcess(), Processes(2)])
 def test_nothing_more_comes_once_the_token_is_set(workers, tmp_path):
-    stop, found = threading.Event(), []
-    for each in workers.outcomes(Squares(tmp_path), list(range(50)), stop):
-        found.append(each.item)
+    stop, answers = threading.Event(), []
+    for outcome in workers.outcomes(Squares(tmp_path), list(range(50)), stop):
+        answers.append(outcome.item)
         stop.set()
-    assert len(found) in {1, 2}  # two processes may be ready at once
+    assert len(answers) in {1, 2}  # two processes may be ready at once
 
 
 def test_a_stop_does_not_wait_for_what_is_under_way():
@@ -77,8 +85,8 @@ def test_a_stop_does_not_wait_for_what_is_under_way():
 
 def test_each_process_has_one_thread_for_linear_algebra(monkeypatch):
     monkeypatch.setenv("OMP_NUM_THREADS", "7")
-    found = done(Processes(1), environment, ["OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"])
-    assert found == {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    answers = done(Processes(1), environment, ["OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"])
+    assert answers == {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
     assert os.environ["OMP_NUM_THREADS"] == "7"
 
 
@@ -101,8 +109,8 @@ def test_a_task_that_cannot_be_imported_is_told_of_every_item():
         def __reduce__(self):
             return __import__, ("no_such_module",)
 
-    found = done(Processes(1), Local(), [1, 2])
-    assert found == dict.fromkeys([1, 2], "ModuleNotFoundError: No module named 'no_such_module'")
+    answers = done(Processes(1), Local(), [1, 2])
+    assert answers == dict.fromkeys([1, 2], "ModuleNotFoundError: No module named 'no_such_module'")
 
 
 def test_processes_import_no_module_of_the_folder_that_one_stands_in(monkeypatch, tmp_path):

@@ -63,9 +63,9 @@ def test_a_plot_is_shown_by_a_notebook_and_saved(tmp_path):
 def test_the_users_own_matplotlib_settings_change_nothing_and_stay():
     plain = draw(EVERY_KIND).svg
     with mpl.rc_context({"font.size": 30, "axes.facecolor": "red", "svg.fonttype": "none"}):
-        mine = dict(mpl.rcParams)
+        user_settings = dict(mpl.rcParams)
         assert draw(EVERY_KIND).svg == plain
-        assert dict(mpl.rcParams) == mine
+        assert dict(mpl.rcParams) == user_settings
 
 
 def test_a_drawing_carries_no_date():

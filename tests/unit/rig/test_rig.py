@@ -205,7 +205,7 @@ def test_stream_that_is_left_early_is_ended_on_the_device_before_anything_else(n
             try:
                 yield from super().stream(channels, duration_s, stop)
             finally:
-                self._told("stream ended")
+                self._record_call("stream ended")
 
     device = Tidy(non_blocking=non_blocking)
     rig = rig_of(device)
@@ -491,10 +491,10 @@ def test_drives_that_were_made_safe_stand_where_they_are_read_back():
 def test_what_was_paused_counts_its_cycles_again_once_it_is_resumed():
     class Pauses(FakeTester):
         def pause(self):
-            self._told("pause")
+            self._record_call("pause")
 
         def resume(self):
-            self._told("resume")
+            self._record_call("resume")
 
     clock = SimulatedClock()
     rig = Rig({"tester": Pauses()}, clock)

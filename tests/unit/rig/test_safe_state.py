@@ -26,12 +26,12 @@ class Oven(FakeTester):
         super().__init__(**more)
         self.log, self.drives, self.drives_at = log, OTHER_DRIVES, {"heater": 90.0}
 
-    def _told(self, call: str) -> None:
+    def _record_call(self, call: str) -> None:
         self.log.append(f"oven {call}")
-        super()._told(call)
+        super()._record_call(call)
 
     def make_safe(self):
-        self._told("make_safe")
+        self._record_call("make_safe")
         self.drives_at["heater"] = 20.0
         return dict(self.drives_at)
 
@@ -41,9 +41,9 @@ class Bench(FakeTester):
         super().__init__(**more)
         self.log = log
 
-    def _told(self, call: str) -> None:
+    def _record_call(self, call: str) -> None:
         self.log.append(f"tester {call}")
-        super()._told(call)
+        super()._record_call(call)
 
 
 def made_safe(order, **more):
@@ -364,7 +364,7 @@ def test_a_device_of_the_order_that_hangs_is_set_drive_by_drive_only_beside_the_
 def test_a_device_of_the_order_that_fails_is_set_drive_by_drive_in_its_second_turn_alone():
     class Fails(Bench):
         def make_safe(self):
-            self._told("make_safe")
+            self._record_call("make_safe")
             raise IndexError("bug")
 
     calls: list[str] = []

@@ -53,7 +53,7 @@ def run_of(*rows: Measurement, recordings=(), instruments=(), zeros=None) -> Run
         ended_utc=START,
         outcome="completed",
         inputs={},
-        instruments={each.channel: each for each in instruments},
+        instruments={instrument.channel: instrument for instrument in instruments},
         zeros=zeros or {},
         recordings=tuple(recordings),
         measurements=rows,
@@ -77,8 +77,8 @@ def analysed(run: RunData, unit="V", **settings):
 
 
 def only(run: RunData, unit="V", **settings):
-    (found,) = analysed(run, unit, **settings).results
-    return found
+    (result,) = analysed(run, unit, **settings).results
+    return result
 
 
 VALUES = (12.01, 12.04, 11.98, 12.02, 12.00)
@@ -86,21 +86,21 @@ ROWS = tuple(row(at, 2.0, meter__voltage=value) for at, value in enumerate(VALUE
 
 
 def test_mean_of_independent_rows_has_s_over_root_n_and_the_instrument() -> None:
-    found = only(run_of(*ROWS, instruments=[meter()]), "mV")
+    result = only(run_of(*ROWS, instruments=[meter()]), "mV")
     mean, scatter, b = np.mean(VALUES), stats.sem(VALUES), 0.03 / sqrt(3)
-    assert found.estimate.value == pytest.approx(1e3 * mean)
-    assert found.estimate.unit == "mV"
-    assert found.estimate.u == pytest.approx(1e3 * sqrt(scatter**2 + b**2))
+    assert result.estimate.value == pytest.approx(1e3 * mean)
+    assert result.estimate.unit == "mV"
+    assert result.estimate.u == pytest.approx(1e3 * sqrt(scatter**2 + b**2))
     # Welch and Satterthwaite by hand: only the scatter has finite degrees of freedom
-    assert found.estimate.dof == pytest.approx(4 * (scatter**2 + b**2) ** 2 / scatter**4)
-    assert found.readings == 5
-    assert [each.unit for each in found.components] == ["mV", "V"]
+    assert result.estimate.dof == pytest.approx(4 * (scatter**2 + b**2) ** 2 / scatter**4)
+    assert result.readings == 5
+    assert [line.unit for line in result.components] == ["mV", "V"]
 
 
 def test_equal_readings_have_no_scatter_at_all() -> None:
     rows = [row(at, 2.0, meter__voltage=5.732e-6) for at in range(3)]  # their mean is rounded
-    found = only(run_of(*rows, instruments=[meter()]))
-    assert found.components[0].u == 0.0
+    result = only(run_of(*rows, instruments=[meter()]))
+    assert result.components[0].u == 0.0
 
 
 @pytest.mark.parametrize("value", [0.1, 3.3, 1e9 + 0.1])
@@ -108,10 +108,10 @@ def test_equal_readings_have_no_scatter_at_all() -> None:
 def test_equal_samples_have_no_scatter_at_all(value: float, statistic: str) -> None:
     run = run_of(recordings=[recorded(np.full(1000, value))], instruments=[meter(accuracy="0 V")])
     unit = "V/s" if statistic == "slope" else "V"
-    (found,) = analysed(run, statistic=statistic, result={"name": "result", "unit": unit}).results
-    assert found.estimate.u == 0
+    (result,) = analysed(run, statistic=statistic, result={"name": "result", "unit": unit}).results
+    assert result.estimate.u == 0
     if statistic != "mean":
-        assert found.estimate.value == 0
+        assert result.estimate.value == 0
 
 
 @pytest.mark.parametrize("statistic", ["standard_deviation", "range", "slope"])
@@ -123,15 +123,15 @@ def test_a_gain_acts_on_a_small_change_of_a_large_value_as_on_any(statistic: str
         recordings=[recorded(values)], instruments=[meter(accuracy={"gain": {"limit": "1 %"}})]
     )
     unit = "V/s" if statistic == "slope" else "V"
-    (found,) = analysed(run, statistic=statistic, result={"name": "result", "unit": unit}).results
+    (result,) = analysed(run, statistic=statistic, result={"name": "result", "unit": unit}).results
     times = np.arange(10)
     exact = {
         "standard_deviation": sqrt(sum((steps - 4.5) ** 2) / 9) / 1024,
         "range": 9 / 1024,
         "slope": sum((times - 4.5) * steps) / sum((times - 4.5) ** 2) / 1024 * 100.0,
     }[statistic]
-    gain = found.components[-1]
-    assert found.estimate.value == pytest.approx(exact, rel=1e-9)
+    gain = result.components[-1]
+    assert result.estimate.value == pytest.approx(exact, rel=1e-9)
     assert gain.u == pytest.approx(0.01 / sqrt(3) * abs(exact), rel=1e-9)
 
 
@@ -143,23 +143,23 @@ def test_a_single_reading_has_the_instrument_alone_and_says_so() -> None:
 
 
 def test_an_instrument_that_the_register_lacks_leaves_the_uncertainty_unknown() -> None:
-    found = only(run_of(*ROWS))
-    assert found.estimate.value == pytest.approx(np.mean(VALUES))
-    assert np.isnan(found.estimate.u)
+    result = only(run_of(*ROWS))
+    assert result.estimate.value == pytest.approx(np.mean(VALUES))
+    assert np.isnan(result.estimate.u)
 
 
 def test_results_are_told_apart_by_set_points_in_their_order() -> None:
     rows = [row(at, i, meter__voltage=12 - 0.01 * i) for at, i in enumerate((0, 1, 2, 1))]
-    found = analysed(run_of(*rows, instruments=[meter()]), per=["load.current"]).results
-    assert [each.place for each in found] == [f"load.current = {i} A" for i in (0, 1, 2)]
-    assert [each.readings for each in found] == [1, 2, 1]
-    assert [each.estimate.value for each in found] == pytest.approx([12.0, 11.99, 11.98])
+    results = analysed(run_of(*rows, instruments=[meter()]), per=["load.current"]).results
+    assert [result.place for result in results] == [f"load.current = {i} A" for i in (0, 1, 2)]
+    assert [result.readings for result in results] == [1, 2, 1]
+    assert [result.estimate.value for result in results] == pytest.approx([12.0, 11.99, 11.98])
 
 
 def test_where_takes_one_place_in_any_unit() -> None:
     rows = [row(at, i, meter__voltage=12 - 0.01 * i) for at, i in enumerate((0, 1, 2))]
-    found = only(run_of(*rows, instruments=[meter()]), where={"load.current": "2000 mA"})
-    assert found.estimate.value == pytest.approx(11.98)
+    result = only(run_of(*rows, instruments=[meter()]), where={"load.current": "2000 mA"})
+    assert result.estimate.value == pytest.approx(11.98)
 
 
 def test_a_place_that_was_not_measured_is_refused() -> None:
@@ -170,11 +170,11 @@ def test_a_place_that_was_not_measured_is_refused() -> None:
 
 
 def test_range_has_the_error_of_two_readings() -> None:
-    found = only(run_of(*ROWS, instruments=[meter()]), "mV", statistic="range")
-    assert found.estimate.value == pytest.approx(60.0)
-    assert found.estimate.u == pytest.approx(30 / sqrt(3) * sqrt(2))
+    result = only(run_of(*ROWS, instruments=[meter()]), "mV", statistic="range")
+    assert result.estimate.value == pytest.approx(60.0)
+    assert result.estimate.u == pytest.approx(30 / sqrt(3) * sqrt(2))
     triangle = 60 * (1 - sqrt(0.05))  # the difference of two rectangles: half of its 95 % interval
-    assert expanded(found.estimate) == pytest.approx(triangle, rel=0.01)
+    assert expanded(result.estimate) == pytest.approx(triangle, rel=0.01)
 
 
 def test_a_gain_and_an_offset_go_through_the_statistic_as_they_are() -> None:
@@ -206,12 +206,12 @@ def test_a_difference_is_taken_value_by_value() -> None:
     hum = rng.normal(0, 0.2, 20)  # in both channels: it cancels
     pairs = [(12 + h + e, 1 + h) for h, e in zip(hum, rng.normal(0, 0.001, 20), strict=True)]
     rows = [row(0, 1.0, meter__voltage=a, shunt__voltage=b) for a, b in pairs]
-    known = [meter(), meter("shunt.voltage", accuracy="40 mV")]
-    found = only(run_of(*rows, instruments=known), minus="shunt.voltage")
+    meters = [meter(), meter("shunt.voltage", accuracy="40 mV")]
+    result = only(run_of(*rows, instruments=meters), minus="shunt.voltage")
     differences = [a - b for a, b in pairs]
-    assert found.estimate.value == pytest.approx(np.mean(differences))
+    assert result.estimate.value == pytest.approx(np.mean(differences))
     u = sqrt(stats.sem(differences) ** 2 + (0.03**2 + 0.04**2) / 3)
-    assert found.estimate.u == pytest.approx(u, rel=1e-6)
+    assert result.estimate.u == pytest.approx(u, rel=1e-6)
 
 
 def test_a_ratio_has_the_unit_of_the_quotient() -> None:
@@ -219,32 +219,32 @@ def test_a_ratio_has_the_unit_of_the_quotient() -> None:
         Measurement("t", START, {}, {"meter.voltage": v, "load.current": i}, UNITS)
         for v, i in ((10.0, 2.0), (10.2, 2.0))
     ]
-    known = [meter(), meter("load.current", "current", "10 mA")]
-    found = only(run_of(*rows, instruments=known), "Ω", divided_by="load.current")
-    assert found.estimate.value == pytest.approx(5.05)
+    meters = [meter(), meter("load.current", "current", "10 mA")]
+    result = only(run_of(*rows, instruments=meters), "Ω", divided_by="load.current")
+    assert result.estimate.value == pytest.approx(5.05)
     scatter = stats.sem([5.0, 5.1])
     a, b = 0.03 / sqrt(3) / 2, 0.01 / sqrt(3) * 10.1 / 4  # dR = dU/I, dR = mean U dI/I²
-    assert found.estimate.u == pytest.approx(sqrt(scatter**2 + a**2 + b**2), rel=1e-4)
+    assert result.estimate.u == pytest.approx(sqrt(scatter**2 + a**2 + b**2), rel=1e-4)
 
 
 def test_an_error_in_one_figure_moves_a_mean_quotient_by_the_mean_of_its_effects() -> None:
     """10 V over 1 A and over 4 A: 2 mA change each quotient by U/I² of that at most."""
     rows = [row(0, 1.0, meter__voltage=10.0, load__shunt=shunt) for shunt in (1.0, 4.0)]
-    rows = [replace(each, units={**UNITS, "load.shunt": "A"}) for each in rows]
-    known = [meter(accuracy="0 V"), meter("load.shunt", "current", "2 mA")]
-    found = only(run_of(*rows, instruments=known), "Ω", divided_by="load.shunt")
-    (line,) = (each for each in found.components if each.name == "reading of load.shunt")
+    rows = [replace(row_, units={**UNITS, "load.shunt": "A"}) for row_ in rows]
+    meters = [meter(accuracy="0 V"), meter("load.shunt", "current", "2 mA")]
+    result = only(run_of(*rows, instruments=meters), "Ω", divided_by="load.shunt")
+    (line,) = (line for line in result.components if line.name == "reading of load.shunt")
     assert line.u == pytest.approx((10 + 10 / 16) / 2 * 0.002 / sqrt(3), rel=1e-4)
 
 
 def test_where_the_divisor_is_0_one_result_is_missing_and_the_others_stand() -> None:
     pairs = ((0.0, 1.0, 0.0), (2.0, 10.0, 2.0))
     rows = [row(0, set_a, meter__voltage=u, load__shunt=i) for set_a, u, i in pairs]
-    rows = [replace(each, units={**UNITS, "load.shunt": "A"}) for each in rows]
-    told = {"per": "load.current", "unit": "Ω", "divided_by": "load.shunt"}
-    found = analysed(run_of(*rows), **told)
-    assert [each.estimate.value for each in found.results] == [5.0]
-    (missing,) = found.missing
+    rows = [replace(row_, units={**UNITS, "load.shunt": "A"}) for row_ in rows]
+    settings = {"per": "load.current", "unit": "Ω", "divided_by": "load.shunt"}
+    findings_ = analysed(run_of(*rows), **settings)
+    assert [result.estimate.value for result in findings_.results] == [5.0]
+    (missing,) = findings_.missing
     why = "load.shunt is 0, and nothing can be divided by it"
     assert missing.sentence == f"There is no value of found at load.current = 0 A: {why}."
 
@@ -253,10 +253,10 @@ def test_temperatures_are_stated_in_celsius_and_their_range_in_kelvin() -> None:
     rows = [
         Measurement("t", START, {}, {"room.temperature": t + 273.15}, UNITS) for t in (20.0, 23.0)
     ]
-    known = [meter("room.temperature", "temperature", "0.3 K")]
-    mean = only(run_of(*rows, instruments=known), "°C", of="room.temperature")
+    meters = [meter("room.temperature", "temperature", "0.3 K")]
+    mean = only(run_of(*rows, instruments=meters), "°C", of="room.temperature")
     assert mean.estimate.value == pytest.approx(21.5)
-    spread = only(run_of(*rows, instruments=known), "K", of="room.temperature", statistic="range")
+    spread = only(run_of(*rows, instruments=meters), "K", of="room.temperature", statistic="range")
     assert spread.estimate.value == pytest.approx(3.0)
 
 
@@ -267,9 +267,9 @@ def test_a_difference_of_power_levels_is_in_decibel(statistic: str) -> None:
         Measurement("t", START, {}, {"meter.level": each}, {"meter.level": "dBm"})
         for each in (10.0, 13.0)
     ]
-    known = [meter("meter.level", "power level", "0 dB")]
+    meters = [meter("meter.level", "power level", "0 dB")]
     told = {"of": "meter.level", "statistic": statistic}
-    spread = only(run_of(*rows, instruments=known), "dB", **told)
+    spread = only(run_of(*rows, instruments=meters), "dB", **told)
     assert spread.estimate.value == pytest.approx(3.0 if statistic == "range" else 3 / sqrt(2))
     registry, units = load_registry(), {"meter.level": "dBm"}
     for symbol, is_right in (("dB", True), ("dBm", False)):
@@ -289,19 +289,19 @@ def test_scatter_of_samples_counts_their_correlation(phi: float) -> None:
     rng, n = np.random.default_rng(7), 40_000
     stated = []
     for _ in range(20):
-        found = only(run_of(recordings=[recorded(autoregressive(n, phi, rng))]))
-        stated.append(found.components[0].u)
+        result = only(run_of(recordings=[recorded(autoregressive(n, phi, rng))]))
+        stated.append(result.components[0].u)
     assert np.sqrt(np.mean(np.square(stated))) == pytest.approx(1 / ((1 - phi) * sqrt(n)), rel=0.15)
 
 
 def mean_of_recordings(levels, *, noise: float = 1.0, seed: int = 1):
     """Return the mean of recordings of 300 samples about each level, with its lines."""
     rng = np.random.default_rng(seed)
-    made = [
+    recordings = [
         recorded(level + noise * rng.normal(size=300), second=10 * at)
         for at, level in enumerate(levels)
     ]
-    return only(run_of(recordings=made, instruments=[meter(accuracy="0 V")]))
+    return only(run_of(recordings=recordings, instruments=[meter(accuracy="0 V")]))
 
 
 def test_recordings_that_differ_scatter_as_their_means_do() -> None:
@@ -309,28 +309,28 @@ def test_recordings_that_differ_scatter_as_their_means_do() -> None:
 
     As one series of 600 samples they had 250 degrees of freedom and a third of u.
     """
-    found = mean_of_recordings([1.0, 3.0], noise=0.001)
-    assert found.estimate.u == pytest.approx(1.0, rel=1e-3)
-    assert found.estimate.dof == 1.0
+    result = mean_of_recordings([1.0, 3.0], noise=0.001)
+    assert result.estimate.u == pytest.approx(1.0, rel=1e-3)
+    assert result.estimate.dof == 1.0
 
 
 def test_recordings_that_agree_are_one_series() -> None:
-    found = mean_of_recordings([2.0, 2.0, 2.0])
-    assert found.estimate.u == pytest.approx(1 / sqrt(900), rel=0.1)
-    assert found.estimate.dof > 400
+    result = mean_of_recordings([2.0, 2.0, 2.0])
+    assert result.estimate.u == pytest.approx(1 / sqrt(900), rel=0.1)
+    assert result.estimate.dof > 400
 
 
 def test_the_interval_of_a_mean_holds_where_each_recording_has_its_own_level() -> None:
     """Of 100 runs of four recordings nearly 95 % hold the level that all scatter about."""
     rng = np.random.default_rng(7)
-    held = 0
+    inside = 0
     for seed in range(100):
-        found = mean_of_recordings(rng.normal(size=4), seed=seed).estimate
-        held += abs(found.value) <= expanded(found)
-    assert held >= 90  # as one series 60
+        estimate = mean_of_recordings(rng.normal(size=4), seed=seed).estimate
+        inside += abs(estimate.value) <= expanded(estimate)
+    assert inside >= 90  # as one series 60
 
 
-def held(of: Statistic, true: float, series: Iterable[Series]) -> tuple[int, int]:
+def count_inside(of: Statistic, true: float, series: Iterable[Series]) -> tuple[int, int]:
     """Return how many of some series hold the true value, and how many do not know U."""
     inside = unknown = 0
     for each in series:
@@ -349,38 +349,38 @@ def of_levels(levels: float, recordings: int, runs: int = 100) -> Iterator[Serie
     starts = tuple(n * at for at in range(1, recordings))
     times = np.concatenate([10 * at + np.arange(n) / 100 for at in range(recordings)])
     for _ in range(runs):
-        made = [
+        blocks = [
             level + autoregressive(n, phi, rng) * sqrt(1 - phi**2)
             for level in levels * rng.normal(size=recordings)
         ]
-        yield Series(np.concatenate(made), times, in_a_row=True, step_s=0.01, starts=starts)
+        yield Series(np.concatenate(blocks), times, in_a_row=True, step_s=0.01, starts=starts)
 
 
 @pytest.mark.parametrize(("levels", "recordings"), [(0.0, 4), (1.0, 4), (1.0, 8), (5.0, 8)])
 def test_the_interval_of_a_standard_deviation_holds_where_recordings_differ(levels, recordings):
     deviation = STATISTICS["standard_deviation"]
-    inside, unknown = held(deviation, sqrt(1 + levels**2), of_levels(levels, recordings))
+    inside, unknown = count_inside(deviation, sqrt(1 + levels**2), of_levels(levels, recordings))
     assert inside >= 90  # as one series 70 to 85
     assert unknown == 0
 
 
 @pytest.mark.parametrize(("levels", "recordings"), [(0.0, 4), (1.0, 6), (1.0, 10), (5.0, 6)])
 def test_the_interval_of_a_slope_holds_where_recordings_differ(levels, recordings) -> None:
-    inside, unknown = held(STATISTICS["slope"], 0.0, of_levels(levels, recordings))
+    inside, unknown = count_inside(STATISTICS["slope"], 0.0, of_levels(levels, recordings))
     assert inside >= 90  # as one series 60 to 80
     assert unknown == 0
 
 
 def test_the_slope_through_two_recordings_has_an_unknown_uncertainty() -> None:
     """Nothing tells a drift from two levels: U of the samples alone held 5 to 16 of 100."""
-    assert held(STATISTICS["slope"], 0.0, of_levels(1.0, 2)) == (0, 100)
-    made = [recorded(np.arange(20.0) % 3, second=10 * at) for at in range(2)]
-    found = analysed(
-        run_of(recordings=made, instruments=[meter()]),
+    assert count_inside(STATISTICS["slope"], 0.0, of_levels(1.0, 2)) == (0, 100)
+    recordings = [recorded(np.arange(20.0) % 3, second=10 * at) for at in range(2)]
+    findings_ = analysed(
+        run_of(recordings=recordings, instruments=[meter()]),
         statistic="slope", result={"name": "drift", "unit": "V/s"},
     )  # fmt: skip
-    assert isnan(found.results[0].estimate.u)
-    (note,) = found.notes
+    assert isnan(findings_.results[0].estimate.u)
+    (note,) = findings_.notes
     assert note == (
         "drift: there are too few readings, or recordings that agree, to know the uncertainty of a"
         " slope."
@@ -388,14 +388,14 @@ def test_the_slope_through_two_recordings_has_an_unknown_uncertainty() -> None:
 
 
 def test_the_interval_of_a_percentile_holds_or_is_not_stated_where_recordings_differ() -> None:
-    inside, unknown = held(percentile(0.5), 0.0, of_levels(1.0, 8))
+    inside, unknown = count_inside(percentile(0.5), 0.0, of_levels(1.0, 8))
     assert inside >= 90  # as one series 85
     assert unknown == 0
     true = stats.norm.ppf(0.9)
-    inside, unknown = held(percentile(0.9), true, of_levels(0.0, 4))
+    inside, unknown = count_inside(percentile(0.9), true, of_levels(0.0, 4))
     assert inside + unknown >= 90
     assert unknown <= 20  # the F-test at 5 %, of means that vary little more than samples tell
-    _, unknown = held(percentile(0.9), true * sqrt(26), of_levels(5.0, 4))
+    _, unknown = count_inside(percentile(0.9), true * sqrt(26), of_levels(5.0, 4))
     assert unknown >= 95
 
 
@@ -410,20 +410,20 @@ def test_the_interval_of_a_percentile_of_readings_is_that_of_order_statistics(pe
     Half the distance from n p - sqrt(n p q) to n p + sqrt(n p q) held 56 % for p = 95 %, n = 10.
     """
     rng = np.random.default_rng(5)
-    made = (
+    recordings = (
         Series(rng.exponential(size=n), np.arange(float(n)), in_a_row=False) for _ in range(400)
     )
     true = stats.expon.ppf(percent / 100)
-    inside, unknown = held(percentile(percent / 100), true, made)
+    inside, unknown = count_inside(percentile(percent / 100), true, recordings)
     assert unknown == (0 if known else 400)
     assert inside >= (372 if known else 0)
 
 
 def test_very_many_samples_are_taken_by_means_of_neighbours() -> None:
     rng, phi, n = np.random.default_rng(8), 0.99, 1 << 20
-    found = only(run_of(recordings=[recorded(autoregressive(n, phi, rng), rate_hz=1e4)]))
-    assert found.components[0].u == pytest.approx(1 / ((1 - phi) * sqrt(n)), rel=0.25)
-    assert found.readings == n
+    result = only(run_of(recordings=[recorded(autoregressive(n, phi, rng), rate_hz=1e4)]))
+    assert result.components[0].u == pytest.approx(1 / ((1 - phi) * sqrt(n)), rel=0.25)
+    assert result.readings == n
 
 
 def test_other_statistics_of_samples() -> None:
@@ -448,21 +448,21 @@ def test_other_statistics_of_samples() -> None:
 def test_slope_of_rows_over_time_as_a_straight_line_fit_has_it() -> None:
     values = [1.0, 1.2, 1.5, 1.55, 1.9]
     rows = [row(at, 1.0, meter__voltage=v) for at, v in enumerate(values)]
-    found = only(run_of(*rows, instruments=[meter(accuracy="1 nV")]), "mV/s", statistic="slope")
+    result = only(run_of(*rows, instruments=[meter(accuracy="1 nV")]), "mV/s", statistic="slope")
     line = stats.linregress(range(5), values)
-    assert found.estimate.value == pytest.approx(1e3 * line.slope)
-    assert found.estimate.u == pytest.approx(1e3 * line.stderr, rel=1e-6)
-    assert found.estimate.dof == pytest.approx(3, rel=1e-6)
+    assert result.estimate.value == pytest.approx(1e3 * line.slope)
+    assert result.estimate.u == pytest.approx(1e3 * line.stderr, rel=1e-6)
+    assert result.estimate.dof == pytest.approx(3, rel=1e-6)
 
 
 def test_the_integral_of_rows_is_that_of_the_lines_between_them() -> None:
     at, values = (0, 1, 3, 4, 7), [1.0, 1.2, 1.5, 1.55, 0.9]
     rows = [row(second, 1.0, meter__voltage=v) for second, v in zip(at, values, strict=True)]
-    each = meter(accuracy={"overall": "30 mV", "gain": "0.3 %", "offset": "12 mV"})
-    found = only(run_of(*rows, instruments=[each]), "mV·min", statistic="integral")
+    voltmeter = meter(accuracy={"overall": "30 mV", "gain": "0.3 %", "offset": "12 mV"})
+    result = only(run_of(*rows, instruments=[voltmeter]), "mV·min", statistic="integral")
     area = float(np.trapezoid(values, at))
-    assert found.estimate.value == pytest.approx(1e3 / 60 * area)
-    scatter, reading, gain, offset = (1e-3 * 60 * line.u for line in found.components)
+    assert result.estimate.value == pytest.approx(1e3 / 60 * area)
+    scatter, reading, gain, offset = (1e-3 * 60 * line.u for line in result.components)
     # all in V·s; a reading may err one way at each row, as the offset does
     limits = (7 * 0.03, 0.003 * area, 7 * 0.012)
     assert (reading, gain, offset) == pytest.approx([each / sqrt(3) for each in limits])
@@ -470,7 +470,7 @@ def test_the_integral_of_rows_is_that_of_the_lines_between_them() -> None:
     squares = [1 + 4 / 9 + 1 / 9, 1 + 1 / 9 + 4 / 9, 1 + 9 / 16 + 1 / 16]
     s = sqrt(np.mean([d**2 / of for d, of in zip(off, squares, strict=True)]))
     assert scatter == pytest.approx(s * np.linalg.norm([0.5, 1.5, 1.5, 2.0, 1.5]))
-    assert found.components[0].dof == pytest.approx(18 / 35 * 3)
+    assert result.components[0].dof == pytest.approx(18 / 35 * 3)
 
 
 def test_the_interval_of_an_integral_holds_while_the_value_changes() -> None:
@@ -478,7 +478,7 @@ def test_the_interval_of_an_integral_holds_while_the_value_changes() -> None:
     values = 5 * np.exp(-times / 4)
     true = float(np.trapezoid(values, times))
     noisy = (Series(values + rng.normal(0, 0.1, 60), times, in_a_row=False) for _ in range(400))
-    inside, unknown = held(STATISTICS["integral"], true, noisy)
+    inside, unknown = count_inside(STATISTICS["integral"], true, noisy)
     assert not unknown
     assert 368 <= inside <= 392
 
@@ -495,18 +495,18 @@ def test_what_was_not_read_is_in_no_integral(seconds) -> None:
 
 def test_reading_ever_less_often_is_no_interruption() -> None:
     rows = [row(second, 1.0, meter__voltage=1.0) for second in (0, 1, 3, 8, 20, 50)]
-    found = only(run_of(*rows), "V·s", statistic="integral")
-    assert found.estimate.value == pytest.approx(50.0)
+    result = only(run_of(*rows), "V·s", statistic="integral")
+    assert result.estimate.value == pytest.approx(50.0)
 
 
 def test_settling_time() -> None:
     times = np.arange(500) / 100.0
     run = run_of(recordings=[recorded(5 * (1 - np.exp(-times / 0.5)))])
-    found = only(run, "ms", statistic="settling_time", within="50 mV")
+    result = only(run, "ms", statistic="settling_time", within="50 mV")
     last = 5 * (1 - np.exp(-times[-1] / 0.5))
     due = next(t for t in times if abs(5 * (1 - np.exp(-t / 0.5)) - last) <= 0.05)
-    assert found.estimate.value == pytest.approx(1e3 * due)
-    assert found.components[0].u == pytest.approx(10 / sqrt(12))
+    assert result.estimate.value == pytest.approx(1e3 * due)
+    assert result.components[0].u == pytest.approx(10 / sqrt(12))
 
 
 def test_a_value_that_is_no_number_is_refused() -> None:
@@ -576,24 +576,24 @@ def test_a_difference_of_two_meters_in_dbm() -> None:
     """-10 dBm less -13 dBm is 3 dB, with 0.2 dB and 0.1 dB at their limits (GUM 4.3.7)."""
     units = {"in.level": "dBm", "out.level": "dBm"}
     measured = Measurement("t", START, {}, {"in.level": -10.0, "out.level": -13.0}, units)
-    known = [
+    meters = [
         meter("in.level", "power level", "0.2 dB"),
         meter("out.level", "power level", {"offset": "0.1 dB"}),
     ]
-    loss = only(run_of(measured, instruments=known), "dB", of="in.level", minus="out.level")
+    loss = only(run_of(measured, instruments=meters), "dB", of="in.level", minus="out.level")
     assert loss.estimate.value == pytest.approx(3.0)
     assert loss.estimate.u == pytest.approx(sqrt(0.04 / 3 + 0.01 / 3))
-    assert {each.unit for each in loss.components} == {"dB"}
-    told = {"of": "in.level", "minus": "out.level", "result": {"name": "x", "unit": "dB"}}
-    assert not load_registry().objections("readings", told, units)
+    assert {line.unit for line in loss.components} == {"dB"}
+    settings = {"of": "in.level", "minus": "out.level", "result": {"name": "x", "unit": "dB"}}
+    assert not load_registry().objections("readings", settings, units)
 
 
 def test_the_peak_to_peak_value_of_a_temperature_is_a_difference() -> None:
     name = "room.temperature.peak_to_peak"
     rows = [Measurement("t", START, {}, {name: each}, {name: "K"}) for each in (0.5, 0.7)]
-    known = [meter("room.temperature", "temperature", "0.2 K")]
-    found = only(run_of(*rows, instruments=known), "°C", of=name)
-    assert found.estimate.value == pytest.approx(0.6)  # not -272.55
+    meters = [meter("room.temperature", "temperature", "0.2 K")]
+    result = only(run_of(*rows, instruments=meters), "°C", of=name)
+    assert result.estimate.value == pytest.approx(0.6)  # not -272.55
 
 
 @pytest.mark.parametrize("statistic", ["rms", "peak_to_peak"])
@@ -615,13 +615,13 @@ def test_u_of_a_stored_statistic_holds_what_the_table_of_the_certificate_does_no
         {"channel": "meter.voltage", "measures": "voltage", "serial": "M-1", "points": points,
          "interpolation": "linear"}
     )  # fmt: skip
-    found = only(
+    result = only(
         run_of(Measurement("t", START, {}, {name: stored}, {name: "V"}), instruments=[corrected]),
         of=name,
     )
-    assert abs(found.estimate.value - truth) > 0.4
-    assert abs(found.estimate.value - truth) < expanded(found.estimate)
-    assert "deviation of meter.voltage, not corrected" in {each.name for each in found.components}
+    assert abs(result.estimate.value - truth) > 0.4
+    assert abs(result.estimate.value - truth) < expanded(result.estimate)
+    assert "deviation of meter.voltage, not corrected" in {line.name for line in result.components}
 
 
 def test_a_row_loses_the_zero_that_was_in_force_when_it_was_read() -> None:
@@ -649,19 +649,19 @@ def labelled(means: Iterable[float], label: str = "specimen", times: int = 3) ->
 def test_readings_of_several_specimens_scatter_by_their_means() -> None:
     """Nine readings of three specimens are three of what specimens differ by (GUM H.5)."""
     means = (10.0, 12.0, 11.2)
-    found = only(labelled(means)).estimate
-    assert found.u == pytest.approx(np.std(means, ddof=1) / sqrt(3))
-    assert found.dof == pytest.approx(2)
+    result = only(labelled(means)).estimate
+    assert result.u == pytest.approx(np.std(means, ddof=1) / sqrt(3))
+    assert result.dof == pytest.approx(2)
     alike = only(labelled((10.0, 10.0005, 9.9995))).estimate
     assert alike.dof == pytest.approx(8)
     apart = analysed(labelled(means), per="specimen").results
-    assert [each.estimate.u for each in apart] == pytest.approx([0.01 / sqrt(3)] * 3)
+    assert [result.estimate.u for result in apart] == pytest.approx([0.01 / sqrt(3)] * 3)
 
 
 def test_two_values_of_a_label_may_differ_on_purpose() -> None:
     """Rising and falling: from two levels nothing is known of how such levels scatter."""
-    found = only(labelled((10.0, 12.0), "way")).estimate
-    assert found.dof == pytest.approx(5)
+    result = only(labelled((10.0, 12.0), "way")).estimate
+    assert result.dof == pytest.approx(5)
 
 
 @pytest.mark.parametrize(("between", "held"), [(1.0, 0.93), (0.0, 0.93)])

@@ -7,10 +7,10 @@ from math import hypot, sqrt
 
 import pytest
 
-from rigrunner.analysis.verdict.chosen import mean_of
+from rigrunner.analysis.verdict.limited_values import mean_of
 from rigrunner.api.data import ZeroScatter
 from unit.rigrunner_plugins.equation import helpers_equation
-from unit.rigrunner_plugins.test_curve import EXACT, found, rows, run_of
+from unit.rigrunner_plugins.test_curve import EXACT, results_of, rows, run_of
 from unit.rigrunner_plugins.test_readings_of_two_runs import compared, meter, only, voltages
 
 CHANNEL, U, DOF = "meter.voltage", 0.3, 4.0
@@ -18,7 +18,7 @@ CHANNEL, U, DOF = "meter.voltage", 0.3, 4.0
 
 def zeroed(run, zeros, channel=CHANNEL, u=U):
     """Return a run with a zero for each row; each zero scatters by u."""
-    known = {zero: ZeroScatter(u, DOF, i + 1) for i, zero in enumerate(dict.fromkeys(zeros))}
+    scatters = {zero: ZeroScatter(u, DOF, i + 1) for i, zero in enumerate(dict.fromkeys(zeros))}
     measured = tuple(
         replace(row, zeros={channel: zero})
         for row, zero in zip(run.measurements, zeros, strict=True)
@@ -27,7 +27,7 @@ def zeroed(run, zeros, channel=CHANNEL, u=U):
         run,
         measurements=measured,
         zeros={channel: zeros[-1]},
-        zero_scatter={channel: known},
+        zero_scatter={channel: scatters},
     )
 
 
@@ -50,7 +50,7 @@ def test_it_is_one_error_of_all_places():
         replace(row, coordinates={"phase": "ab"[i // 2]}) for i, row in enumerate(run.measurements)
     )
     at_places = readings(replace(run, measurements=measured), per="phase").results
-    assert [each.estimate.u > U for each in at_places] == [True, True]
+    assert [result.estimate.u > U for result in at_places] == [True, True]
     # equal readings do not scatter, and the meter's 30 mV are one error of both in the worst case
     assert mean_of(at_places).u == pytest.approx(hypot(U, 0.03 / sqrt(3)), rel=1e-6)
 
@@ -95,7 +95,7 @@ def test_an_equation_carries_it_through():
         "result": {"name": "twice", "unit": "V"},
     }
     (twice,) = helpers_equation.findings(settings, zeroed(run, [0.2, 0.2])).results
-    lines = {each.name: each for each in twice.components}
+    lines = {line.name: line for line in twice.components}
     line = lines["scatter of zero of meter.voltage"]
     assert (line.u, line.common, line.dof) == (pytest.approx(2 * U), True, pytest.approx(DOF))
 
@@ -106,25 +106,25 @@ def curve(y, zeros, **settings):
         "value": [{"name": "middle", "at": "1.5 N·m", "unit": "V"}],
         "slope": {"name": "slope", "unit": "V/(N·m)"},
     }
-    return found(zeroed(run, zeros, "cell.signal"), results, **settings)
+    return results_of(zeroed(run, zeros, "cell.signal"), results, **settings)
 
 
 def test_a_curve_has_it_in_a_value_and_not_in_a_slope():
-    given = curve([1.0, 2.1, 2.9, 4.0], [0.0] * 4)
+    results = curve([1.0, 2.1, 2.9, 4.0], [0.0] * 4)
     u = {
         name: {line.name: line.u for line in each.components}.get("scatter of zero of cell.signal")
-        for name, each in given.items()
+        for name, each in results.items()
     }
     assert u == {"middle": pytest.approx(U), "slope": pytest.approx(0, abs=1e-6)}
 
 
 def test_zeros_of_two_halves_of_a_line_move_its_slope():
-    given = curve([1.0, 2.1, 2.9, 4.0], [0.0, 0.0, 0.1, 0.1])["slope"]
-    lines = [line.u for line in given.components if "zero" in line.name]
+    result = curve([1.0, 2.1, 2.9, 4.0], [0.0, 0.0, 0.1, 0.1])["slope"]
+    lines = [line.u for line in result.components if "zero" in line.name]
     # the weight of a y in the slope of 0, 1, 2, 3 is (x - 1.5)/5
     assert lines == [pytest.approx(U * 2 / 5), pytest.approx(U * 2 / 5)]
 
 
 def test_a_zero_of_one_point_is_in_the_scatter_about_the_curve():
-    given = curve([1.0, 2.1, 2.9, 4.0], [0.0, 0.1, 0.2, 0.3])["middle"]
-    assert not [line for line in given.components if "zero" in line.name]
+    result = curve([1.0, 2.1, 2.9, 4.0], [0.0, 0.1, 0.2, 0.3])["middle"]
+    assert not [line for line in result.components if "zero" in line.name]

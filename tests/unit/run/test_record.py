@@ -19,7 +19,7 @@ from rigrunner.api.errors import (
     ExitCode,
 )
 from rigrunner.api.events import Outcome, RunEnded, StepStarted
-from rigrunner.cli.finishing import tell_finished
+from rigrunner.cli.finishing import show_finished
 from rigrunner.cli.stopping import stop_on_signals
 from rigrunner.clock import SimulatedClock
 from rigrunner.procedure import parse_procedure
@@ -160,7 +160,7 @@ def test_a_stopped_run_whose_rig_is_not_safe_ends_as_a_failed_device(tmp_path, c
     assert finished.outcome is Outcome.ERROR
     assert finished.exit_code is ExitCode.DEVICE
     assert "; the rig is not safe: tester: make safe failed: " in read(finished.folder).info.reason
-    tell_finished(finished)
+    show_finished(finished)
     assert "THE RIG IS NOT SAFE: tester: make safe failed: " in capsys.readouterr().err
 
 

@@ -139,20 +139,20 @@ def by_hand(folder, tape=None):
 def test_by_hand_too_a_rig_is_used_by_one_alone(tmp_path):
     rig = planned(tmp_path / "one")
     with (
-        by_hand(tmp_path).held("jog tester"),
+        by_hand(tmp_path).hold("jog tester"),
         pytest.raises(DeviceError, match=r"press-1 is in use: jog tester, process \d+"),
         rig_lock(rig),
     ):
         pass
     with rig_lock(rig), pytest.raises(DeviceError, match="in use: T-IDLE"):
-        by_hand(tmp_path).held("devices").__enter__()
+        by_hand(tmp_path).hold("devices").__enter__()
 
 
 def test_what_is_played_back_needs_no_rig(tmp_path):
-    with by_hand(tmp_path, RecordedTape(tmp_path / "tape")).held("devices"):
+    with by_hand(tmp_path, RecordedTape(tmp_path / "tape")).hold("devices"):
         pass
     with rig_lock(planned(tmp_path / "one")):
-        with by_hand(tmp_path, ReplayedTape(tmp_path / "tape")).held("devices"):
+        with by_hand(tmp_path, ReplayedTape(tmp_path / "tape")).hold("devices"):
             pass
         played = ReplayedTape(tmp_path / "tape")
         with played, rig_lock(dataclasses.replace(planned(tmp_path / "two"), tape=played)):

@@ -36,7 +36,7 @@ def installed(monkeypatch):
 
     def only(*readers):
         monkeypatch.setattr(set_points, "_readers", lambda: readers)
-        monkeypatch.setattr("rigrunner.cli.summary.brought", lambda: readers)
+        monkeypatch.setattr("rigrunner.cli.summary.package_summaries", lambda: readers)
 
     return only
 

@@ -54,12 +54,12 @@ def replayed(tmp_path):
     def make(person, watch):
         wire = RecordingWire(tmp_path / "clock.jsonl", Trouble())
         recorded = RecordedPauses(person, wire)
-        wanted = recorded.wanted()
+        requested_by = recorded.wanted()
         ended = outcome(recorded, watch)
         wire.close()
         tapes.append(TapeFile(tmp_path / "clock.jsonl"))
         again = ReplayWire(tapes[-1], Replay(), 10.0)
-        assert ReplayedPauses(again).wanted() == wanted == "keyboard"
+        assert ReplayedPauses(again).wanted() == requested_by == "keyboard"
         return ended, again
 
     yield make
@@ -89,7 +89,7 @@ def test_a_pause_ends_as_it_did_after_as_many_looks(replayed, decision, trips_at
     watch = Watch(trips_at)
     assert outcome(ReplayedPauses(again), watch) == expected
     assert watch.looks == looks
-    assert again.rest() == ""
+    assert again.unrequested() == ""
 
 
 def test_a_pause_that_is_not_on_the_tape_is_a_difference(replayed):

@@ -73,11 +73,13 @@ def replay_of():
 def test_what_was_answered_and_what_failed_comes_again(path, replay_of):
     wire = replay_of(path)
     assert wire.exchange("write FORC 10", not_called) is None
-    assert wire.rest() == f"{path}:2: 2 exchanges are left on the tape that were not asked for"
+    assert (
+        wire.unrequested() == f"{path}:2: 2 exchanges are left on the tape that were not asked for"
+    )
     assert wire.exchange("query FORC?", not_called) == 9.75
     with pytest.raises(DeviceTimeoutError, match="no answer in 2 s"):
         wire.exchange("query FORC?", not_called)
-    assert wire.rest() == ""
+    assert wire.unrequested() == ""
 
 
 def test_the_first_difference_names_the_place_both_requests_and_what_came_before(path, replay_of):
@@ -95,11 +97,11 @@ def test_the_first_difference_names_the_place_both_requests_and_what_came_before
 
 def test_after_the_first_difference_no_tape_of_the_replay_answers_any_more(path, replay_of):
     replay = Replay()
-    one, other = replay_of(path, replay), replay_of(path, replay)
+    first, second = replay_of(path, replay), replay_of(path, replay)
     with pytest.raises(DeviceRejectedError, match="asked was 'identify', the very first"):
-        one.exchange("identify", not_called)
+        first.exchange("identify", not_called)
     with pytest.raises(DeviceRejectedError, match=r"the replay ended at .*press.jsonl:1$"):
-        other.exchange("write FORC 10", not_called)
+        second.exchange("write FORC 10", not_called)
 
 
 def test_a_tape_that_is_over_says_so(path, replay_of):
@@ -122,12 +124,12 @@ def test_a_tape_that_was_never_written_is_over_at_once(tmp_path, replay_of):
 
 
 def test_a_tape_cut_at_any_byte_has_what_was_whole(path, tmp_path):
-    whole = path.read_bytes()
+    content = path.read_bytes()
     cut = tmp_path / "cut.jsonl"
-    for length in range(len(whole) + 1):
-        cut.write_bytes(whole[:length])
+    for length in range(len(content) + 1):
+        cut.write_bytes(content[:length])
         tape = TapeFile(cut)
-        assert len(tape) == whole[:length].count(b"\n")
+        assert len(tape) == content[:length].count(b"\n")
         assert all(tape.entry(seq) is not None for seq in range(len(tape)))
         tape.close()
 
@@ -167,18 +169,18 @@ def test_a_damaged_answer_is_named_when_its_turn_comes(path, replay_of):
 
 def test_a_full_disk_costs_no_answer_and_ends_every_tape(tmp_path, monkeypatch):
     trouble = Trouble()
-    one, other = (RecordingWire(tmp_path / f"{name}.jsonl", trouble) for name in "ab")
-    one.exchange("query A", lambda: 1.0)
+    first, second = (RecordingWire(tmp_path / f"{name}.jsonl", trouble) for name in "ab")
+    first.exchange("query A", lambda: 1.0)
 
     def full(*_):
         raise OSError(errno.ENOSPC, "No space left on device")
 
     with monkeypatch.context() as patch:
         patch.setattr(os, "write", full)
-        assert one.exchange("query A", lambda: 2.0) == 2.0
+        assert first.exchange("query A", lambda: 2.0) == 2.0
     assert trouble.text == f"{tmp_path / 'a.jsonl'} cannot be written: No space left on device"
-    assert other.exchange("query B", lambda: 3.0) == 3.0
-    one.close()
+    assert second.exchange("query B", lambda: 3.0) == 3.0
+    first.close()
     assert [path.name for path in tmp_path.iterdir()] == ["a.jsonl"]
     assert (tmp_path / "a.jsonl").read_bytes().count(b"\n") == 1
 
@@ -230,20 +232,20 @@ def test_what_an_exchange_itself_exchanges_is_part_of_it(tmp_path, replay_of):
     with pytest.raises(DeviceLostError):
         again.exchange("query A", not_called)
     assert again.exchange("query B", not_called) == 4
-    assert again.rest() == ""
+    assert again.unrequested() == ""
 
 
 def test_what_is_never_answered_is_saved_as_such_and_waited_for_again(tmp_path, replay_of):
     wire = RecordingWire(tmp_path / "a.jsonl", Trouble())
-    answer, asked = threading.Event(), threading.Event()
+    answer, requested = threading.Event(), threading.Event()
 
     def hang():
-        asked.set()
+        requested.set()
         answer.wait(10)
 
     thread = threading.Thread(target=lambda: wire.exchange("query A", hang))
     thread.start()
-    assert asked.wait(10)
+    assert requested.wait(10)
     assert wire.exchange("make safe", lambda: 0.0) == 0.0  # from another thread, as the rig does
     wire.close()
     answer.set()

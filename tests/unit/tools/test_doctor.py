@@ -24,14 +24,14 @@ NOW = datetime(2026, 12, 1, 12, tzinfo=UTC)
 FIT = FitRecord(name="straight", help="A line", factory=lambda _: None)
 
 
-def found(name, runs, *, registry=None, now=NOW):
+def findings_of(name, runs, *, registry=None, now=NOW):
     well = Registry([Plugin("fit", FIT, Provider("lab", "1"))])
     findings = examine(Surroundings(runs, registry or well, now))
     return [finding for finding in findings if finding.name == name]
 
 
 def only(name, runs, **changes):
-    (finding,) = found(name, runs, **changes)
+    (finding,) = findings_of(name, runs, **changes)
     return finding
 
 
@@ -59,7 +59,7 @@ def test_a_python_that_is_too_old_fails(tmp_path, monkeypatch):
 
 
 def test_a_package_that_is_missing_or_too_old_or_has_a_defect_fails(tmp_path, monkeypatch):
-    asked = ["h5py>=3.11", "numpy!=2.5.4,!=2.5.5,>=1.26", "pydantic>=2.14", "click<9,>=8.1",
+    requirements = ["h5py>=3.11", "numpy!=2.5.4,!=2.5.5,>=1.26", "pydantic>=2.14", "click<9,>=8.1",
              "distributed>=2024.8; extra == 'dask'"]  # fmt: skip
     there = {"numpy": "2.5.5", "pydantic": "2.6.9", "click": "8.5.1"}
 
@@ -68,9 +68,9 @@ def test_a_package_that_is_missing_or_too_old_or_has_a_defect_fails(tmp_path, mo
             raise PackageNotFoundError(name)
         return there[name]
 
-    monkeypatch.setattr(installation, "requires", lambda _: asked)
+    monkeypatch.setattr(installation, "requires", lambda _: requirements)
     monkeypatch.setattr(installation, "version", changed)
-    findings = found("packages", tmp_path)
+    findings = findings_of("packages", tmp_path)
     assert [finding.found for finding in findings if finding.state == "fail"] == [
         "h5py is missing",
         "numpy 2.5.5 has a known defect: expected another version",
@@ -78,7 +78,7 @@ def test_a_package_that_is_missing_or_too_old_or_has_a_defect_fails(tmp_path, mo
     ]
     assert findings[1].fix == "pip install 'numpy!=2.5.4,!=2.5.5,>=1.26'"
     there["numpy"] = "2.5.1"
-    assert "numpy" not in found("packages", tmp_path)[1].found
+    assert "numpy" not in findings_of("packages", tmp_path)[1].found
 
 
 @pytest.mark.parametrize(
@@ -98,14 +98,14 @@ def test_versions_are_compared_as_numbers(installed, least, enough):
 def test_a_disabled_plugin_is_named_with_its_reason(tmp_path):
     disabled = [DisabledPlugin(Provider("lab", "1"), "ImportError: no driver")]
     registry = Registry([Plugin("fit", FIT, Provider("other", "2"))], disabled)
-    first, second = found("plugins", tmp_path, registry=registry)
+    first, second = findings_of("plugins", tmp_path, registry=registry)
     assert (first.state, first.found) == ("ok", "1 of other 2")
     assert (second.state, second.found) == ("warn", "lab 1 is disabled: ImportError: no driver")
 
 
 def test_a_name_that_two_claim_is_named_with_both(tmp_path):
     registry = Registry(Plugin("fit", FIT, Provider(name, "1")) for name in ("a", "b"))
-    finding = found("plugins", tmp_path, registry=registry)[-1]
+    finding = findings_of("plugins", tmp_path, registry=registry)[-1]
     assert (finding.state, finding.found) == ("warn", "fit 'straight' is provided by a 1 and b 1")
 
 
@@ -225,7 +225,7 @@ def test_each_extra_is_compared_with_what_it_asks_for(  # noqa: PLR0917
 def test_extras_for_who_changes_rigrunner_are_nobodys_concern(tmp_path, monkeypatch):
     monkeypatch.setattr(installation, "requires", lambda _: ASKED)
     findings = examine(Surroundings(tmp_path, Registry([]), NOW))
-    names = {each.name for each in findings if each.name.startswith("extra")}
+    names = {finding.name for finding in findings if finding.name.startswith("extra")}
     assert names == {"extra modbus", "extra pdf", "extra visa"}
 
 
@@ -270,7 +270,7 @@ def test_without_its_extra_a_driver_is_not_looked_for(tmp_path, monkeypatch, nam
 
 def test_what_pyvisa_py_speaks_is_told(tmp_path):
     pytest.importorskip("pyvisa_py")
-    first = found("VISA", tmp_path)[0]
+    first = findings_of("VISA", tmp_path)[0]
     assert first.state == "ok"
     assert first.found.startswith("pyvisa-py speaks TCPIP SOCKET, TCPIP INSTR, ")
 
@@ -281,7 +281,7 @@ def test_a_vendors_visa_library_is_looked_for(tmp_path, monkeypatch, paths):
     from pyvisa.ctwrapper import IVIVisaLibrary  # noqa: PLC0415  (optional)
 
     monkeypatch.setattr(IVIVisaLibrary, "get_library_paths", lambda: paths)
-    last = found("VISA", tmp_path)[-1]
+    last = findings_of("VISA", tmp_path)[-1]
     assert last.state == ("ok" if paths else "warn")
     assert ("libvisa.so" in last.found) is bool(paths)
 
@@ -319,7 +319,7 @@ def test_serial_ports_that_may_not_be_opened_say_in_which_group_to_be(tmp_path, 
     monkeypatch.setitem(sys.modules, "serial.tools.list_ports", listing)
     monkeypatch.setattr(drivers.os, "access", lambda port, _: port == "/dev/ttyUSB0")
     monkeypatch.setattr(drivers.getpass, "getuser", lambda: "jones")
-    usable, barred = found("serial ports", tmp_path)
+    usable, barred = findings_of("serial ports", tmp_path)
     assert (usable.state, usable.found) == ("ok", "/dev/ttyUSB0")
     assert barred.state == "warn"
     assert barred.found == "no permission to open /dev/ttyUSB1, which belongs to the group dialout"

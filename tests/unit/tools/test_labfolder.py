@@ -66,8 +66,8 @@ def test_another_lab_than_that_of_the_bearings_speaks_of_no_bearing(oven, tmp_pa
     ]
     assert "example_order.yaml" in {path.name for path in pages}
     for path in pages:
-        found = re.findall("bearing|torque|swing|SSPB|aircraft", path.read_text(), re.IGNORECASE)
-        assert found == [], path
+        matches = re.findall("bearing|torque|swing|SSPB|aircraft", path.read_text(), re.IGNORECASE)
+        assert matches == [], path
 
 
 def test_without_a_lab_to_begin_with_it_says_so(tmp_path):
@@ -76,12 +76,12 @@ def test_without_a_lab_to_begin_with_it_says_so(tmp_path):
 
 
 def test_of_several_one_must_be_named(oven, tmp_path):
-    known = [each for each in load_registry().plugins if each.kind == "lab"]
-    both = Registry([*oven(README_md="An oven.").plugins, *known])
+    shipped = [plugin for plugin in load_registry().plugins if plugin.kind == "lab"]
+    registry = Registry([*oven(README_md="An oven.").plugins, *shipped])
     with pytest.raises(UsageError, match="expected one of: bearings, oven") as caught:
-        make_lab(tmp_path / "lab", both)
+        make_lab(tmp_path / "lab", registry)
     assert "--lab" in caught.value.hint
-    make_lab(tmp_path / "lab", both, "oven")
+    make_lab(tmp_path / "lab", registry, "oven")
     assert (tmp_path / "lab/README.md").read_text() == "An oven."
 
 
@@ -93,7 +93,7 @@ def test_a_lab_that_is_not_there_is_named(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("name", "files", "said"),
+    ("name", "files", "message"),
     [
         ("is_whole", {"station.yaml": STATION}, "it has no README.md"),
         ("is_whole", {"station.yaml": STATION, "README_md": "x"}, "it has no procedure"),
@@ -104,8 +104,8 @@ def test_a_lab_that_is_not_there_is_named(tmp_path):
         ),
     ],
 )
-def test_the_kit_fails_one_that_is_broken(oven, name, files, said):
-    own = {each.name: each for each in checks("lab")}
-    found = examine_one(subject("lab", "oven", registry=oven(**files)), own[name])
-    assert found.state is State.FAIL
-    assert said in found.text
+def test_the_kit_fails_one_that_is_broken(oven, name, files, message):
+    lab_checks = {check.name: check for check in checks("lab")}
+    finding = examine_one(subject("lab", "oven", registry=oven(**files)), lab_checks[name])
+    assert finding.state is State.FAIL
+    assert message in finding.text

@@ -33,13 +33,13 @@ def word(request):
 
 
 def test_every_kind_of_its_own_stands_in_the_help():
-    told = re.search(r"KIND is (.*?), or a kind", " ".join(call("new", "--help").out.split()))[1]
-    assert re.split(", | or ", told) == list(KINDS)
+    words = re.search(r"KIND is (.*?), or a kind", " ".join(call("new", "--help").out.split()))[1]
+    assert re.split(", | or ", words) == list(KINDS)
 
 
 def test_a_drop_in_is_a_plugin_at_once(word, tmp_path):
-    made = make_drop_in(new_plugin(word, "spring_scale", REGISTRY), tmp_path, REGISTRY)
-    assert made == ["spring_scale.py"]
+    files = make_drop_in(new_plugin(word, "spring_scale", REGISTRY), tmp_path, REGISTRY)
+    assert files == ["spring_scale.py"]
     registry = with_drop_ins(REGISTRY, tmp_path)
     assert registry.disabled == ()
     assert registry.find(KINDS.get(word, word), "spring_scale").record.help.startswith(
@@ -57,17 +57,17 @@ def test_the_readme_says_how_a_plugin_of_its_kind_is_used(word):
 OF_BEARINGS = re.compile(r"bearing|torque|swing|mandrel|no.load|N·m|Hz", re.IGNORECASE)
 
 
-@pytest.mark.parametrize("own", KINDS)
-def test_what_is_made_of_a_kind_of_its_own_speaks_of_no_bearing(own):
-    for file, text in new_plugin(own, "spring_scale", REGISTRY).texts().items():
+@pytest.mark.parametrize("kind", KINDS)
+def test_what_is_made_of_a_kind_of_its_own_speaks_of_no_bearing(kind):
+    for file, text in new_plugin(kind, "spring_scale", REGISTRY).texts().items():
         assert OF_BEARINGS.findall(text) == [], file
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_what_is_made_is_linted_and_formatted_whatever_the_name(word, name, tmp_path):
     folder = tmp_path / "package"
-    made = make_package(new_plugin(word, name, REGISTRY), folder, REGISTRY)
-    assert sorted(made) == sorted(
+    files = make_package(new_plugin(word, name, REGISTRY), folder, REGISTRY)
+    assert sorted(files) == sorted(
         str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file()
     )
     ruff = shutil.which("ruff") or f"{sys.prefix}/bin/ruff"
@@ -149,15 +149,15 @@ def test_whatever_the_name_it_is_refused_or_all_that_is_made_can_be_read(word, n
     plugin = new_plugin(word, name, REGISTRY)
     with tempfile.TemporaryDirectory() as folder:
         try:
-            made = make_package(plugin, Path(folder) / "new", REGISTRY)
+            files = make_package(plugin, Path(folder) / "new", REGISTRY)
         except UsageError:
             assert not (Path(folder) / "new").exists()
             return
-        assert all((Path(folder) / "new" / file).is_file() for file in made)
+        assert all((Path(folder) / "new" / file).is_file() for file in files)
     assert name.isidentifier()
     texts = plugin.texts()
     assert tomllib.loads(texts["pyproject.toml"])["project"]["name"] == plugin.project
-    for file in made:
+    for file in files:
         if file.endswith(".py"):
             ast.parse(texts[file])
 

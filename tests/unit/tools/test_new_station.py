@@ -89,7 +89,7 @@ MISTAKES = {
 }
 
 
-def told(folder, **parts):
+def checked(folder, **parts):
     station = folder / "new.yaml"
     station.write_text(STATION.format(**{**RIGHT, **parts}), encoding="utf-8")
     procedure = folder / "try.yaml"
@@ -101,14 +101,14 @@ def told(folder, **parts):
 
 
 def test_nothing_is_wrong_with_the_right_one(tmp_path):
-    called = told(tmp_path)
+    called = checked(tmp_path)
     assert called.code == 0, called.err
 
 
 @pytest.mark.parametrize("mistake", MISTAKES)
 def test_each_mistake_alone_is_one_problem(mistake, tmp_path):
     wrong, words = MISTAKES[mistake]
-    called = told(tmp_path, **{mistake: wrong})
+    called = checked(tmp_path, **{mistake: wrong})
     errors = [line for line in called.err.splitlines() if "error:" in line]
     assert called.code == 3
     assert len(errors) == 1 + (mistake == "serial"), called.err  # it lacks its serial number, too
@@ -125,7 +125,7 @@ def test_all_sorts_of_mistakes_are_told_at_once(tmp_path):
     Of a channel that is registered twice it is not known which entry is meant. What an analysis
     asks of the register is told once the plan can be made (decision 63).
     """
-    called = told(tmp_path, **mistakes_without("tester", "second"))
+    called = checked(tmp_path, **mistakes_without("tester", "second"))
     missing = {
         name: words
         for name, (_, words) in MISTAKES.items()
@@ -135,7 +135,7 @@ def test_all_sorts_of_mistakes_are_told_at_once(tmp_path):
 
 
 def test_what_follows_from_a_device_that_cannot_be_made_is_not_told(tmp_path):
-    called = told(tmp_path, **mistakes_without("drive", "limit"))
+    called = checked(tmp_path, **mistakes_without("drive", "limit"))
     assert "unknown key 'sede'" in called.err
     assert "has no drive" not in called.err
     assert "no device in the role 'tester'" not in called.err

@@ -37,20 +37,20 @@ TEN, IN_MNM = CoordinateValue(10.0, "N·m"), CoordinateValue(10_000.0, "mN·m")
 def point(*others, missing=()):
     deviation = result("deviation", 0.02, TEN)
     run = SimpleNamespace(results=(deviation, *others), missing=missing)
-    (found,) = _points(run, [deviation])
-    return found
+    (entry,) = _points(run, [deviation])
+    return entry
 
 
-def u_of(found):
-    return float(found["U"].split()[0]) / found["k"]
+def u_of(entry):
+    return float(entry["U"].split()[0]) / entry["k"]
 
 
 @pytest.mark.parametrize("at", [TEN, IN_MNM], ids=["as the deviation", "in another unit"])
 @pytest.mark.parametrize(("value", "unit"), [(0.020, "N·m"), (20.0, "mN·m")])
 def test_a_reproducibility_enters_in_whatever_unit_it_is_stated(value, unit, at):
     """20 mN·m between the extremes of a sine: half of it over √2, with 1 mN·m of the reading."""
-    found = point(result("reproducibility", value, at, unit))
-    assert u_of(found) == pytest.approx((0.010**2 / 2 + 0.001**2) ** 0.5, rel=6e-3)
+    entry = point(result("reproducibility", value, at, unit))
+    assert u_of(entry) == pytest.approx((0.010**2 / 2 + 0.001**2) ** 0.5, rel=6e-3)
 
 
 def test_without_a_reproducibility_the_deviation_stands_alone():
@@ -75,13 +75,13 @@ def test_a_reproducibility_that_cannot_enter_is_refused(others, missing, message
 def test_what_is_indicated_has_the_digits_that_its_uncertainty_bears():
     """1.2 µV off at 10 V, U = 0.5 µV: seven digits, 10.00000 V, would lose the deviation."""
     line = Component("reading", 0.25, math.inf, "normal", common=True)
-    found = MeasurementResult(
+    deviation = MeasurementResult(
         of=ResultDefinition(name="deviation", unit="µV", per=("source.voltage",)),
         estimate=Estimate(1.234567, 0.25, math.inf, "µV"),
         components=(line,),
         coordinates={"source.voltage": CoordinateValue(10.0, "V")},
     )
-    (entry,) = _points(SimpleNamespace(results=(found,), missing=()), [found])
+    (entry,) = _points(SimpleNamespace(results=(deviation,), missing=()), [deviation])
     assert entry["applied"] == "10 V"
     assert entry["indicated"] == "10.0000012346 V"
     assert entry["U"] == "0.49 µV"
@@ -100,11 +100,11 @@ def test_the_zero_brings_its_own_errors_and_takes_the_shared_ones_with_it():
                       sensitivity=1.0, shared=False),
         )  # fmt: skip
 
-    made = [
+    deviations = [
         replace(result("deviation", value, CoordinateValue(at, "N·m")), components=lines(gain, 0.5))
         for value, at, gain in ((0.01, 0.0, 0.001), (0.03, 10.0, 0.007))
     ]
-    (entry,) = _points(SimpleNamespace(results=made, missing=()), made)
+    (entry,) = _points(SimpleNamespace(results=deviations, missing=()), deviations)
     expected = math.sqrt(2 * 0.003**2 + (0.007 - 0.001) ** 2 + 2 * 0.004**2)
     assert u_of(entry) == pytest.approx(expected, rel=6e-3)
     assert entry["indicated"].startswith("10.02")
@@ -124,16 +124,16 @@ def test_the_points_correct_what_the_instrument_shows(quantity, symbol, differen
     """0.3 too high at 0, 0.7 at 100: only of a force, which is zeroed, it is 0.4 at 100."""
     per_unit = unit(symbol).factor / unit(difference).factor
     off = {0.0: 0.3, 50.0: 0.5, 100.0: 0.7}
-    made = [
-        result("deviation", each * per_unit, CoordinateValue(at, symbol), difference)
-        for at, each in off.items()
+    deviations = [
+        result("deviation", shift * per_unit, CoordinateValue(at, symbol), difference)
+        for at, shift in off.items()
     ]
-    points = list(_points(SimpleNamespace(results=made, missing=()), made))
+    points = list(_points(SimpleNamespace(results=deviations, missing=()), deviations))
     entry = {"channel": "a.b", "measures": quantity, "serial": "1", "interpolation": "linear"}
-    known = Instrument.model_validate(entry | {"points": points})
+    instrument = Instrument.model_validate(entry | {"points": points})
     zero = off[0.0] if less_zero else 0.0
-    shown = [Quantity(at + each, unit(symbol)) for at, each in off.items()]
-    corrected = known.corrected(np.array([each.si for each in shown]), zero)
+    shown = [Quantity(at + shift, unit(symbol)) for at, shift in off.items()]
+    corrected = instrument.corrected(np.array([quantity.si for quantity in shown]), zero)
     expected = [Quantity(at, unit(symbol)).si for at in off]
     assert corrected == pytest.approx(expected, abs=1e-3 * unit(symbol).factor)
 
@@ -199,14 +199,14 @@ def test_the_deviation_of_corrected_readings_is_none_of_the_instrument(
     ran = call("run", procedure, "--station", bench, "--unattended", "--runs", runs)
     assert ran.code == 0, ran.err
     (folder,) = runs.iterdir()
-    told = ("--channel", "bench.indicated", "--due", "2099-01-01", *options)
-    found = call("register", "from", folder, *told)
+    arguments = ("--channel", "bench.indicated", "--due", "2099-01-01", *options)
+    called = call("register", "from", folder, *arguments)
     if corrected:
-        assert found.code != 0
+        assert called.code != 0
         message = "bench.indicated was read with the correction of its earlier calibration"
-        assert message in found.err
+        assert message in called.err
     else:
-        assert 'indicated: "10.2' in found.out, found.err
+        assert 'indicated: "10.2' in called.out, called.err
 
 
 def test_a_deviation_with_the_wrong_sign_is_none(tmp_path):
@@ -220,11 +220,11 @@ def test_a_deviation_with_the_wrong_sign_is_none(tmp_path):
     ran = call("run", procedure, "--station", bench, "--unattended", "--runs", runs)
     assert ran.code == 0, ran.err
     (folder,) = runs.iterdir()
-    told = ("--channel", "bench.indicated", "--due", "2099-01-01")
-    found = call("register", "from", folder, *told)
-    assert found.code != 0
+    arguments = ("--channel", "bench.indicated", "--due", "2099-01-01")
+    called = call("register", "from", folder, *arguments)
+    assert called.code != 0
     message = "deviation is bench.applied less bench.indicated, which is the instrument V-1"
-    assert message in found.err
+    assert message in called.err
 
 
 @pytest.mark.parametrize(
@@ -246,7 +246,7 @@ def test_an_entry_is_a_trial_if_its_standard_was_not_calibrated(tmp_path, standa
     ran = call("run", procedure, "--station", bench, "--unattended", "--runs", runs, *who)
     assert ran.code == 0, ran.err
     (folder,) = runs.iterdir()
-    told = ("--channel", "bench.indicated", "--due", "2099-01-01")
-    found = call("register", "from", folder, *told)
-    assert found.code == 0, found.err
-    assert ("calibration: trial" in found.out) is is_trial
+    arguments = ("--channel", "bench.indicated", "--due", "2099-01-01")
+    called = call("register", "from", folder, *arguments)
+    assert called.code == 0, called.err
+    assert ("calibration: trial" in called.out) is is_trial

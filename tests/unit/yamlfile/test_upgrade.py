@@ -108,9 +108,13 @@ def test_a_limit_of_before_is_one_of_the_torque(before, after, mark):
 
 def test_limits_of_procedure_1_are_upgraded_with_its_analysis():
     text = '{"rigrunner": "procedure/1", "analysis": {}, "acceptance": {"limit": {"max": "1 N·m"}}}'
-    found = parse(upgraded(text, "p"), "p").data
+    content = parse(upgraded(text, "p"), "p").data
     limit = {"of": "torque", "mean": "yes", "max": "1 N·m"}
-    assert found == {"rigrunner": "procedure/2", "analysis": [], "acceptance": {"limits": [limit]}}
+    assert content == {
+        "rigrunner": "procedure/2",
+        "analysis": [],
+        "acceptance": {"limits": [limit]},
+    }
 
 
 def test_limits_of_before_are_refused_with_the_command_to_type():

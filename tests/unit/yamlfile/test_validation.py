@@ -55,9 +55,9 @@ class Marked(Settings):
     ],
 )
 def test_of_a_file_of_another_kind_only_that_is_told(mark, messages):
-    given = parse(f"rigrunner: {mark}\ndevices: {{}}\n", "f.yaml")
-    problems = problems_of(lambda: validate(Marked, given))
-    assert sorted(each.message for each in problems) == messages
+    document = parse(f"rigrunner: {mark}\ndevices: {{}}\n", "f.yaml")
+    problems = problems_of(lambda: validate(Marked, document))
+    assert sorted(problem.message for problem in problems) == messages
 
 
 def document(text: str) -> Document:

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from rigrunner.cli.output import message
-from rigrunner_bearings.commands.study.options import going, show, study_options
+from rigrunner_bearings.commands.study.options import case_runner, show, study_options
 
 
 @click.command(name="coverage")
@@ -45,8 +45,8 @@ def command(
     from rigrunner_bearings.study.coverage_plots import draw_figures
     from rigrunner_bearings.study.coverage_table import printed, study_document
 
-    with going("coverage", jobs, dask, keep) as cases:
-        study = run_coverage(rigs=rigs, seed=seed, going=cases)
+    with case_runner("coverage", jobs, dask, keep) as runner:
+        study = run_coverage(rigs=rigs, seed=seed, runner=runner)
     if figures is not None:
         for path in draw_figures(study, figures):
             message(f"wrote {path}")

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from rigrunner_bearings.commands.study.options import going, show, study_options
+from rigrunner_bearings.commands.study.options import case_runner, show, study_options
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -42,8 +42,8 @@ def command(
     from rigrunner_bearings.study.diagnostics import run_diagnostics
     from rigrunner_bearings.study.diagnostics_table import printed, study_document
 
-    with going("diagnostics", jobs, dask, keep) as cases:
+    with case_runner("diagnostics", jobs, dask, keep) as runner:
         study = run_diagnostics(
-            healthy_rigs=rigs, broken_rigs=broken or rigs, seed=seed, going=cases
+            healthy_rigs=rigs, broken_rigs=broken or rigs, seed=seed, runner=runner
         )
     show(printed(study), study_document(study), as_markdown=as_markdown, as_json=as_json)

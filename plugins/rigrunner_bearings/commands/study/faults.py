@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from rigrunner_bearings.commands.study.options import going, show, study_options
+from rigrunner_bearings.commands.study.options import case_runner, show, study_options
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -39,6 +39,6 @@ def command(
     from rigrunner_bearings.study.fault_table import printed, study_document
     from rigrunner_bearings.study.faults import run_faults
 
-    with going("faults", jobs, dask, keep) as recordings:
-        study = run_faults(cases_wanted=cases, seed=seed, going=recordings)
+    with case_runner("faults", jobs, dask, keep) as runner:
+        study = run_faults(cases_wanted=cases, seed=seed, runner=runner)
     show(printed(study), study_document(study), as_markdown=as_markdown, as_json=as_json)

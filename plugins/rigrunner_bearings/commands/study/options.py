@@ -15,7 +15,7 @@ from rigrunner.cli.output import result, result_json
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping
 
-    from rigrunner_bearings.study.going import Going
+    from rigrunner_bearings.study.case_runner import CaseRunner
     from rigrunner_bearings.study.tables import Part
 
 _seed = click.option(
@@ -44,7 +44,7 @@ def study_options(command: Callable[..., Any]) -> Callable[..., Any]:
 def show(
     parts: Iterable[Part], document: Mapping[str, Any], *, as_markdown: bool, as_json: bool
 ) -> None:
-    """Print what a study found."""
+    """Print the results of a study."""
     from rigrunner_bearings.study.tables import markdown, text
 
     if as_json:
@@ -54,14 +54,16 @@ def show(
 
 
 @contextmanager
-def going(study: str, jobs: int | None, dask: str | None, keep: Path | None) -> Iterator[Going]:
-    """Give what goes through a study's cases; what it kept is removed once the tables are there."""
+def case_runner(
+    study: str, jobs: int | None, dask: str | None, keep: Path | None
+) -> Iterator[CaseRunner]:
+    """Give the runner of a study's cases; its journal is removed once the tables are printed."""
     from rigrunner.cli.stopping import batch_stop_on_signals
     from rigrunner.jobs import discard
-    from rigrunner_bearings.study.going import Going
+    from rigrunner_bearings.study.case_runner import CaseRunner
 
-    kept = keep or Path(f"rigrunner-study-{study}.part")
+    journal_path = keep or Path(f"rigrunner-study-{study}.part")
     workers = workers_for(jobs, dask)
     with batch_stop_on_signals() as stop, shown_count("rigs") as progress:
-        yield Going(workers, stop, progress, kept)
-    discard(kept)
+        yield CaseRunner(workers, stop, progress, journal_path)
+    discard(journal_path)

@@ -1,1 +1,1 @@
-"""The verdict: evidence, limits and rule give what every document says of conformity."""
+"""The verdict: the statement of conformity in every document, from evidence, limits and rule."""

@@ -30,78 +30,78 @@ def verdict_in(document: Mapping[str, Any] | None) -> str:
 
     In a document of a program that had no limits on measured values it is that of the decision.
     """
-    found = document or {}
-    decided = found["verdict"] if "verdict" in found else found.get("decision")
-    return str((decided or {}).get("verdict", ""))
+    content = document or {}
+    decision = content["verdict"] if "verdict" in content else content.get("decision")
+    return str((decision or {}).get("verdict", ""))
 
 
-def limits(found: MeasuredLimits) -> Json | None:
+def limits(measured: MeasuredLimits) -> Json | None:
     """Return the limits on measured values, each with its decision; None where there is none."""
-    if not found.values:
+    if not measured.values:
         return None
-    listed = sorted(found.values, key=lambda each: each.passes)[:MOST_VALUES]
+    values = sorted(measured.values, key=lambda value: value.passes)[:MOST_VALUES]
     return {
-        "verdict": str(found.verdict),
-        "reason": found.reason,
-        "judged": len(found.values),
-        "missed": len(found.missed),
-        "values": [_judged_value(each) for each in listed],
+        "verdict": str(measured.verdict),
+        "reason": measured.reason,
+        "judged": len(measured.values),
+        "missed": len(measured.missed),
+        "values": [_judged_value(value) for value in values],
     }
 
 
-def _judged_value(found: JudgedValue) -> Json:
-    row, decided = found.row, found.decision
-    limits, unit = decided.limits, row.units.get(decided.of, "")
-    ends = {"lower_limit": limits.lower, "upper_limit": limits.upper}
+def _judged_value(judged: JudgedValue) -> Json:
+    row, decision = judged.row, judged.decision
+    limits, unit = decision.limits, row.units.get(decision.of, "")
+    bounds = {"lower_limit": limits.lower, "upper_limit": limits.upper}
     return {
         "table": row.name,
-        "row": found.number,
+        "row": judged.number,
         "utc": row.utc,
         "recording": row.recording or None,
         "setpoints": {
-            name: quantity(each, row.units.get(name, "")) for name, each in row.setpoints.items()
+            name: quantity(value, row.units.get(name, "")) for name, value in row.setpoints.items()
         },
         **({"coordinates": dict(row.coordinates)} if row.coordinates else {}),
-        "of": decided.of,
-        "result": quantity(found.value, unit),
-        **{name: None if isinf(end) else quantity(end, unit) for name, end in ends.items()},
-        "shown": found.shown,
+        "of": decision.of,
+        "result": quantity(judged.value, unit),
+        **{name: None if isinf(bound) else quantity(bound, unit) for name, bound in bounds.items()},
+        "shown": judged.shown,
         "allowed": limits.in_words,
-        "verdict": str(decided.verdict),
-        "marginal": decided.marginal,
-        "text": decided.reason,
+        "verdict": str(decision.verdict),
+        "marginal": decision.marginal,
+        "text": decision.reason,
     }
 
 
-def decision(found: Decision) -> Json:
+def decision(decision: Decision) -> Json:
     """Return a decision as plain values: the deciding limit's, with rule and all parts."""
     return {
-        **_limit_decision(found.deciding),
-        "rule": found.rule,
-        "parts": [_limit_decision(part) for part in found.parts],
+        **_limit_decision(decision.deciding),
+        "rule": decision.rule,
+        "parts": [_limit_decision(part) for part in decision.parts],
     }
 
 
-def _limit_decision(found: LimitDecision) -> Json:
-    limits, unit = found.limits, found.limits.unit
+def _limit_decision(decision: LimitDecision) -> Json:
+    limits, unit, uncompensated = decision.limits, decision.limits.unit, decision.uncompensated
     return {
-        "of": found.of,
-        **({"named": found.named} if found.named else {}),
-        "verdict": str(found.verdict),
-        "reason": found.reason,
+        "of": decision.of,
+        **({"named": decision.named} if decision.named else {}),
+        "verdict": str(decision.verdict),
+        "reason": decision.reason,
         "limit": str(limits),
         "lower_limit": quantity(limits.lower, unit),
         "upper_limit": quantity(limits.upper, unit),
-        "limit_source": found.source,
-        **({"coordinates": coordinates_of(found.coordinates)} if found.coordinates else {}),
-        "measurand": None if found.measurand is None else dict(found.measurand.document()),
-        "result": estimate(found.result),
-        "guard_band": quantity(found.guard_band, unit),
+        "limit_source": decision.source,
+        **({"coordinates": coordinates_of(decision.coordinates)} if decision.coordinates else {}),
+        "measurand": None if decision.measurand is None else dict(decision.measurand.document()),
+        "result": estimate(decision.result),
+        "guard_band": quantity(decision.guard_band, unit),
         "stated_risk": {
-            "false_accept": number(found.false_accept_risk),
-            "false_reject": number(found.false_reject_risk),
+            "false_accept": number(decision.false_accept_risk),
+            "false_reject": number(decision.false_reject_risk),
         },
-        "probability_of_conformity": number(found.probability),
-        "marginal": found.marginal,
-        "verdict_uncompensated": None if found.uncompensated is None else str(found.uncompensated),
+        "probability_of_conformity": number(decision.probability),
+        "marginal": decision.marginal,
+        "verdict_uncompensated": None if uncompensated is None else str(uncompensated),
     }

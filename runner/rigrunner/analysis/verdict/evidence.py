@@ -1,4 +1,4 @@
-"""What there is to decide on, and what forbids to decide on it."""
+"""The results to decide on, and the reasons why nothing can be decided on them."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Evidence:
-    """All results of a run that limits may be for."""
+    """All results of a run to which limits may apply."""
 
     results: tuple[MeasurementResult, ...] = ()
     missing: tuple[MissingResult, ...] = ()
@@ -32,7 +32,7 @@ class Evidence:
     checks: tuple[Check, ...] = ()
     """Checks of some results alone, as judged."""
     details: Mapping[str, AnalysisDetails] = field(default_factory=dict)
-    """What the analysis of a result keeps besides, by the result's name; not all keep anything."""
+    """Details of the analysis of a result, by the result's name; not every analysis has them."""
 
     def problem(self, limit: Limit, coordinates: Mapping[str, CoordinateValue]) -> str:
         """Return why nothing can be decided on the result at a place, as a sentence; '' if it can.
@@ -41,20 +41,19 @@ class Evidence:
         """
 
         def is_about(check: Check) -> bool:
-            at = [place for name, place in check.of if name == limit.of]
-            return any(map(limit.is_of, at)) if limit.mean else coordinates in at
+            places = [place for name, place in check.of if name == limit.of]
+            return any(map(limit.is_of, places)) if limit.mean else coordinates in places
 
-        own = filter(is_about, self.checks)
-        return self.problems.get(limit.of) or forbidden(own)
+        checks = filter(is_about, self.checks)
+        return self.problems.get(limit.of) or forbidden(checks)
 
 
 def as_judged(check: Check) -> Check:
-    """Return a check with what follows: one that is decisive forbids to decide.
+    """Return a check with its consequence; a decisive one that failed forbids to decide.
 
-    Of others the analysis may have said so; else they are notes.
+    Of others the analysis may have set the consequence; else they are notes.
     """
     if check.ok or (check.consequence and not check.decisive):
         return check
-    fails = check.decisive
-    follows = Consequence.INCONCLUSIVE if fails else Consequence.NOTE
-    return replace(check, ok=not fails, consequence=follows)
+    consequence = Consequence.INCONCLUSIVE if check.decisive else Consequence.NOTE
+    return replace(check, ok=not check.decisive, consequence=consequence)

@@ -44,8 +44,8 @@ class AppliedRule:
     def of(cls, acceptance: Acceptance, lookup: Lookup) -> AppliedRule:
         """Return the rule that a procedure names; raise PluginError."""
         name = acceptance.rule.name
-        made = lookup.make("decision_rule", name, acceptance.rule_settings)
-        return cls(name, made, acceptance.marginal)
+        zones = lookup.make("decision_rule", name, acceptance.rule_settings)
+        return cls(name, zones, acceptance.marginal)
 
     def __str__(self) -> str:
         """Return the rule's name and what it does."""
@@ -64,8 +64,8 @@ class AppliedRule:
     def verdict(self, limits: Limits, estimate: Estimate) -> tuple[Verdict, str]:
         """Return the verdict on a value, and why, in one sentence.
 
-        Numbers are told to two digits of U, or to as many as tell the distance from the limit from
-        the width of a zone. What is in no zone fails. Inside limits that are so near to each other
+        Numbers have two digits of U, or as many as distinguish the distance from the limit from
+        the width of a zone. A value in no zone fails. Inside limits that are so near to each other
         that no value could be in any zone, nothing is decided.
         """
         zones = self.zones(limits, estimate)
@@ -82,26 +82,26 @@ class AppliedRule:
         place = f"Margin to the limit {limits}: {shown(abs(margin))}"
         if margin < 0:
             place = f"Outside the limit {limits} by {shown(abs(margin))}"
-        # The place of the zone that the value is in; their number if it is in none.
-        reached = next((at for at, zone in enumerate(zones) if margin >= zone.margin), len(zones))
+        # The index of the zone that the value is in; the number of zones if it is in none.
+        reached = next((i for i, zone in enumerate(zones) if margin >= zone.margin), len(zones))
         if reached == len(zones) and margin >= 0 and not _reachable(zones, limits):
             width = _width(zones[-1], shown)
             why = f"the limits are too close for {width}, so no result can pass"
             return Verdict.INCONCLUSIVE, f"{place}; {why}."
-        found = zones[reached].verdict if reached < len(zones) else Verdict.FAIL
-        unproven = found is Verdict.FAIL and margin >= 0
+        verdict = zones[reached].verdict if reached < len(zones) else Verdict.FAIL
+        unproven = verdict is Verdict.FAIL and margin >= 0
         why = "; conformity is not demonstrated" if unproven else ""
-        return found, f"{place}{_against(zones, reached, margin, shown)}{why}."
+        return verdict, f"{place}{_against(zones, reached, margin, shown)}{why}."
 
     def is_marginal(self, limits: Limits, estimate: Estimate) -> bool:
         """Return whether a value that differs by the marginal band or less had another verdict."""
-        band, known = self.marginal, unit(limits.unit)
-        kinds = {known.dimension, of_difference(known.dimension)}
+        band, limit_unit = self.marginal, unit(limits.unit)
+        kinds = {limit_unit.dimension, of_difference(limit_unit.dimension)}
         if band is None or band.dimension not in kinds:
             return False
         margin = limits.margin(estimate.value)
-        turns = (abs(margin - zone.margin) for zone in self.zones(limits, estimate))
-        return min(turns) <= band.si / known.factor  # a difference: no offset
+        distances = (abs(margin - zone.margin) for zone in self.zones(limits, estimate))
+        return min(distances) <= band.si / limit_unit.factor  # a difference: no offset
 
     def false_accept_risk(self, limits: Limits, estimate: Estimate) -> float:
         """Return the highest probability that an item with this uncertainty passes wrongly.

@@ -1,8 +1,8 @@
 """The content of a test certificate (ISO/IEC 17025:2017, 7.8): one model for JSON, HTML and PDF.
 
-A number that is printed stands here twice: as the float it comes from, and as the text that was
-printed, with its decimals, so that a reader can recompute the one and compare it with the other.
-Texts of a document in a natural language are the formats' business: here are codes and facts.
+Each printed number is here twice: as a float, and as the printed text with its decimals, so that a
+reader can recompute the one and compare it with the other. It has codes and facts; the texts in a
+natural language are part of the formats.
 """
 
 from rigrunner.api.certificate.conformity import (

@@ -1,4 +1,4 @@
-"""Whether the item conforms, and by which rule that was decided."""
+"""The statement of conformity and its decision rule."""
 
 from __future__ import annotations
 
@@ -10,35 +10,35 @@ from rigrunner.api.certificate.part import Part, Sha256, Text
 from rigrunner.api.certificate.results import CoordinatePart
 
 _OLDER = {"lower_nm": "lower", "upper_nm": "upper", "guard_band_nm": "guard_band"}
-"""Members of documents from before limits had units: there every limit was one of a torque."""
+"""Members of documents of 0.1.0, in which every limit was one of a torque, without a unit."""
 
 
 class LimitStatement(Part):
-    """What one limit says of one result."""
+    """The decision on one result by one limit."""
 
     of: Text
-    """What is judged: 'mean', one set-point such as '35 Hz', or a named result and its place."""
+    """What the limit applies to: 'mean', one set-point, such as '35 Hz', or a named result."""
     named: str = ""
-    """The name of the result; empty in documents from before the torque had one."""
+    """Name of the result; empty in older documents."""
     coordinates: dict[str, CoordinatePart] = Field({})
-    """Where the result holds; empty of a mean, and of the only result of its name."""
+    """Place of the result; empty for a mean, and for the only result of its name."""
     printed_result: str = ""
-    """With its expanded uncertainty and unit; empty in older documents."""
+    """The result with expanded uncertainty and unit; empty in older documents."""
     unit: str = "N·m"
-    """Of limits and guard band."""
+    """Unit of limits and guard band."""
     verdict: Text
     reason: Text
-    """In a sentence, as the run has it."""
+    """One sentence, from the run."""
     limit: Text
-    """As '≤ 0.95 N·m'."""
+    """The limit as text: '≤ 0.95 N·m'."""
     lower: float | None
     upper: float | None
     source: Text
-    """The specification."""
+    """Source of the limit: the specification."""
     measurand: str = ""
-    """Of what the limit is a limit, as the specification has it; empty where it does not say."""
+    """The measurand of the limit by the specification; empty if not stated."""
     load_n: float | None = None
-    """The load that the limit is for, where it names one."""
+    """The load for which the limit is stated, if any."""
     guard_band: float | None = None
     printed_guard_band: str = ""
     """With its unit."""
@@ -46,40 +46,40 @@ class LimitStatement(Part):
     """The highest probability that an item which the rule passes does not conform (JCGM 106)."""
     probability_of_conformity: float | None
     printed_probability: str = ""
-    """In per cent."""
+    """The probability in per cent."""
     uncompensated: str
-    """What the same rule would say of the raw torque; empty of another quantity."""
+    """The verdict of the same rule on the uncorrected value; empty if there is none."""
     marginal: bool = False
-    """Whether a result different by no more than the marginal band had another verdict."""
+    """Whether a change of the result within the marginal band would change the verdict."""
 
     @model_validator(mode="before")
     @classmethod
     def _with_units(cls, value: object) -> object:
         if not isinstance(value, dict):
             return value
-        return {_OLDER.get(name, name): each for name, each in value.items()}
+        return {_OLDER.get(name, name): item for name, item in value.items()}
 
 
 class DecisionRecord(Part):
-    """A decision by which a stored run was decided again, as it is on record beside the run."""
+    """A later decision on a stored run, as recorded beside it."""
 
     file: Text
     sha256: Sha256
-    """Of that file's bytes."""
+    """SHA-256 of the bytes of the record."""
     decided_utc: Text
     by: Text
     reason: Text
-    """Why it was decided again."""
+    """The stated reason for the new decision."""
     verdict: Text
     rule: Text
-    """As 'name: the rule in words'."""
+    """Name and description: 'simple: ...'."""
     limit: Text
     verdict_before: Text
-    """What held until then; 'none' where nothing had been decided."""
+    """The verdict until then; 'none' without one."""
     rule_before: Text
     limit_before: Text
     acceptance: dict[str, JsonValue]
-    """Limits and rule, as a procedure writes them: by these the verdict can be derived again."""
+    """Limits and rule as in a procedure: the verdict can be derived again from them."""
 
 
 class Conformity(Part):
@@ -87,12 +87,12 @@ class Conformity(Part):
 
     verdict: Text
     rule: Text
-    """The rule's name, as in the procedure."""
+    """Name of the rule in the procedure."""
     rule_words: str
-    """The rule in words, as the run has it."""
+    """Description of the rule, from the run."""
     rule_words_in: dict[str, str] = Field({})
-    """The same in other languages than English, where the rule has them."""
+    """The description in other languages than English, if available."""
     statements: Annotated[tuple[LimitStatement, ...], Field(min_length=1)]
-    """Of every limit, the one that decides first."""
+    """A statement for each limit, the deciding one first."""
     decided_again: tuple[DecisionRecord, ...] = ()
-    """Decisions after the run's own, oldest first: what is stated here is by the last of them."""
+    """Later decisions, oldest first; the last of them is stated here."""

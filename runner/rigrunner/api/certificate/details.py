@@ -13,17 +13,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class CertifiedDetails:
-    """The parts of a certificate that one analysis brings."""
+    """The parts of a certificate that one analysis provides."""
 
     results: Results | None = None
-    """Its results with their set-points; None where it states none."""
+    """Its results with their set-points; None if it states none."""
     method: str = ""
-    """The method whose result counts, by its name in the procedure."""
+    """Name of the primary method in the procedure."""
     quantity: str = ""
-    """What that method measures, in words."""
+    """The quantity that it yields, in words."""
     validity: tuple[ValidityCondition, ...] = ()
-    """On what its results are conditional."""
+    """The conditions on which its results hold."""
     channels: frozenset[str] = frozenset()
-    """The channels whose calibrations its results rest on."""
+    """The channels whose calibrations its results depend on."""
     deviations: tuple[Deviation, ...] = ()
     rejected: tuple[RejectedCycle, ...] = ()

@@ -31,7 +31,7 @@ from rigrunner.api.errors import DataError
 from rigrunner.api.partner_keys import KEYS, ONLY_AFTER
 
 _IN_SCRIPT = str.maketrans({"<": "\\u003c", ">": "\\u003e", "&": "\\u0026"})
-"""JSON escapes that let a text stand inside an HTML element as it is."""
+"""JSON escapes with which a text can be inside an HTML element unchanged."""
 
 
 class Certificate(Part):
@@ -42,10 +42,10 @@ class Certificate(Part):
     """Unique in the laboratory; on every page."""
     issued_utc: Text
     restrictions: tuple[Restriction, ...] = ()
-    """If there is any, the document is 'not for certification' and says so on every page."""
+    """With any of them the document is marked 'not for certification' on every page."""
     amends: Amendment | None = None
     further_copy: FurtherCopy | None = None
-    """Of a specimen beside another one on the same run."""
+    """For a further specimen on the same run."""
     laboratory: Laboratory
     customer: Customer
     item: Item
@@ -53,29 +53,28 @@ class Certificate(Part):
     performance: Performance
     conditions: tuple[Condition, ...]
     conditions_stated: str = ""
-    """What a person says of the conditions."""
+    """A statement by a person on the conditions."""
     results: Results | None
-    """None where nothing was analysed: then it is the measured values that were tested."""
+    """None without an analysis: then the measured values were tested."""
     named: tuple[NamedResult, ...] = ()
-    """The results of analyses that name theirs."""
+    """Named results of analyses."""
     models: tuple[MeasurementModel, ...] = ()
-    """By which equations named results were computed, with their budgets; older documents have
-    none."""
+    """The equations and budgets of named results; older documents have none."""
     validity: tuple[ValidityCondition, ...] = ()
-    """On what the results are conditional; documents of 0.1.0 say nothing of it."""
+    """The conditions on which the results hold; documents of 0.1.0 have none."""
     traceability: Traceability | None = None
     """None in documents of 0.1.0."""
     conformity: Conformity | None
-    """Of the results; None where the procedure has no limits for them."""
+    """The decision on the results; None if the procedure has no limits for them."""
     measured: MeasuredLimits | None = None
-    """The measured values that have limits; None where there are none."""
+    """The measured values with limits; None if there are none."""
     opinions: tuple[Opinion, ...] = ()
     external: tuple[ExternalResult, ...] = ()
     deviations: tuple[Deviation, ...]
     rejected: tuple[RejectedCycle, ...]
     instruments: tuple[InstrumentEntry, ...]
     statements: tuple[Text, ...] = ()
-    """What the laboratory says on each certificate besides."""
+    """Further statements of the laboratory on each certificate."""
     authorisation: Authorisation
     evidence: Evidence
     appearance: Appearance
@@ -86,7 +85,7 @@ class Certificate(Part):
     def verdict(self) -> str:
         """The verdict on the item: of its measured values and its results; '' for none."""
         measured = "" if self.measured is None else self.measured.verdict
-        # The worst of both counts; of measured values there is only pass or fail.
+        # The worse of the two; measured values only pass or fail.
         if measured == "fail" or self.conformity is None:
             return measured
         return self.conformity.verdict
@@ -95,8 +94,8 @@ class Certificate(Part):
 def certificate_json(certificate: Certificate) -> str:
     """Return the certificate as JSON: the same content gives the same bytes (UTF-8).
 
-    `<`, `>` and `&` are escaped, so that the same text stands in the file and inside a page. A
-    member that older certificates do not have is left out where it says nothing.
+    `<`, `>` and `&` are escaped, so that the same text is in the file and inside a page. A
+    member that older certificates do not have is left out if it is empty.
     """
     exclude = {"seal"} | {
         name for name in ("measured", "named", "models") if not getattr(certificate, name)
@@ -119,7 +118,7 @@ def parse_certificate(text: str | bytes, name: str) -> Certificate:
     Raises DataError that names the first field that is wrong.
     """
     try:
-        found = Certificate.model_validate_json(text)
+        certificate = Certificate.model_validate_json(text)
         json.loads(text, object_pairs_hook=_once)
     except _TwiceError as error:  # of two members of one name some programs read the first
         raise DataError(f"{name} is not a certificate: '{error}' is given twice") from error
@@ -132,7 +131,7 @@ def parse_certificate(text: str | bytes, name: str) -> Certificate:
             f"{name} is not a certificate: {f'{where}: ' if where else ''}{first['msg']}{more}",
             hint="expected the JSON file that 'rigrunner certify' wrote",
         ) from error
-    return found
+    return certificate
 
 
 class _TwiceError(Exception):

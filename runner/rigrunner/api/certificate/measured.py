@@ -1,4 +1,4 @@
-"""Measured values that have limits, each with its judgement."""
+"""Measured values with limits, each with its verdict."""
 
 from __future__ import annotations
 
@@ -13,33 +13,33 @@ class MeasuredValue(Part):
     """One measured value with its limit."""
 
     table: Text
-    """The table of measured values that it is in."""
+    """Name of its table."""
     row: int
     """From 1."""
     utc: Text
     setpoints: dict[str, str] = Field({})
-    """What was set, with units, by drive."""
+    """Set-points with units, by drive."""
     of: Text
-    """The value: a channel, or a statistic of a recorded one."""
+    """The channel, or the statistic of a recorded channel."""
     value: float
     lower: float | None
     upper: float | None
     unit: str
-    """The SI unit of the value and its bounds."""
+    """SI unit of the value and its limits."""
     printed: Text
-    """The value with its unit, as the procedure states the limit."""
+    """The value in the unit of the limit in the procedure."""
     printed_limit: Text
     verdict: Literal["pass", "fail"]
 
 
 class MeasuredLimits(Part):
-    """The limits on measured values (7.8.6): simple acceptance of each value as it was read."""
+    """The limits on measured values (7.8.6): simple acceptance of each value as read."""
 
     verdict: Literal["pass", "fail"]
     reason: Text
-    """In a sentence, as the run has it."""
+    """One sentence, from the run."""
     judged: int
-    """How many values have a limit."""
+    """Number of values with a limit."""
     missed: int
     values: Annotated[tuple[MeasuredValue, ...], Field(min_length=1)]
-    """Those out of limits first where they are too many to be listed whole."""
+    """The values; if they are too many for the list, those out of limits first."""

@@ -1,4 +1,4 @@
-"""How, when, where and with which instruments it was measured."""
+"""The method, time, place, conditions and instruments of the measurement."""
 
 from __future__ import annotations
 
@@ -10,41 +10,41 @@ from rigrunner.api.certificate.part import Part, Sha256, Text
 
 
 class Approval(Part):
-    """The state of the procedure when the run was made."""
+    """The state of the procedure at the start of the run."""
 
     state: Text
-    """'approved', 'draft', or what else the run says of it."""
+    """'approved', 'draft', or another state in the run."""
     by: str = ""
     utc: str = ""
     sha256: Sha256 = ""
     note: str = ""
-    """Why it is a draft although somebody once approved it."""
+    """Why it is a draft in spite of an earlier approval."""
 
 
 class Method(Part):
-    """How it was measured and computed (7.8.2.1 f)."""
+    """The method of measurement and analysis (7.8.2.1 f)."""
 
     procedure_id: Text
     revision: Text
     title: Text
     sha256: Sha256
-    """Of the procedure's text in UTF-8."""
+    """Digest of the procedure's text in UTF-8."""
     called: dict[str, Sha256] = Field({})
-    """The same of each procedure that it calls, by file."""
+    """The digest of each procedure that it calls, by file."""
     approval: Approval
     symbol: str
     measurand: str
-    """Of the procedure, in words; both empty where analyses name their results."""
+    """The measurand of the procedure; both empty if analyses name their results."""
     compensation: str
-    """The primary method, by its name; empty where nothing was analysed."""
+    """Name of the primary method; empty without an analysis."""
     quantity: str
-    """What that method yields, in words; empty with it."""
+    """The quantity that it yields, in words; empty without one."""
     analysis: dict[str, JsonValue]
-    """The settings of the analysis, resolved to defaults."""
+    """The settings of the analysis, with defaults."""
 
 
 class Performance(Part):
-    """When, where and by whom it was measured (7.8.2.1 c, i)."""
+    """Time, place and operator of the measurement (7.8.2.1 c, i)."""
 
     started_utc: Text
     ended_utc: Text
@@ -52,16 +52,16 @@ class Performance(Part):
     mandrel: str
     operator: Text
     inputs: dict[str, str] = Field({})
-    """What was entered at the start, and answered in the course of the run."""
+    """Inputs at the start of the run, and answers during it."""
 
 
 class Condition(Part):
-    """What the station read of its surroundings while recording (7.8.3.1 a)."""
+    """An ambient condition, read during recordings (7.8.3.1 a)."""
 
     channel: Text
     """'role.name'."""
     quantity: Text
-    """The channel's own name: 'temperature', 'humidity', 'load'."""
+    """The name of the channel: 'temperature', 'humidity', 'load'."""
     minimum: float
     maximum: float
     printed_minimum: Text
@@ -74,16 +74,16 @@ class ValidityCondition(Part):
     """A condition on which the results hold, by the kind of the measurand."""
 
     code: Text
-    """Such as 'support_friction': as the analysis names it."""
+    """Name in the analysis, such as 'support_friction'."""
     allowance: str = ""
-    """How much is allowed for, as printed."""
+    """The amount that is allowed for, as printed."""
 
 
 class Traceability(Part):
     """Whether the results are metrologically traceable (7.8.3.1, 6.5)."""
 
     claimed: bool
-    """Whether every instrument that the results rest on is calibrated and was not overdue."""
+    """Whether all instruments behind the results are calibrated and were not overdue."""
     certificates: tuple[Text, ...] = ()
     """The numbers of their calibration certificates."""
 
@@ -93,21 +93,21 @@ class InstrumentEntry(Part):
 
     channel: Text
     id: str = ""
-    """The laboratory's own number of it."""
+    """Inventory number of the laboratory."""
     maker: str
     type: str
     serial: str
     certificate: str
     laboratory: str
     calibrated: str
-    """A date as 2026-01-31; empty where the register has none."""
+    """A date such as 2026-01-31; empty if the register has none."""
     due: str
     range: str
     uncertainty: dict[str, str]
-    """Limits of error, or the uncertainty, by the name of the part they belong to."""
+    """Limits of error, or the uncertainty, by the name of the error."""
     conditions: dict[str, str] = Field({})
-    """In which surroundings the calibration holds, by quantity."""
+    """Ambient conditions for which the calibration is valid, by quantity."""
     overdue: bool = False
     """At the start of the run."""
     calibration: Literal["calibrated", "simulated", "recorded", "trial"] = "calibrated"
-    """Why there is nothing to calibrate, where the register says so."""
+    """Why it needs no calibration, if the register states that."""

@@ -1,4 +1,4 @@
-"""What all parts of a certificate have in common."""
+"""The common base of all parts of a certificate."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from rigrunner.api.texts import plain
 Text = Annotated[str, Field(min_length=1), AfterValidator(plain)]
 
 Sha256 = Annotated[str, Field(pattern=r"^([0-9a-f]{64})?$")]
-"""A digest in hexadecimal; empty where there is none."""
+"""A digest in hexadecimal; empty for none."""
 
 
 class Part(BaseModel):
-    """Frozen, strict, no unknown keys: the base of all that a certificate consists of."""
+    """The base of all parts of a certificate: frozen, strict, without unknown keys."""
 
     model_config = ConfigDict(
         extra="forbid", frozen=True, strict=True, allow_inf_nan=False, use_attribute_docstrings=True

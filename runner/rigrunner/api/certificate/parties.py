@@ -1,4 +1,4 @@
-"""Who tested what for whom."""
+"""The laboratory, the customer and the item."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from rigrunner.api.certificate.part import Part, Text
 
 
 class Laboratory(Part):
-    """Who issues the certificate (7.8.2.1 b, c)."""
+    """The laboratory that issues the certificate (7.8.2.1 b, c)."""
 
     name: Text
     address: Annotated[tuple[Text, ...], Field(min_length=1)]
-    """Line by line."""
+    """Address by line."""
     place: Text
-    """Where the test was done: the laboratory's own premises, or another place."""
+    """Place of the test: the laboratory's premises, or another one."""
     contact: str = ""
     accreditation: str = ""
-    """What the laboratory says of its accreditation, verbatim; empty for none."""
+    """Statement of the laboratory on its accreditation, verbatim; empty for none."""
 
 
 class Customer(Part):
@@ -28,24 +28,24 @@ class Customer(Part):
     name: Text
     contact: Text
     reference: str = ""
-    """The customer's own number of the order."""
+    """Order number of the customer."""
 
 
 class Item(Part):
-    """What was tested (7.8.2.1 g, h, k; 7.8.2.2)."""
+    """The item under test (7.8.2.1 g, h, k; 7.8.2.2)."""
 
     description: Text
     identification: Text
     condition: Text
-    """As it was received."""
+    """Condition when received."""
     received: Text
-    """The date of receipt, as 2026-01-31."""
+    """Date of receipt, such as 2026-01-31."""
     sampling: str = ""
-    """Plan and method of sampling, where the laboratory did it; empty: tested as received."""
+    """Plan and method of sampling, if done by the laboratory; empty: tested as received."""
 
 
 class Authorisation(Part):
-    """Who authorises the certificate (7.8.2.1 o)."""
+    """The person who authorises the certificate (7.8.2.1 o)."""
 
     by: Text
     role: str = ""

@@ -1,4 +1,4 @@
-"""What is said besides the results: opinions, deviations, why it is not a certificate."""
+"""Opinions, external results, deviations and restrictions of a certificate."""
 
 from __future__ import annotations
 
@@ -43,11 +43,11 @@ class Deviation(Part):
 
     kind: DeviationKind
     run_id: Text
-    """Of the run in which it happened: this one or a partner run."""
+    """The run in which it happened: this one or a partner run."""
     where: str = ""
     """Step, source, check or channel."""
     text: str
-    """As recorded."""
+    """The recorded text."""
     by: str = ""
     reason: str = ""
     utc: str = ""

@@ -1,4 +1,4 @@
-"""What was found."""
+"""The results."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class StatedResult(Part):
     expanded_uncertainty: float
     unit: Text
     decimals: int
-    """Of both printed texts: U has two significant digits (GUM 7.2.6)."""
+    """Decimals of both printed texts: U has two significant digits (GUM 7.2.6)."""
     printed: Text
     printed_uncertainty: Text
     printed_factor: Text
@@ -36,15 +36,15 @@ class PointResult(Part):
     load_n: float
     cycles: int
     cycles_rejected: int
-    """Not in the torque, as the rule for gross errors found them."""
+    """Cycles that the rule for gross errors excluded from the torque."""
     raw_nm: float
-    """What the sensor shows, uncompensated: the mean of the peaks that were kept."""
+    """The uncompensated value of the sensor: the mean of the peaks that were not excluded."""
     printed_raw: Text
     torque: StatedResult
 
 
 class Results(Part):
-    """What was found (7.8.2.1 m)."""
+    """The results of a sweep (7.8.2.1 m)."""
 
     headline: StatedResult
     """The mean over the set-points."""
@@ -54,27 +54,27 @@ class Results(Part):
 
 
 class CoordinatePart(Part):
-    """Where a result holds, in one respect."""
+    """One coordinate of the place of a result."""
 
     value: float | str
     unit: str = ""
-    """Of a number; '' for a text or a count."""
+    """Unit of a number; '' for a text or a count."""
     printed: Text
     """With its unit."""
 
 
 class NamedResult(Part):
-    """A result of an analysis that names its results, of any quantity."""
+    """A named result of an analysis, of any quantity."""
 
     name: Text
     symbol: str = ""
     text: Text
     """The measurand in words."""
     coordinates: dict[str, CoordinatePart] = Field({})
-    """What tells it from others of its name; empty of the only one."""
+    """Distinguish it from others of its name; empty for the only one."""
     found: StatedResult
     readings: int
-    """How many values it was made of."""
+    """Number of values that it was calculated from."""
 
 
 class Equation(Part):
@@ -85,7 +85,7 @@ class Equation(Part):
     text: Text
     """The right side."""
     quantities: dict[str, str] = Field({})
-    """What names in it stand for that are numbers with a unit."""
+    """Names in it that stand for a number with a unit."""
 
 
 class BudgetLine(Part):
@@ -96,28 +96,28 @@ class BudgetLine(Part):
     degrees_of_freedom: float | None
     """None where they are infinite."""
     standard_uncertainty: float | None
-    """Of the input; None where a line of several inputs has none."""
+    """Standard uncertainty of the input; None for a line of several inputs."""
     unit: str
-    """Of the input."""
+    """Unit of the input."""
     sensitivity: float | None
-    """The result's change over the input's; None likewise."""
+    """Change of the result per change of the input; None for several inputs."""
     contribution: float
-    """To the standard uncertainty of the result, in its unit."""
+    """Contribution to the standard uncertainty of the result, in its unit."""
 
 
 class MeasurementModel(Part):
-    """By which equations a named result was computed, and the budget of one of its values."""
+    """The equations of a named result, and the budget of one of its values."""
 
     name: Text
-    """Of the result."""
+    """Name of the result."""
     equations: Annotated[tuple[Equation, ...], Field(min_length=1)]
     coordinates: dict[str, CoordinatePart] = Field({})
-    """Where the value holds whose budget it is: the one that decides, or else the first."""
+    """The place of the value with this budget: the deciding one, or else the first."""
     budget: tuple[BudgetLine, ...]
 
 
 class RejectedCycle(Part):
-    """A cycle that the rule for gross errors left out; the raw data stay."""
+    """A cycle that the rule for gross errors excluded; the raw data keep it."""
 
     run_id: Text
     recording: Text

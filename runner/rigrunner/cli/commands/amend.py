@@ -13,7 +13,7 @@ from rigrunner.cli.ordering import (
     order_options,
     order_values,
     out_option,
-    tell_issued,
+    show_issued,
 )
 
 
@@ -43,7 +43,7 @@ def command(
     run: Path | None,
     out: Path | None,
     station: str | None,
-    **given: str | None,
+    **options: str | None,
 ) -> None:
     """Issue a document that replaces a certificate.
 
@@ -61,7 +61,7 @@ def command(
         authorisation=authorisation(by, role),
         language=lang,
         out=out,
-        given=order_values(given),
+        changes=order_values(options),
         run=run,
     )
     registry = lab_registry(station)
@@ -69,4 +69,4 @@ def command(
         issued = amend(
             certificate, request, registry, WallClock().utc(), progress=progress.analysing
         )
-    tell_issued(issued)
+    show_issued(issued)

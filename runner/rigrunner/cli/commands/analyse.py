@@ -52,11 +52,11 @@ def command(
 
     if out is not None and out.exists():
         raise UsageError(f"{out} exists", hint="results are never overwritten; name another file")
-    others = {name: find_run(each, runs) for name, each in partners.items()}
+    partner_paths = {name: find_run(run_name, runs) for name, run_name in partners.items()}
     with shown_progress() as progress:
         path, registry = find_run(run, runs), lab_registry(station)
-        found = analyse_run(path, registry, others, progress=progress.analysing)
-    content = document(found)
+        analysed = analyse_run(path, registry, partner_paths, progress=progress.analysing)
+    content = document(analysed)
     if out is not None:
         text = json.dumps(content, ensure_ascii=False, indent=2, allow_nan=False)
         write_whole(out, f"{text}\n".encode())
@@ -65,4 +65,4 @@ def command(
         result_json(content)
     else:
         result(f"{identity(content)}\n\n{summary(content)}")
-    return verdict_code(found)
+    return verdict_code(analysed)

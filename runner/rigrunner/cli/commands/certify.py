@@ -13,7 +13,7 @@ from rigrunner.cli.ordering import (
     order_options,
     order_values,
     out_option,
-    tell_issued,
+    show_issued,
 )
 
 
@@ -57,7 +57,7 @@ def command(
     out: Path | None,
     runs: Path,
     station: str | None,
-    **given: str | None,
+    **options: str | None,
 ) -> None:
     """Issue a certificate on a stored run.
 
@@ -79,7 +79,7 @@ def command(
         language=lang,
         further_copy=further_copy,
         out=out,
-        given=order_values(given),
+        order_fields=order_values(options),
     )
     registry = lab_registry(station)
     with shown_progress() as progress:
@@ -90,4 +90,4 @@ def command(
             WallClock().utc(),
             progress=progress.analysing,
         )
-    tell_issued(issued)
+    show_issued(issued)

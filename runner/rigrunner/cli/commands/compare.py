@@ -34,22 +34,23 @@ def command(before: str, after: str, runs: Path, *, as_json: bool) -> ExitCode:
     from rigrunner.cli.output import result, result_json
     from rigrunner.tools.comparing.compare import compare
 
-    found = compare(before, after, runs)
+    comparison = compare(before, after, runs)
     if as_json:
-        told = [asdict(each) for each in found.changes]
-        result_json({"a": found.before, "b": found.after, "same": found.same, "changes": told})
+        changes = [asdict(change) for change in comparison.changes]
+        names = {"a": comparison.before, "b": comparison.after}
+        result_json({**names, "same": comparison.same, "changes": changes})
     else:
-        lines = [f"A  {found.before}", f"B  {found.after}"]
-        for section, group in groupby(found.changes, key=lambda each: each.section):
-            lines += [f"\n{section}", *(f"  {each.text}" for each in group)]
-        lines += ["", found.verdict if found.same else _count(found)]
+        lines = [f"A  {comparison.before}", f"B  {comparison.after}"]
+        for section, group in groupby(comparison.changes, key=lambda change: change.section):
+            lines += [f"\n{section}", *(f"  {change.text}" for change in group)]
+        lines += ["", comparison.verdict if comparison.same else _count(comparison)]
         result("\n".join(lines))
-    return ExitCode.PASS if found.same else ExitCode.FAIL
+    return ExitCode.PASS if comparison.same else ExitCode.FAIL
 
 
-def _count(found: Comparison) -> str:
+def _count(comparison: Comparison) -> str:
     """Return how many changes matter, and how many others there are."""
-    count = sum(each.matters for each in found.changes)
-    others = len(found.changes) - count
-    beside = f", and {others} that {'does' if others == 1 else 'do'} not matter" if others else ""
-    return f"{count} difference{'s' if count > 1 else ''}{beside}"
+    count = sum(change.matters for change in comparison.changes)
+    others = len(comparison.changes) - count
+    note = f", and {others} that {'does' if others == 1 else 'do'} not matter" if others else ""
+    return f"{count} difference{'s' if count > 1 else ''}{note}"

@@ -86,22 +86,22 @@ def command(
             hint = error.hint or "such as --rule guard_band_fraction --fraction 0.5, for w = U/2"
             raise UsageError(f"--rule: {error.message}", hint=hint) from error
     decider = Decider(by=by, reason=reason, at=WallClock().utc())
-    written, found = decide_again(
+    record, decided = decide_again(
         find_run(run, runs),
         registry,
         decider,
-        lambda held, analyses: (
-            _from_file(file, registry, analyses) if file else _other_rule(held, rule, fraction)
+        lambda acceptance, names: (
+            _from_file(file, registry, names) if file else _other_rule(acceptance, rule, fraction)
         ),
     )
     if as_json:
-        result_json(dict(written.document))
+        result_json(dict(record.document))
     else:
-        facts = _facts(written)
-        if found.limits.missed:
-            facts.append(("the run", f"FAIL all the same. {found.limits.reason}"))
+        facts = _facts(record)
+        if decided.limits.missed:
+            facts.append(("the run", f"FAIL all the same. {decided.limits.reason}"))
         result(pairs(facts))
-    return verdict_code(found)
+    return verdict_code(decided)
 
 
 def _from_file(path: Path, registry: Registry, analyses: Sequence[str]) -> Acceptance:
@@ -119,32 +119,33 @@ def _from_file(path: Path, registry: Registry, analyses: Sequence[str]) -> Accep
     return acceptance
 
 
-def _other_rule(held: Acceptance | None, rule: str | None, fraction: float | None) -> Acceptance:
+def _other_rule(limits: Acceptance | None, rule: str | None, fraction: float | None) -> Acceptance:
     """Return the limits in force with another rule; raise UsageError."""
     from rigrunner.procedure import Acceptance
     from rigrunner.procedure.kinds import STORED
 
-    if held is None:
+    if limits is None:
         hint = "give limits and rule with --acceptance FILE"
         raise UsageError("the run has no limits to which a rule could apply", hint=hint)
-    changed = {**held.as_written(), "rule": rule, "fraction": fraction}
+    changed = {**limits.as_written(), "rule": rule, "fraction": fraction}
     return Acceptance.model_validate(changed, context={STORED: True})
 
 
-def _facts(written: DecisionFile) -> list[tuple[str, str]]:
-    found = written.summary
-    decision = written.document["decision"]
+def _facts(record: DecisionFile) -> list[tuple[str, str]]:
+    summary = record.summary
+    before = f"{summary.verdict_before.upper()} ({summary.rule_before}; {summary.limit_before})"
+    decision = record.document["decision"]
     probability = decision["probability_of_conformity"]
-    stated = "not determined" if probability is None else probability_text(probability)
+    conformity = "not determined" if probability is None else probability_text(probability)
     return [
-        ("run", written.document["run"]["id"]),
-        ("before", f"{found.verdict_before.upper()} ({found.rule_before}; {found.limit_before})"),
-        ("verdict", f"{found.verdict.upper()}: {found.reason}"),
-        ("probability of conformity", stated),
+        ("run", record.document["run"]["id"]),
+        ("before", before),
+        ("verdict", f"{summary.verdict.upper()}: {summary.reason}"),
+        ("probability of conformity", conformity),
         ("risk", stated_risk(decision)),
-        ("rule", found.rule),
-        ("limit", f"{found.limit_text} ({found.limit_source})"),
-        ("decided by", f"{found.by}, {found.decided_utc}"),
-        ("reason", found.why),
-        ("on record in", str(written.path)),
+        ("rule", summary.rule),
+        ("limit", f"{summary.limit_text} ({summary.limit_source})"),
+        ("decided by", f"{summary.by}, {summary.decided_utc}"),
+        ("reason", summary.why),
+        ("on record in", str(record.path)),
     ]

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from rigrunner.rig_state import RigMarks
-    from rigrunner.tools.by_hand.devices import DeviceReport, Who
+    from rigrunner.tools.by_hand.devices import DeviceIdentity, DeviceReport
 
 _MILLI = 1e3
 
@@ -54,7 +54,7 @@ def command(
     from rigrunner.cli.output import warning_label
     from rigrunner.cli.stopping import stop_on_signals
     from rigrunner.run.taping import tape_for
-    from rigrunner.tools.by_hand.devices import look_at
+    from rigrunner.tools.by_hand.devices import device_reports
     from rigrunner.tools.by_hand.station import ready_station
 
     if safe_by is not None and not (safe_by.strip() and reason.strip()):
@@ -63,20 +63,20 @@ def command(
     if replay is not None:
         message(f"Replaying the tape {replay}: no instrument is asked.")
     reports: list[DeviceReport] = []
-    found = ready_station(find_station(station), tape=tape)
-    with stop_on_signals() as stop, found.held("devices") as ready:
+    prepared = ready_station(find_station(station), tape=tape)
+    with stop_on_signals() as stop, prepared.hold("devices") as ready:
         if ready.marks is not None and ready.marks.left is not None:
             message(f"{warning_label()} {ready.marks.left.text}")
-        for report in look_at(ready):
+        for report in device_reports(ready):
             reports.append(report)
             if not as_json:
                 result(f"{pairs(list(_rows(report)))}\n")
             if stop.is_set():  # this device was made safe and closed; the next one is not touched
                 raise stop.reason()
         unconfirmed = _unconfirmed(ready.marks, station, safe_by, reason)
-    failed = [each.role for each in reports if each.state == "fail"]
+    failed = [report.role for report in reports if report.state == "fail"]
     if as_json:
-        result_json([{"state": each.state, **asdict(each)} for each in reports])
+        result_json([{"state": report.state, **asdict(report)} for report in reports])
     else:
         count = f"{len(reports)} device{'s' if len(reports) != 1 else ''}"
         if failed:
@@ -109,7 +109,7 @@ def _rows(report: DeviceReport) -> Iterator[tuple[str, str]]:
     yield f"{report.state:4}  {report.role}", f"plugin {report.plugin}"
     for place, who in report.who.items():
         part = "" if place == report.role else f"part {place.removeprefix(f'{report.role}/')}: "
-        yield "", f"{part}{_words(who)}"
+        yield "", f"{part}{_identity_text(who)}"
     if not report.connected:
         yield "", "not connected"
     for text in report.problems:
@@ -124,14 +124,14 @@ def _rows(report: DeviceReport) -> Iterator[tuple[str, str]]:
         yield "", f"{name.partition('.')[2]} reads {legible(value, report.units[name])}"
     if report.read_s is not None:
         yield "", f"reading all of these once took {_MILLI * report.read_s:.3g} ms"
-    for each in report.calibrated:
-        named = f" by {each.instrument}" if each.instrument else ""
-        fix = "; have it calibrated, or enter its certificate" if each.state != "ok" else ""
-        yield "", f"{each.channel}{named}: {each.text}{fix}"
+    for calibration in report.calibrated:
+        instrument = f" by {calibration.instrument}" if calibration.instrument else ""
+        fix = "; have it calibrated, or enter its certificate" if calibration.state != "ok" else ""
+        yield "", f"{calibration.channel}{instrument}: {calibration.text}{fix}"
 
 
-def _words(who: Who) -> str:
+def _identity_text(who: DeviceIdentity) -> str:
     serial = f"serial {who.serial}" if who.serial else ""
     firmware = f"firmware {who.firmware}" if who.firmware else ""
-    known = ", ".join(each for each in (f"{who.maker} {who.model}", serial, firmware) if each)
-    return f"{known} (simulated)" if who.simulated else known
+    text = ", ".join(part for part in (f"{who.maker} {who.model}", serial, firmware) if part)
+    return f"{text} (simulated)" if who.simulated else text

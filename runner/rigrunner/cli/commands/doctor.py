@@ -31,9 +31,9 @@ def command(runs: Path, station: str | None, *, as_json: bool) -> ExitCode:
     from rigrunner.run.lab_plugins import lab_registry
     from rigrunner.tools.doctor import Surroundings, examine
 
-    named = find_station(station) if station is not None else None
+    station_path = find_station(station) if station is not None else None
     surroundings = Surroundings(
-        runs, lab_registry(station).with_all_settings(), datetime.now(UTC), named
+        runs, lab_registry(station).with_all_settings(), datetime.now(UTC), station_path
     )
     findings = examine(surroundings)
     if as_json:

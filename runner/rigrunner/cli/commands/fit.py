@@ -57,7 +57,7 @@ def command(
             curve.names, curve.coefficients, curve.covariance.diagonal(), curve.units, strict=True
         )
     ]
-    found = table(["parameter", "estimate", "standard uncertainty", "unit"], rows, "lrrl")
+    parameters = table(["parameter", "estimate", "standard uncertainty", "unit"], rows, "lrrl")
     goodness = pairs(
         [
             ("degrees of freedom", f"{curve.dof:g}"),
@@ -65,4 +65,4 @@ def command(
             ("R²", f"{curve.r_squared:.6g}"),
         ]
     )
-    result(f"{curve.formula}\n\n{found}\n\n{goodness}")
+    result(f"{curve.formula}\n\n{parameters}\n\n{goodness}")

@@ -42,7 +42,7 @@ def command(
 
     MAPPING is a YAML file that maps files and columns to recordings, channels and set-points.
     """
-    from rigrunner.cli.finishing import tell_finished
+    from rigrunner.cli.finishing import show_finished
     from rigrunner.cli.output import message
     from rigrunner.cli.progress import shown_progress
     from rigrunner.queue import SPECIMEN, tested_before
@@ -54,8 +54,8 @@ def command(
     from rigrunner.tools.importing.planning import plan_import
     from rigrunner.tools.importing.run import import_run
 
-    named = None if station is None else find_station(station)
-    checked = plan_import(load_mapping(mapping), load_registry(), named)
+    station_path = None if station is None else find_station(station)
+    checked = plan_import(load_mapping(mapping), load_registry(), station_path)
     planned = checked.planned
     overrides = overrides_for(planned, overridden, by, reason)
     later = later_partners(planned)
@@ -76,5 +76,5 @@ def command(
             overrides=overrides,
             progress=progress.analysing,
         )
-    tell_finished(finished, as_json=as_json)
+    show_finished(finished, as_json=as_json)
     return finished.exit_code

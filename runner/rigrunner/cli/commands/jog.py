@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 @click.argument("role")
 @click.option(
     "--set",
-    "given",
+    "assignments",
     multiple=True,
     metavar="DRIVE=VALUE",
     help="Set a drive, such as --set frequency='5 Hz'; may be repeated.",
@@ -51,7 +51,7 @@ if TYPE_CHECKING:
 def command(  # noqa: PLR0917  (click hands over each option)
     station: str,
     role: str,
-    given: tuple[str, ...],
+    assignments: tuple[str, ...],
     names: tuple[str, ...],
     log: Path,
     record: Path | None,
@@ -66,7 +66,7 @@ def command(  # noqa: PLR0917  (click hands over each option)
     Without --set and --read it has a prompt. Limits, combinations and interlocks apply as in a
     run; however it ends, the rig is made safe.
     """
-    from rigrunner.cli.jogging import converse
+    from rigrunner.cli.jogging import run_prompt
     from rigrunner.cli.left_rig import TerminalPerson
     from rigrunner.cli.stopping import stop_on_signals
     from rigrunner.run.taping import tape_for
@@ -74,30 +74,34 @@ def command(  # noqa: PLR0917  (click hands over each option)
     from rigrunner.tools.by_hand.settling import settle_left
     from rigrunner.tools.by_hand.station import ready_station
 
-    wanted = named_values(given)
+    set_points = named_values(assignments)
     if debugger:
         message(no_time_limits())
     tape = tape_for(record, replay)
     if replay is not None:
         message(f"Replaying the tape {replay}: no instrument is asked.")
-    here, file = TerminalPerson(attended=not wanted and not names), find_station(station)
+    person, file = TerminalPerson(attended=not set_points and not names), find_station(station)
     if replay is None:
-        settle_left(file, here, always=record is not None)
+        settle_left(file, person, always=record is not None)
     ready = ready_station(file, realtime=realtime, tape=tape, time_limits=not debugger)
-    with stop_on_signals() as stop, jogging(ready, role, log, stop, [_tell], person=here) as jog:
-        if wanted or names:
-            _once(jog, wanted, names, as_json=as_json)
+    listeners = [_show]
+    with (
+        stop_on_signals() as stop,
+        jogging(ready, role, log, stop, listeners, person=person) as jog,
+    ):
+        if set_points or names:
+            _once(jog, set_points, names, as_json=as_json)
         else:
-            converse(jog, stop)
+            run_prompt(jog, stop)
     for text in tape.notes() if tape else ():
         message(f"note: {text}")
 
 
-def _once(jog: Jog, wanted: dict[str, str], names: tuple[str, ...], *, as_json: bool) -> None:
+def _once(jog: Jog, set_points: dict[str, str], names: tuple[str, ...], *, as_json: bool) -> None:
     from rigrunner.cli.jogging import show_set, show_values
 
     actual = {}
-    for drive, text in wanted.items():
+    for drive, text in set_points.items():
         actual[drive] = jog.set(drive, text)
         if not as_json:
             show_set(jog, drive, actual[drive])
@@ -108,11 +112,11 @@ def _once(jog: Jog, wanted: dict[str, str], names: tuple[str, ...], *, as_json: 
         show_values(jog, values)
 
 
-def _tell(event: Event) -> None:
+def _show(event: Event) -> None:
     """Print what the rig does by itself: alarms, interlocks, and how it was made safe."""
     from rigrunner.api.events import InterlockCleared, InterlockTripped, MadeSafe
     from rigrunner.run.log import event_text
 
-    of_a_drive = isinstance(event, MadeSafe) and "." in event.what and not event.problems
-    if isinstance(event, (InterlockTripped, InterlockCleared, MadeSafe)) and not of_a_drive:
+    is_one_drive = isinstance(event, MadeSafe) and "." in event.what and not event.problems
+    if isinstance(event, (InterlockTripped, InterlockCleared, MadeSafe)) and not is_one_drive:
         message(event_text(event))

@@ -37,16 +37,16 @@ def command(kind: str, name: str, folder: Path | None, *, drop_in: bool) -> None
     registry = load_registry()
     plugin = new_plugin(kind, name, registry)
     if drop_in:
-        where = folder or Path(PLUGINS)
-        known = with_drop_ins(registry, where) if where.is_dir() else registry
-        made = make_drop_in(plugin, where, known)
-        message(f"Made {where / made[0]}. A station says 'plugins: {where.name}'. To try it:")
-        result(f"rigrunner check-plugin {name} --drop-in {shlex.quote(str(where))}")
+        target = folder or Path(PLUGINS)
+        with_lab = with_drop_ins(registry, target) if target.is_dir() else registry
+        files = make_drop_in(plugin, target, with_lab)
+        message(f"Made {target / files[0]}. A station says 'plugins: {target.name}'. To try it:")
+        result(f"rigrunner check-plugin {name} --drop-in {shlex.quote(str(target))}")
         return
-    where = folder or Path(plugin.project)
-    made = make_package(plugin, where, registry)
-    message(f"Made {where} with {', '.join(made)}. To try it:")
-    result(f"cd {shlex.quote(str(where))}")
+    target = folder or Path(plugin.project)
+    files = make_package(plugin, target, registry)
+    message(f"Made {target} with {', '.join(files)}. To try it:")
+    result(f"cd {shlex.quote(str(target))}")
     result("pip install -e '.[test]'")
     result("pytest && mypy && ruff check")
     result(f"rigrunner check-plugin {name}")

@@ -35,5 +35,5 @@ def command(run: str, runs: Path, out: Path | None) -> None:
         )
     target = out or Path(f"{folder.resolve().name}.zip")
     contents = pack(folder, target)
-    count, size = len(contents.files), sum(each.bytes for each in contents.files)
+    count, size = len(contents.files), sum(file.bytes for file in contents.files)
     result(f"{target}: {count} files, {size / 1e6:.1f} MB, run {contents.run}")

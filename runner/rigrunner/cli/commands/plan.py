@@ -51,7 +51,7 @@ def command(procedure: str, station: str, runs: Path, *, as_json: bool) -> None:
                     {
                         "do": type(step.action).__name__.lower(),
                         "path": step.path,
-                        **{name: each for name, each in asdict(step).items() if name != "within"},
+                        **{name: value for name, value in asdict(step).items() if name != "within"},
                     }
                     for step in planned.plan.steps
                 ],
@@ -76,21 +76,22 @@ def _sections(planned: Planned, prediction: Prediction) -> Iterator[str]:
         seconds = f"{step.estimated_s:.1f} s" if step.estimated_s else ""
         rows.append([str(number), step.phase, shorten(step.text, 56, placeholder=" …"), seconds])
     header, align = ["step", "phase", "action", "time"], "rllr"
-    if any(each.coordinates for each in steps):
+    if any(step.coordinates for step in steps):
         header, align = [*header, "coordinates"], f"{align}l"
-        where = [
-            coordinates_text(each.coordinates, each.coordinate_units, each.written_in)
-            for each in steps
+        places = [
+            coordinates_text(step.coordinates, step.coordinate_units, step.written_in)
+            for step in steps
         ]
-        rows = [[*row, text] for row, text in zip(rows, where, strict=True)]
+        rows = [[*row, text] for row, text in zip(rows, places, strict=True)]
     yield table(header, rows, align)
     drives = table(["drive", "goes", "may go"], _drive_rows(planned), "lrr")
     yield f"Limits of the drives\n{drives}"
     if planned.plan.interlocks:
-        rows = [[one.name, one.member, one.condition, one.does] for one in planned.plan.interlocks]
+        interlocks = planned.plan.interlocks
+        rows = [[each.name, each.member, each.condition, each.does] for each in interlocks]
         yield f"Interlocks\n{table(['name', 'channel', 'trips', 'does'], rows, 'llll')}"
     if prediction.readings:
-        readings = [_reading_row(each) for each in prediction.readings]
+        readings = [_reading_row(reading) for reading in prediction.readings]
         header = ["recording", "channel", "peak", "full scale", "used"]
         yield f"Expected readings, at most\n{table(header, readings, 'llrrr')}"
     most = "at most " if planned.plan.has_conditions else ""
@@ -119,19 +120,19 @@ def _drive_rows(planned: Planned) -> list[list[str]]:
     from rigrunner.api.units import from_si
 
     reached: dict[Member, list[float]] = {}
-    written: dict[Member, set[str]] = {}
+    symbols: dict[Member, set[str]] = {}
     for step in planned.plan.steps:
         if drive := step.action.led:
             reached.setdefault(drive, []).extend(step.action.passes)
-            written.setdefault(drive, set()).add(step.written_in.get(drive, ""))
+            symbols.setdefault(drive, set()).add(step.written_in.get(drive, ""))
     narrower = planned.station.model.safety.drives
     drives = {
-        Member(role, d.name): d for role, each in planned.devices.items() for d in each.drives
+        Member(role, d.name): d for role, device in planned.devices.items() for d in device.drives
     }
     allowed = {n: narrower[n].narrowed(d) if n in narrower else d for n, d in drives.items()}
 
     def span(name: Member, low: float, high: float) -> str:
-        unit = "".join(written[name] if len(written[name]) == 1 else "") or drives[name].unit
+        unit = "".join(symbols[name] if len(symbols[name]) == 1 else "") or drives[name].unit
         return f"{from_si(low, unit):.6g} to {from_si(high, unit):.6g} {unit}"
 
     return [

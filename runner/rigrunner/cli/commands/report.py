@@ -40,10 +40,10 @@ def command(run: str, runs: Path, station: str | None, kind: str | None, out: Pa
     if out is not None and not out.parent.is_dir():
         raise UsageError(f"there is no folder {out.parent}", hint="make it first")
     registry = lab_registry(station)
-    wanted, names = kind or DEFAULT_FORMAT, registry.names("report_format")
-    if wanted not in names:
-        hint = registry.suggestion(wanted, names)
-        raise UsageError(f"there is no report format '{wanted}'", hint=hint)
+    kind, names = kind or DEFAULT_FORMAT, registry.names("report_format")
+    if kind not in names:
+        hint = registry.suggestion(kind, names)
+        raise UsageError(f"there is no report format '{kind}'", hint=hint)
     with shown_progress() as progress:
-        written = write_report(folder, registry, out=out, kind=wanted, progress=progress.analysing)
-    result(str(written))
+        report = write_report(folder, registry, out=out, kind=kind, progress=progress.analysing)
+    result(str(report))

@@ -54,11 +54,11 @@ def command(
     software and instruments must be unchanged.
     """
     from rigrunner.cli.answers import TerminalAnswers
-    from rigrunner.cli.finishing import tell_finished
-    from rigrunner.cli.left_rig import TerminalPerson, tell_left
+    from rigrunner.cli.finishing import show_finished
+    from rigrunner.cli.left_rig import TerminalPerson, show_left
     from rigrunner.cli.pausing import TerminalPauses
     from rigrunner.cli.progress import shown_progress
-    from rigrunner.cli.resuming import tell_resumable
+    from rigrunner.cli.resuming import show_resumable
     from rigrunner.cli.stopping import stop_on_signals
     from rigrunner.engine import UnattendedAnswers
     from rigrunner.run.following import following
@@ -78,26 +78,26 @@ def command(
         )
         who = by.strip() or person(stored)
         planned = planned_run(*files, realtime=realtime)
-        found = prepare_resume(folder, stored, planned, who, partners)
-        tell_resumable(found)
+        resumable = prepare_resume(folder, stored, planned, who, partners)
+        show_resumable(resumable)
         if dry_run:
-            tell_left(found.planned.station.model.id)
+            show_left(resumable.planned.station.model.id)
             return ExitCode.PASS
-        here = TerminalPerson(attended=not unattended)
-        settle_left(files[1], here)
+        terminal = TerminalPerson(attended=not unattended)
+        settle_left(files[1], terminal)
         with (
             stop_on_signals(attended=not unattended) as stop,
             shown_progress() as progress,
-            following(found.planned, progress.live) as live,
+            following(resumable.planned, progress.live) as live,
         ):
             finished = resume(
-                found,
+                resumable,
                 answers=UnattendedAnswers() if unattended else TerminalAnswers(stop, progress),
                 stop=stop,
                 listeners=[stop, progress, *live],
                 pauses=None if unattended else TerminalPauses(stop, progress, who),
                 progress=progress.analysing,
-                person=here,
+                person=terminal,
             )
-    tell_finished(finished, as_json=as_json)
+    show_finished(finished, as_json=as_json)
     return finished.exit_code

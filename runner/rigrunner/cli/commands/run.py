@@ -48,7 +48,7 @@ def command(
     procedure: str,
     station: str,
     runs: Path,
-    given: tuple[str, ...],
+    assigned: tuple[str, ...],
     partners: Mapping[str, str],
     *,
     overridden: tuple[str, ...],
@@ -68,7 +68,7 @@ def command(
     PROCEDURE is a file, or the name of a shipped procedure.
     """
     from rigrunner.cli.attending import attended_run
-    from rigrunner.cli.finishing import tell_finished
+    from rigrunner.cli.finishing import show_finished
     from rigrunner.cli.left_rig import TerminalPerson
     from rigrunner.cli.output import message, no_time_limits
     from rigrunner.run.inputs import read_answers, with_operator
@@ -84,12 +84,12 @@ def command(
     path, file = find_procedure(procedure), find_station(station)
     planned = planned_run(path, file, realtime=realtime, tape=tape, time_limits=not debugger)
     alone = unattended or replay is not None
-    here = TerminalPerson(attended=not alone)
+    person = TerminalPerson(attended=not alone)
     if replay is None:
-        settle_left(file, here, always=record is not None)
+        settle_left(file, person, always=record is not None)
     overrides = overrides_on(tape) or overrides_for(planned, overridden, by, reason)
-    named = with_operator(named_values(given), operator, planned.procedure)
-    filed = read_answers(answers_file, planned.procedure) if answers_file else {}
+    from_options = with_operator(named_values(assigned), operator, planned.procedure)
+    from_file = read_answers(answers_file, planned.procedure) if answers_file else {}
     chosen = partners_for(planned, runs, partners)
     if planned.approval.is_draft:
         message(f"{planned.procedure.model.id} is a {planned.approval.sentence()}")
@@ -97,15 +97,15 @@ def command(
         message(f"Replaying the tape {replay}: no instrument is asked.")
     finished = attended_run(
         planned,
-        {**inputs_on(tape), **filed, **named},
+        {**inputs_on(tape), **from_file, **from_options},
         runs=runs,
         partners=chosen,
         operator=operator or "",
         unattended=alone,
-        person=here,
+        person=person,
         overrides=overrides,
     )
-    tell_finished(finished, as_json=as_json)
+    show_finished(finished, as_json=as_json)
     for text in tape.notes() if tape else ():
         if text not in str(finished.error):
             message(f"note: {text}")

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 @json_option
 def command(runs: Path, *, as_json: bool) -> None:
     """List the stored runs."""
-    from rigrunner.cli.left_rig import tell_all_left
+    from rigrunner.cli.left_rig import show_all_left
     from rigrunner.run.runs import list_runs
 
     listed = list_runs(runs)
@@ -44,7 +44,7 @@ def command(runs: Path, *, as_json: bool) -> None:
             for run in listed
         ]
         result(table(["run", "outcome", "recordings"], rows, "llr"))
-    tell_all_left()
+    show_all_left()
     interrupted = [run.name for run in listed if run.is_interrupted]
     if interrupted:
         message(f"Interrupted: {', '.join(interrupted)}.")

@@ -44,15 +44,15 @@ def command(run: str, runs: Path, *, as_json: bool) -> ExitCode:
     from rigrunner.run.decisions import later_decisions
     from rigrunner.run.stored import open_run
 
-    found = find_run(run, runs)
+    path = find_run(run, runs)
     try:
-        stored = open_run(found).stored
+        stored = open_run(path).stored
     except DataError as error:
-        return _show_damaged(found, error, as_json=as_json)
+        return _show_damaged(path, error, as_json=as_json)
     notes = [*salvaged_lines(stored.header.salvaged), *stored.notes]
     later: tuple[DecisionFile, ...] = ()
     try:
-        later = later_decisions(stored, found if found.is_dir() else found.parent)
+        later = later_decisions(stored, path if path.is_dir() else path.parent)
     except DataError as error:
         notes.append(str(error))
     if as_json:
@@ -61,22 +61,22 @@ def command(run: str, runs: Path, *, as_json: bool) -> ExitCode:
                 **info_document(stored.info),
                 "zeros": dict(stored.zeros),
                 "alarms": _alarms(stored),
-                "measurements": [_row(each) for each in stored.measurements],
-                "superseded_measurements": [_row(each) for each in stored.superseded_measurements],
+                "measurements": [_row(row) for row in stored.measurements],
+                "superseded_measurements": [_row(row) for row in stored.superseded_measurements],
                 "provenance": dict(stored.header.provenance),
                 "imported": dict(stored.header.imported),
                 "partner_runs": {
                     name: info_document(run.info) for name, run in stored.partners.items()
                 },
                 "result": stored.result_document,
-                "later_decisions": [dict(each.document) for each in later],
+                "later_decisions": [dict(decision.document) for decision in later],
             }
         )
         return ExitCode.PASS
-    result(pairs(list(_facts(stored))))
+    result(pairs(list(_fact_rows(stored))))
     for name in dict.fromkeys(row.name for row in stored.measurements):
         rows = [row for row in stored.measurements if row.name == name]
-        result(f"\nMeasured: {name}\n{_measured(rows)}")
+        result(f"\nMeasured: {name}\n{_table_text(rows)}")
     if stored.superseded_measurements:
         count = len(stored.superseded_measurements)
         result(f"\nRows of repeated steps, not evaluated: {count} (--json prints them)")
@@ -84,10 +84,11 @@ def command(run: str, runs: Path, *, as_json: bool) -> ExitCode:
         result(f"\n{summary(stored.result_document)}")
     if later:
         decisions = []
-        for each in (written.summary for written in later):
-            words = f"{each.verdict.upper()} by {each.by}, {each.decided_utc}: {each.why}"
-            told = f"{words} ({each.rule}; {each.limit_text})"
-            decisions.append((f"decided again in {each.file}", told))
+        for decision in (file.summary for file in later):
+            verdict, when = decision.verdict.upper(), decision.decided_utc
+            words = f"{verdict} by {decision.by}, {when}: {decision.why}"
+            rule = f"({decision.rule}; {decision.limit_text})"
+            decisions.append((f"decided again in {decision.file}", f"{words} {rule}"))
         result(f"\n{pairs(decisions)}")
     for note in notes:
         message(f"note: {note}")
@@ -104,7 +105,7 @@ def _show_damaged(path: Path, error: DataError, *, as_json: bool) -> ExitCode:
         raise error from None
     if not damaged.lost:
         raise error
-    lost = [(str(each.path), f"{each.kind}: {each.what}") for each in damaged.lost]
+    lost = [(str(part.path), f"{part.kind}: {part.what}") for part in damaged.lost]
     if as_json:
         result_json(
             {
@@ -138,7 +139,7 @@ def _show_damaged(path: Path, error: DataError, *, as_json: bool) -> ExitCode:
     return ExitCode.DATA
 
 
-def _facts(stored: StoredRun) -> Iterator[tuple[str, str]]:
+def _fact_rows(stored: StoredRun) -> Iterator[tuple[str, str]]:
     from rigrunner.api.analysis.requirements import partner_words
 
     header, info = stored.header, stored.info
@@ -174,18 +175,18 @@ def _facts(stored: StoredRun) -> Iterator[tuple[str, str]]:
     yield "SHA-256", stored.digest
 
 
-def _measured(rows: Sequence[Measurement]) -> str:
+def _table_text(rows: Sequence[Measurement]) -> str:
     """Return the rows of one table as text, with their verdicts and limits if there are any."""
     header, cells = table_cells(rows)
-    told = len({member for row in rows for member in row.readings})
-    align = "r" * (len(header) - told) + "l" * told
+    texts = len({member for row in rows for member in row.readings})
+    align = "r" * (len(header) - texts) + "l" * texts
     limits: dict[ValueLimit | ReadingLimit, None] = {}
     for row in rows:
         limits |= dict.fromkeys(row.limits) | dict.fromkeys(row.expected)
     if limits:
         header, align = [*header, "verdict"], f"{align}l"
         for cell, row in zip(cells, rows, strict=True):
-            missed = [each.of for each in row.decisions if not each.passes]
+            missed = [decision.of for decision in row.decisions if not decision.passes]
             passed = "pass" if row.decisions else ""
             cell.append(f"FAIL: {', '.join(missed)}" if missed else passed)
     allowed = [f"{limit.of}: limit {limit.limits.in_words}" for limit in limits]
@@ -194,13 +195,13 @@ def _measured(rows: Sequence[Measurement]) -> str:
 
 def _alarms(stored: StoredRun) -> list[str]:
     """Return the failures and the messages of drivers, in order."""
-    return [f"{one.source}: {one.text}" for one in stored.outline if isinstance(one, Alarm)]
+    return [f"{alarm.source}: {alarm.text}" for alarm in stored.outline if isinstance(alarm, Alarm)]
 
 
 def _row(row: Measurement) -> dict[str, Any]:
-    judged = [
+    limits = [
         {**asdict(limit), "verdict": str(limit.decision(row.values[limit.of]).verdict)}
         for limit in row.limits
         if limit.of in row.values
     ]
-    return {**asdict(row), "limits": judged}
+    return {**asdict(row), "limits": limits}

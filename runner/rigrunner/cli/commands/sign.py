@@ -76,7 +76,6 @@ def command(
 
 
 def _passphrase(*, new: bool) -> str:
-    given = os.environ.get(PASSPHRASE)
-    if given:
-        return given
+    if passphrase := os.environ.get(PASSPHRASE):
+        return passphrase
     return str(click.prompt("Passphrase", hide_input=True, err=True, confirmation_prompt=new))

@@ -31,22 +31,22 @@ def command(files: Sequence[Path], out: Path | None, *, dry_run: bool) -> None:
     from rigrunner.run.approval import approval_state
     from rigrunner.tools.upgrading import upgrade_of, write_upgrades
 
-    found = [upgrade_of(path, out) for path in files]
-    needed = [each for each in found if each.is_needed]
-    for each in found:
-        if each.is_needed:
-            result(each.diff())
+    upgrades = [upgrade_of(path, out) for path in files]
+    needed = [upgrade for upgrade in upgrades if upgrade.is_needed]
+    for upgrade in upgrades:
+        if upgrade.is_needed:
+            result(upgrade.diff())
         else:
-            message(f"{each.path} needs no upgrade.")
+            message(f"{upgrade.path} needs no upgrade.")
     if dry_run:
         message("Nothing was written.")
         return
     write_upgrades(needed)
-    for each in needed:
-        message(f"Wrote {each.target}; the older text is {each.kept}.")
+    for upgrade in needed:
+        message(f"Wrote {upgrade.target}; the older text is {upgrade.kept}.")
     # Only now that all are written, since procedures call each other.
-    for each in needed:
-        if each.is_procedure:
-            loaded = load_procedure(each.target)
+    for upgrade in needed:
+        if upgrade.is_procedure:
+            loaded = load_procedure(upgrade.target)
             model, state = loaded.model, approval_state(loaded)
             result(f"{model.id}, revision {model.revision}: {state.sentence()}")

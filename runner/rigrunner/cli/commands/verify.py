@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 FORMS = (".json", ".html", ".pdf")
 RUN_FILES = (".h5", ".hdf5")
-SHOWN = 12
+MOST_SHOWN = 12
 """The number of printed differences of one check."""
 
 
@@ -67,11 +67,11 @@ def command(
 
     registry, path = lab_registry(station), Path(what)
     if path.suffix in FORMS:
-        other = None if run is None else find_run(run, runs)
+        run_path = None if run is None else find_run(run, runs)
         means = Means(
-            run=other, runs=runs, registry=registry, trusted=trusted, letterhead=letterhead
+            run=run_path, runs=runs, registry=registry, trusted=trusted, letterhead=letterhead
         )
-        found = verify_certificate(path, means)
+        verification = verify_certificate(path, means)
     elif run is not None:
         raise UsageError(
             f"'{what}' is not a certificate",
@@ -83,28 +83,29 @@ def command(
             hint=f"a certificate is a file {', '.join(FORMS)}; a run is its folder or its run.h5",
         )
     else:
-        found = verify_run(find_run(what, runs), registry)
+        verification = verify_run(find_run(what, runs), registry)
     if as_json:
-        result_json({"verdict": found.conclusion, "match": found.matches, **asdict(found)})
-        return found.exit_code
+        facts = {"verdict": verification.conclusion, "match": verification.matches}
+        result_json({**facts, **asdict(verification)})
+        return verification.exit_code
     groups = {
-        "OK       ": found.held,
-        "DIFFERS  ": list(_shortened(found.differences)),
-        "REPLACED ": found.replaced,
-        "UNPROVEN ": found.unproven,
-        "OTHER    ": [f"numbers not recomputed: {each}" for each in found.not_recomputed],
-        "OPEN     ": found.unchecked,
-        "info     ": found.information,
+        "OK       ": verification.held,
+        "DIFFERS  ": list(_first_of_each(verification.differences)),
+        "REPLACED ": verification.replaced,
+        "UNPROVEN ": verification.unproven,
+        "OTHER    ": [f"numbers not recomputed: {text}" for text in verification.not_recomputed],
+        "OPEN     ": verification.unchecked,
+        "info     ": verification.information,
     }
-    lines = [f"{mark}{each}" for mark, group in groups.items() for each in group]
-    result("\n".join([found.conclusion, "", *lines]))
-    return found.exit_code
+    lines = [f"{mark}{text}" for mark, group in groups.items() for text in group]
+    result("\n".join([verification.conclusion, "", *lines]))
+    return verification.exit_code
 
 
-def _shortened(differences: Sequence[str]) -> Iterator[str]:
+def _first_of_each(differences: Sequence[str]) -> Iterator[str]:
     """Yield the first differences of each check, and the number of the others."""
-    for what, group in groupby(differences, key=lambda each: each.partition(": ")[0]):
-        found = list(group)
-        yield from found[:SHOWN]
-        if len(found) > SHOWN:
-            yield f"{what}: and {len(found) - SHOWN} more (--json lists all)"
+    for what, group in groupby(differences, key=lambda text: text.partition(": ")[0]):
+        texts = list(group)
+        yield from texts[:MOST_SHOWN]
+        if len(texts) > MOST_SHOWN:
+            yield f"{what}: and {len(texts) - MOST_SHOWN} more (--json lists all)"

@@ -44,7 +44,7 @@ class AmendRequest:
     """The language; by default that of the original."""
     out: Path | None = None
     """The folder to write into; None for that of the original."""
-    given: Mapping[str, str] = field(default_factory=dict)
+    changes: Mapping[str, str] = field(default_factory=dict)
     """The changes, by field of the order."""
     run: Path | None = None
     """The run, if the document is to state the decision that is now in force on it."""
@@ -75,8 +75,8 @@ def amend(
     except OSError as error:
         raise DataError(f"{file} cannot be read: {error.strerror or error}") from error
     original = parse_certificate(content, str(file))
-    if "received" in request.given:
-        text = request.given["received"]
+    if "received" in request.changes:
+        text = request.changes["received"]
         try:
             received = date.fromisoformat(text)
         except ValueError as error:
@@ -84,14 +84,15 @@ def amend(
             raise UsageError(message, field="received") from error
         refuse_late_receipt(received, original.performance.started_utc)
     sha256 = hashlib.sha256(content).hexdigest()
-    _refuse_not_issued(original, sha256, request.letterhead)
+    _check_issued(original, sha256, request.letterhead)
     letterhead = read_letterhead(
         request.letterhead, request.language or original.appearance.language
     )
     by = request.authorisation.by
-    decided = None if request.run is None else _decided(original, request.run, registry)
+    run = request.run
+    conformity = None if run is None else _conformity_in_force(original, run, registry)
 
-    def further(number: str) -> Certificate:
+    def replacement(number: str) -> Certificate:
         issue = Issue(
             number=number,
             issued_utc=utc_text(now),
@@ -101,35 +102,35 @@ def amend(
             layouts=layouts(registry),
             amends=amendment_of(original, sha256, request.reason, by),
         )
-        return amended(original, request.given, letterhead, issue, decided)
+        return amended(original, request.changes, letterhead, issue, conformity)
 
     office = Office(request.letterhead, letterhead, registry, now, progress)
     return office.issue(
-        further, request.out or file.parent, is_specimen=bool(original.restrictions)
+        replacement, request.out or file.parent, is_specimen=bool(original.restrictions)
     )
 
 
-def _decided(original: Certificate, run: Path, registry: Registry) -> Conformity | None:
+def _conformity_in_force(original: Certificate, run: Path, registry: Registry) -> Conformity | None:
     """Return the statement of conformity of the decision in force; raise DataError."""
     source = read_source(run, registry)
-    known, header = original.evidence.run, source.stored.header
-    if (header.run_id, source.stored.digest) != (known.run_id, known.digest_sha256):
-        raise DataError(f"{header.run_id} is not the run of {original.number}: {known.run_id} is")
-    then = original.evidence.revisions
-    other = [
-        f"{method} has revision {now}, {original.number} is by revision {then.get(method, FIRST)}"
+    evidence, header = original.evidence, source.stored.header
+    run_id, number = evidence.run.run_id, original.number
+    if (header.run_id, source.stored.digest) != (run_id, evidence.run.digest_sha256):
+        raise DataError(f"{header.run_id} is not the run of {number}: {run_id} is")
+    differing = [
+        f"{method} has revision {now}, {number} is by revision {then}"
         for method, now in source.result.revisions.items()
-        if now != then.get(method, FIRST)
+        if now != (then := evidence.revisions.get(method, FIRST))
     ]
-    if other:
+    if differing:
         raise DataError(
-            f"the decision cannot be taken over from {header.run_id}: {'; '.join(other)}",
+            f"the decision cannot be taken over from {header.run_id}: {'; '.join(differing)}",
             hint="its numbers and its verdict would be by different revisions",
         )
     return conformity_of(source.result.decision, source.decided_again)
 
 
-def _refuse_not_issued(original: Certificate, sha256: str, folder: Path) -> None:
+def _check_issued(original: Certificate, sha256: str, folder: Path) -> None:
     numbers = Numbers(folder, prefix_of(original.number))
     issued = numbers.digests_of(original.number)
     if issued and sha256 not in issued:

@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from rigrunner.certificate.order import Order
     from rigrunner.registry import Registry
 
-_WHY = {
+_REASONS = {
     "draft_procedure": "its procedure was not approved",
     "simulated": "its data are simulated",
     "trial": "its instruments are those of a trial",
@@ -62,7 +62,7 @@ class Request:
     language: str = ""
     out: Path | None = None
     """The folder to write into; None for that of the run."""
-    given: Mapping[str, object] = field(default_factory=dict)
+    order_fields: Mapping[str, object] = field(default_factory=dict)
     """Fields of the order that take precedence over the stored ones."""
     further_copy: str = ""
     """The reason for a further certificate on a run that has one."""
@@ -90,14 +90,14 @@ def certify(
     restrictions = tuple(restrictions_of(source, requested=request.not_for_certification))
     run_id = source.stored.header.run_id
     if restrictions and not request.not_for_certification:
-        why = " and ".join(dict.fromkeys(_WHY[each.code] for each in restrictions))
+        reasons = " and ".join(dict.fromkeys(_REASONS[each.code] for each in restrictions))
         raise UsageError(
-            f"{run_id} cannot be certified: {why}",
+            f"{run_id} cannot be certified: {reasons}",
             hint="--not-for-certification makes a specimen that says so on every page",
             field="not_for_certification",
         )
-    known = {**source.stored.header.inputs, **source.result.run.people}
-    order = complete(request.order, request.given, known)
+    answers = {**source.stored.header.inputs, **source.result.run.people}
+    order = complete(request.order, request.order_fields, answers)
     if order.received is not None:
         refuse_late_receipt(order.received, source.stored.header.started_utc)
     further = _further_copy(source, letterhead, request, is_specimen=bool(restrictions))
@@ -193,14 +193,14 @@ def _further_copy(
 def _refuse_beyond_calibration(source: Source) -> None:
     """Refuse a certificate on values that are out of the calibrated range."""
     run_id = source.stored.header.run_id
-    for found in not_calibrated(source.result):
-        if found.kind != "range":
+    for problem in not_calibrated(source.result):
+        if problem.kind != "range":
             raise UsageError(
-                f"{run_id} cannot be certified: {found.where}: {found.text}",
+                f"{run_id} cannot be certified: {problem.where}: {problem.text}",
                 hint="enter the instrument with its certificate and accuracy in the station's"
                 " register, and repeat the run",
             )
-        beyond = f"{found.where} exceeded its calibrated range: {found.text}"
+        beyond = f"{problem.where} exceeded its calibrated range: {problem.text}"
         raise UsageError(
             f"{run_id} cannot be certified: {beyond}",
             hint="have it calibrated up to there, or repeat the run within the range;"

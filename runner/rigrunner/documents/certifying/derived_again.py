@@ -42,15 +42,15 @@ def refuse_other_numbers(stored: StoredRun, result: Result) -> None:
         if was is not None and now is not None and _same(was, now):
             continue
         revisions = stored.result_document.get("revisions", {})
-        other = (
-            f"{method} has revision {here}, the run was computed by revision {then}"
-            for method, here in result.revisions.items()
-            if here != (then := revisions.get(method, FIRST))
+        changed = (
+            f"{method} has revision {revision}, the run was computed by revision {then}"
+            for method, revision in result.revisions.items()
+            if revision != (then := revisions.get(method, FIRST))
         )
         raise DataError(
             f"{stored.header.run_id} gives different numbers than when it was sealed:"
             f" {name} was {_text(was)}, is {_text(now)}",
-            hint=f"{'; '.join(other) or 'the program or a plugin changed'}; certify with the"
+            hint=f"{'; '.join(changed) or 'the program or a plugin changed'}; certify with the"
             " versions of the run, or repeat it",
         )
 
@@ -58,23 +58,25 @@ def refuse_other_numbers(stored: StoredRun, result: Result) -> None:
 def _estimates(content: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, Any]]]:
     headline = content.get("headline") or {}
     yield "the mean", headline.get("compensated") or {}
-    of_packages = estimates_of_packages(content)
-    yield from ((place, one) for place, one in of_packages if "note" not in one)
-    yield from ((named_place(one), one["estimate"]) for one in other_results(content))
+    for place, estimate in estimates_of_packages(content):
+        if "note" not in estimate:
+            yield place, estimate
+    yield from ((named_place(result), result["estimate"]) for result in other_results(content))
 
 
 def _same(then: Mapping[str, Any], now: Mapping[str, Any]) -> bool:
-    was: list[Any] = [then.get(name) for name in _NUMBERS]
-    found: list[Any] = [now.get(name) for name in _NUMBERS]
-    if None in was or None in found:
-        return was == found
+    old: list[Any] = [then.get(name) for name in _NUMBERS]
+    new: list[Any] = [now.get(name) for name in _NUMBERS]
+    if None in old or None in new:
+        return old == new
     allowed = TOLERANCE * then["standard_uncertainty"]
-    return all(abs(one - other) <= allowed for one, other in zip(was, found, strict=True))
+    return all(abs(one - other) <= allowed for one, other in zip(old, new, strict=True))
 
 
 def _text(estimate: Mapping[str, Any] | None) -> str:
     if not estimate:
         return "not there"
     value, width = estimate.get("value"), estimate.get("expanded_uncertainty_95")
-    shown = "unknown" if width is None else f"{width:.4g}"
-    return f"{'unknown' if value is None else f'{value:.6g}'} ± {shown} {estimate.get('unit', '')}"
+    shown_value = "unknown" if value is None else f"{value:.6g}"
+    shown_width = "unknown" if width is None else f"{width:.4g}"
+    return f"{shown_value} ± {shown_width} {estimate.get('unit', '')}"

@@ -64,7 +64,7 @@ class Office:
         """
         makers, notes = self._makers()
         numbers = Numbers.of(self.folder, self.letterhead, is_specimen=is_specimen)
-        broken = [f"{each} was reserved, but not issued" for each in numbers.interrupted()]
+        interrupted = [f"{n} was reserved, but not issued" for n in numbers.interrupted()]
         expected = numbers.next(self.now.year)
         certificate = content(expected)
         files = self._files(certificate, makers)
@@ -80,7 +80,7 @@ class Office:
             raise
         sha256 = {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in paths}
         numbers.issued(number, {"folder": str(out), "sha256": sha256})
-        return Issued(certificate, paths, (*notes, *broken))
+        return Issued(certificate, paths, (*notes, *interrupted))
 
     def _reason(self, certificate: Certificate) -> dict[str, str]:
         """Return who asked for the number of a document, when, and for which run."""
@@ -120,18 +120,18 @@ class Office:
 def _write(folder: Path, number: str, files: Mapping[str, bytes]) -> tuple[Path, ...]:
     """Write new files, durably; nothing is ever overwritten."""
     paths = tuple(folder / f"{number}{suffix}" for suffix in files)
-    begun: list[Path] = []
+    created: list[Path] = []
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for path, content in zip(paths, files.values(), strict=True):
             with path.open("xb") as file:
-                begun.append(path)
+                created.append(path)
                 file.write(content)
                 file.flush()
                 os.fsync(file.fileno())
     except OSError as error:
-        # Only what was begun here: a file that was there before stays.
-        for path in begun:
+        # Only what was created here: a file that was there before stays.
+        for path in created:
             path.unlink(missing_ok=True)
         raise DataError(
             f"the certificate cannot be written: {error.filename or folder}: {error.strerror}",

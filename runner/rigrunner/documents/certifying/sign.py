@@ -46,22 +46,22 @@ def sign(certificate: Path, signer: Signer, registry: Registry, now: datetime) -
     """
     from rigrunner.proof.keys import read_private_key  # noqa: PLC0415  (needs the extra 'sign')
 
-    found = Verification()
-    forms = list(read_forms(found, certificate))
+    verification = Verification()
+    forms = list(read_forms(verification, certificate))
     private = read_private_key(signer.key, signer.passphrase)
     target = signature_file_of(certificate)
     if target.exists():
-        raise _is_signed(target)
-    document = Document(certificate, forms, read_contents(found, forms))
-    if not found.differences:
+        raise _already_signed(target)
+    document = Document(certificate, forms, read_contents(verification, forms))
+    if not verification.differences:
         if not Numbers(signer.letterhead, prefix_of(document.certificate.number)).kept:
             raise DataError(
                 f"{certificate} is not signed: {signer.letterhead} has no record of numbers, so it"
                 " is not known whether it was issued",
                 hint="name the laboratory's folder with --letterhead",
             )
-        check_document(found, document, registry, signer.letterhead, signed=False)
-    problems = [*found.differences, *found.replaced, *found.unproven]
+        check_document(verification, document, registry, signer.letterhead, signed=False)
+    problems = [*verification.differences, *verification.replaced, *verification.unproven]
     if problems:
         more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
         raise DataError(
@@ -74,13 +74,13 @@ def sign(certificate: Path, signer: Signer, registry: Registry, now: datetime) -
         with target.open("x", encoding="utf-8") as file:
             file.write(text)
     except FileExistsError as error:
-        raise _is_signed(target) from error
+        raise _already_signed(target) from error
     except OSError as error:
         raise UsageError(f"{target} cannot be written: {error.strerror}") from error
     return target
 
 
-def _is_signed(target: Path) -> UsageError:
+def _already_signed(target: Path) -> UsageError:
     return UsageError(
         f"{target} exists: the document is signed", hint="signatures are never overwritten"
     )

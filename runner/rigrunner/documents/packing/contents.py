@@ -63,27 +63,27 @@ class Contents(Settings):
     @property
     def members(self) -> list[str]:
         """The names in the packed file, in order."""
-        return [LISTING, *(f"{self.folder}/{each.name}" for each in self.files)]
+        return [LISTING, *(f"{self.folder}/{file.name}" for file in self.files)]
 
 
 def parse_contents(text: bytes) -> Contents:
     """Return the list at the beginning of a packed file; raise DataError."""
     try:
-        found = Contents.model_validate_json(text)
+        contents = Contents.model_validate_json(text)
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(map(str, first["loc"])) or "it"
         raise DataError(f"its list of files is not valid: {where}: {first['msg']}") from error
-    names = [each.name for each in found.files]
-    odd = next((name for name in [found.folder, *names] if not is_safe(name)), None)
-    if odd is not None or "/" in found.folder:
+    names = [file.name for file in contents.files]
+    unsafe = next((name for name in [contents.folder, *names] if not is_safe(name)), None)
+    if unsafe is not None or "/" in contents.folder:
         raise DataError(
-            f"a name in it leads out of the folder, or is not allowed on every system: {odd!r}"
+            f"a name in it leads out of the folder, or is not allowed on every system: {unsafe!r}"
         )
     # Some systems take names that differ in case alone for one file.
     if len({name.casefold() for name in names}) < len(names):
         raise DataError("its list names a file twice")
-    return found
+    return contents
 
 
 def is_safe(name: str) -> bool:
@@ -108,7 +108,7 @@ def is_hidden(name: str) -> bool:
     return any(part.startswith(".") for part in name.split("/"))
 
 
-def copied(source: IO[bytes], out: IO[bytes] | None = None) -> tuple[str, int]:
+def copy_digest(source: IO[bytes], out: IO[bytes] | None = None) -> tuple[str, int]:
     """Return the digest and the size in bytes of the rest of a file, copied to `out` if given."""
     digest, size = hashlib.sha256(), 0
     while block := source.read(_BLOCK):

@@ -11,7 +11,7 @@ from rigrunner.documents.packing.contents import (
     LISTING,
     Contents,
     PackedFile,
-    copied,
+    copy_digest,
     is_hidden,
     is_safe,
     require_sound,
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 _NO_DATE = (1980, 1, 1, 0, 0, 0)
 """The earliest date of a ZIP: the same run gives the same bytes."""
-_LEFT_OUT = ("run.lock",)
+_EXCLUDED = ("run.lock",)
 
 
 def pack(folder: Path, target: Path) -> Contents:
@@ -48,7 +48,7 @@ def pack(folder: Path, target: Path) -> Contents:
         run=info.header.run_id,
         digest_sha256=info.digest,
         manifest_sha256=info.manifest_sha256,
-        files=tuple(_listed(folder)),
+        files=tuple(_packed_files(folder)),
     )
     if not is_safe(contents.folder):
         raise DataError(
@@ -64,33 +64,33 @@ def pack(folder: Path, target: Path) -> Contents:
     return contents
 
 
-def _listed(folder: Path) -> Iterator[PackedFile]:
+def _packed_files(folder: Path) -> Iterator[PackedFile]:
     paths = {path.relative_to(folder).as_posix(): path for path in folder.rglob("*")}
-    for name, path in sorted(paths.items()):  # a file system has an order of its own
-        if is_hidden(name):  # such as what a file manager leaves; `unpack` would not take it
+    for name, path in sorted(paths.items()):  # the order of a file system varies
+        if is_hidden(name):  # such as files of a file manager; `unpack` would refuse them
             continue
         if path.is_symlink() or not (path.is_file() or path.is_dir()):
             raise DataError(f"{path} is not a regular file", hint="remove it from the run folder")
-        if path.is_dir() or name in _LEFT_OUT:
+        if path.is_dir() or name in _EXCLUDED:
             continue
         if not is_safe(name):
             raise DataError(
                 f"not every operating system allows the name '{name}'", hint="rename it"
             )
         with path.open("rb") as file:
-            sha256, size = copied(file)
+            sha256, size = copy_digest(file)
         yield PackedFile(name=name, bytes=size, sha256=sha256)
 
 
 def _write(contents: Contents, folder: Path, target: Path) -> None:
     with ZipFile(target, "w", ZIP_STORED) as packed:
         packed.writestr(_entry(LISTING), contents.text())
-        for each in contents.files:
-            entry = _entry(f"{contents.folder}/{each.name}", each.bytes)
-            with (folder / each.name).open("rb") as source, packed.open(entry, "w") as inside:
-                sha256, _ = copied(source, inside)
-            if sha256 != each.sha256:  # `unpack` would refuse all of it
-                raise DataError(f"{folder / each.name} was changed meanwhile", hint="pack it again")
+        for file in contents.files:
+            entry = _entry(f"{contents.folder}/{file.name}", file.bytes)
+            with (folder / file.name).open("rb") as source, packed.open(entry, "w") as member:
+                sha256, _ = copy_digest(source, member)
+            if sha256 != file.sha256:  # `unpack` would refuse all of it
+                raise DataError(f"{folder / file.name} was changed meanwhile", hint="pack it again")
 
 
 def _entry(name: str, size: int = 0) -> ZipInfo:

@@ -1,4 +1,4 @@
-"""Unpack a run folder from one file, which may come from a stranger."""
+"""Unpack a run folder from one file, which may come from anyone."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from rigrunner.api.errors import DataError, UsageError
 from rigrunner.documents.packing.contents import (
     LISTING,
     LONGEST_LISTING,
-    copied,
+    copy_digest,
     parse_contents,
     require_sound,
 )
@@ -34,26 +34,26 @@ def unpack(packed: Path, runs: Path) -> Path:
     It appears complete or not at all. Raises UsageError if a run of that name exists, and DataError
     for a file that is not a packed run, or if anything differs from its digests.
     """
-    with _opened(packed) as file:
+    with _open(packed) as file:
         contents = _contents(packed, file)
         target = runs / contents.folder
         if target.exists():
             raise UsageError(f"{target} exists", hint="a run is never overwritten")
         with writing(target):
             runs.mkdir(parents=True, exist_ok=True)
-            place = Path(tempfile.mkdtemp(prefix=".unpacking-", dir=runs))
+            temporary = Path(tempfile.mkdtemp(prefix=".unpacking-", dir=runs))
         try:
             with writing(target):
-                _take_out(packed, file, contents, place)
-            _require_same(packed, contents, place / RUN_FILE)
+                _extract(packed, file, contents, temporary)
+            _require_same(packed, contents, temporary / RUN_FILE)
             with writing(target):
                 # not before: Windows removes no file that is read-only
-                (place / RUN_FILE).chmod(READ_ONLY)
-                place.chmod(0o755)  # a temporary folder is its owner's alone
-                place.rename(target)
+                (temporary / RUN_FILE).chmod(READ_ONLY)
+                temporary.chmod(0o755)  # a temporary folder is its owner's alone
+                temporary.rename(target)
                 sync_folder(runs)
         finally:
-            shutil.rmtree(place, ignore_errors=True)
+            shutil.rmtree(temporary, ignore_errors=True)
     return target
 
 
@@ -63,33 +63,33 @@ def _contents(packed: Path, file: ZipFile) -> Contents:
         raise DataError(f"{packed} is a ZIP, but not a packed run")
     if entries[0].file_size > LONGEST_LISTING:  # before it is read into memory
         raise DataError(f"{packed}: its list of files is too long")
-    for each in entries:
-        if each.compress_type != ZIP_STORED or each.flag_bits & _ENCRYPTED:
+    for entry in entries:
+        if entry.compress_type != ZIP_STORED or entry.flag_bits & _ENCRYPTED:
             raise DataError(
-                f"{packed}: '{each.filename}' is compressed or encrypted",
+                f"{packed}: '{entry.filename}' is compressed or encrypted",
                 hint="'rigrunner pack' writes neither",
             )
     # Entries that overlap give more than the file holds.
-    if sum(each.file_size for each in entries) > packed.stat().st_size:
+    if sum(entry.file_size for entry in entries) > packed.stat().st_size:
         raise DataError(f"{packed} states more data than the file has")
     try:
-        found = parse_contents(file.read(entries[0]))
+        contents = parse_contents(file.read(entries[0]))
     except DataError as error:
         raise DataError(f"{packed}: {error.message}") from error
-    names = [each.filename for each in entries]
-    if names != found.members or RUN_FILE not in {each.name for each in found.files}:
+    names = [entry.filename for entry in entries]
+    if names != contents.members or RUN_FILE not in {each.name for each in contents.files}:
         raise DataError(f"{packed} does not contain the files in its list")
-    return found
+    return contents
 
 
-def _take_out(packed: Path, file: ZipFile, contents: Contents, place: Path) -> None:
-    for each in contents.files:
-        target = place / each.name
+def _extract(packed: Path, file: ZipFile, contents: Contents, place: Path) -> None:
+    for packed_file in contents.files:
+        target = place / packed_file.name
         target.parent.mkdir(parents=True, exist_ok=True)
-        with file.open(f"{contents.folder}/{each.name}") as source, target.open("xb") as out:
-            sha256, _ = copied(source, out)
-        if sha256 != each.sha256:
-            raise DataError(f"{packed}: '{each.name}' does not match its SHA-256")
+        with file.open(f"{contents.folder}/{packed_file.name}") as source, target.open("xb") as out:
+            sha256, _ = copy_digest(source, out)
+        if sha256 != packed_file.sha256:
+            raise DataError(f"{packed}: '{packed_file.name}' does not match its SHA-256")
         sync_file(target)
 
 
@@ -99,13 +99,13 @@ def _require_same(packed: Path, contents: Contents, sealed: Path) -> None:
     except DataError as error:
         words = error.message.replace(str(sealed), RUN_FILE)
         raise DataError(f"{packed}: {words}") from error
-    found = (info.header.run_id, info.digest, info.manifest_sha256)
-    if found != (contents.run, contents.digest_sha256, contents.manifest_sha256):
+    identity = (info.header.run_id, info.digest, info.manifest_sha256)
+    if identity != (contents.run, contents.digest_sha256, contents.manifest_sha256):
         raise DataError(f"{packed}: its {RUN_FILE} is of another run than its list says")
 
 
 @contextmanager
-def _opened(packed: Path) -> Iterator[ZipFile]:
+def _open(packed: Path) -> Iterator[ZipFile]:
     try:
         with ZipFile(packed) as file:
             yield file

@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 
 _MARKS = (b"certificate/1", b"seal: sha256 ", b'"seal": "sha256 ')
 # Bytes and manifest of the run have checks of their own, which say more of a difference.
-_COMPARED_APART = ("evidence/run/file_sha256", "evidence/run/manifest_sha256")
+_CHECKED_SEPARATELY = ("evidence/run/file_sha256", "evidence/run/manifest_sha256")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,82 +65,86 @@ def verify_certificate(path: Path, means: Means) -> Verification:
 
     Raises UsageError if the file does not exist, and DataError if it is not a certificate.
     """
-    found = Verification()
-    forms = list(read_forms(found, path))
-    content = next((each.content for each in forms if each.path == path), b"")
+    verification = Verification()
+    forms = list(read_forms(verification, path))
+    content = next((form.content for form in forms if form.path == path), b"")
     if not any(mark in content for mark in _MARKS):
         raise DataError(
             f"{path} is not a certificate: it has neither a seal nor a certificate's content",
             hint="'rigrunner certify' makes certificates; reports and results have no seal",
         )
-    document = Document(path, forms, read_contents(found, forms))
-    signed = check_signature_of(found, signature_file_of(path), forms, means.trusted)
+    document = Document(path, forms, read_contents(verification, forms))
+    signed = check_signature_of(verification, signature_file_of(path), forms, means.trusted)
     if document.contents:
-        check_document(found, document, means.registry, means.letterhead, signed=signed)
-        _check_run(found, document.certificate, path, means)
-    return found
+        check_document(verification, document, means.registry, means.letterhead, signed=signed)
+        _check_run(verification, document.certificate, path, means)
+    return verification
 
 
-def _check_run(found: Verification, certificate: Certificate, path: Path, means: Means) -> None:
+def _check_run(
+    verification: Verification, certificate: Certificate, path: Path, means: Means
+) -> None:
     evidence = certificate.evidence.run
     places = (path.parent, path.parent / evidence.run_id, means.runs / evidence.run_id)
-    run = means.run or next((each for each in places if (each / RUN_FILE).exists()), None)
+    run = means.run or next((place for place in places if (place / RUN_FILE).exists()), None)
     if run is None:
-        found.unchecked.append(
+        verification.unchecked.append(
             f"the run {evidence.run_id} is neither beside the certificate nor in {means.runs}:"
             " no number was recomputed"
         )
         return
     sealed = sealed_file_of(run)
     if sealed is None:
-        found.differences.append(f"{run} is not sealed, and a certificate names a sealed run")
+        message = f"{run} is not sealed, and a certificate names a sealed run"
+        verification.differences.append(message)
         return
-    before = len(found.differences)
+    count_before = len(verification.differences)
     of_run = Verification()
     checked = check_run(of_run, run, means.registry)
-    found.held.extend(of_run.held)
-    found.differences.extend(of_run.differences)
-    found.unchecked.extend(of_run.unchecked)
+    verification.held.extend(of_run.held)
+    verification.differences.extend(of_run.differences)
+    verification.unchecked.extend(of_run.unchecked)
     # The certificate's numbers have revisions of their own, which decide.
-    found.information.extend(
-        f"the run's own result was not recomputed: {each}" for each in of_run.not_recomputed
+    verification.information.extend(
+        f"the run's own result was not recomputed: {text}" for text in of_run.not_recomputed
     )
-    found.information.extend(of_run.information)
+    verification.information.extend(of_run.information)
     with sealed.open("rb") as file:
         digest = hashlib.file_digest(file, "sha256").hexdigest()
     changed = []
     if digest != evidence.file_sha256:
-        where = "its differences are listed above"
-        if len(found.differences) == before:
-            where = (
+        explanation = "its differences are listed above"
+        if len(verification.differences) == count_before:
+            explanation = (
                 "nothing recorded in it differs from its manifest: the change is in the layout of"
                 " the file, or manifest and content were changed together"
             )
         names = f"SHA-256 {digest}, and the certificate names {evidence.file_sha256}"
-        changed.append(f"{names}; {where}")
-    found.take(f"bytes of {sealed.name}", changed)
+        changed.append(f"{names}; {explanation}")
+    verification.take(f"bytes of {sealed.name}", changed)
     if checked is None:
         return
     stored = checked.stored
     if stored.header.run_id != evidence.run_id:
-        found.differences.append(
+        verification.differences.append(
             f"run: the certificate names {evidence.run_id}, and {run} is {stored.header.run_id}"
         )
         return
-    there, named = stored.manifest_sha256, evidence.manifest_sha256
-    if there or named:
+    actual, stated = stored.manifest_sha256, evidence.manifest_sha256
+    if actual or stated:
         differs = (
-            f"the file's manifest has the SHA-256 {there or '(none)'}, not {named or '(none)'}"
+            f"the file's manifest has the SHA-256 {actual or '(none)'}, not {stated or '(none)'}"
         )
-        found.take("manifest named by the certificate", [] if there == named else [differs])
-    check_decisions(found, certificate, stored, run)
-    _check_numbers(found, certificate, checked, digest, means.registry)
+        what = "manifest named by the certificate"
+        verification.take(what, [] if actual == stated else [differs])
+    check_decisions(verification, certificate, stored, run)
+    _check_numbers(verification, certificate, checked, digest, means.registry)
     now = software(means.registry)
-    found.information.extend(versions(certificate.evidence.issued_with, now, "was issued"))
+    verification.information.extend(versions(certificate.evidence.issued_with, now, "was issued"))
 
 
 def _check_numbers(
-    found: Verification,
+    verification: Verification,
     certificate: Certificate,
     checked: CheckedRun,
     digest: str,
@@ -148,28 +152,28 @@ def _check_numbers(
 ) -> None:
     """Make the certificate again from its run, by the recorded revisions only."""
     stored, run = checked.stored, checked.path
-    again = decided_again(certificate)
+    decisions = decided_again(certificate)
     try:
         procedure = parse_procedure(
             stored.header.procedure_text, stored.header.procedure_id, stored=True
         ).model
     except RigrunnerError as error:
-        found.differences.append(f"procedure in the run: it cannot be read: {error}")
+        verification.differences.append(f"procedure in the run: it cannot be read: {error}")
         return
-    acceptance = acceptance_of(again[-1]) if again else None
-    then, software_then = certificate.evidence.revisions, certificate.evidence.issued_with
+    acceptance = acceptance_of(decisions[-1]) if decisions else None
+    revisions, software_then = certificate.evidence.revisions, certificate.evidence.issued_with
     methods, content = (
-        list(other_revisions(names, then, software_then, registry))
+        list(other_revisions(names, revisions, software_then, registry))
         for names in (methods_used(procedure, registry, acceptance), [CERTIFICATE])
     )
-    found.not_recomputed.extend([*methods, *content])
+    verification.not_recomputed.extend([*methods, *content])
     if methods:
         return
     # Decided again, the run's own result has another verdict.
-    known = None if again else checked.result
+    run_result = None if decisions else checked.result
 
     def derived() -> Result:
-        return known or analyse_stored(stored, registry, acceptance=acceptance)
+        return run_result or analyse_stored(stored, registry, acceptance=acceptance)
 
     def differs() -> Iterator[object]:
         source = Source(
@@ -177,40 +181,40 @@ def _check_numbers(
             result=derived(),
             file_sha256=digest,
             simulated=bool(read_truth(run)) or is_simulated(stored.header.provenance),
-            decided_again=again,
+            decided_again=decisions,
         )
-        made = _made_again(certificate, source)
+        regenerated = _made_again(certificate, source)
         recorded = certificate.model_dump(mode="json")
-        for each in mismatches(recorded, made.model_dump(mode="json")):
-            if each.where not in _COMPARED_APART:
-                yield each
+        for mismatch in mismatches(recorded, regenerated.model_dump(mode="json")):
+            if mismatch.where not in _CHECKED_SEPARATELY:
+                yield mismatch
 
     if content:
         what = "results and verdict recomputed from the run"
-        found.attempt(what, lambda: _results_differ(certificate, derived()))
+        verification.attempt(what, lambda: _results_differ(certificate, derived()))
     else:
-        found.attempt("certificate regenerated from the run", differs)
+        verification.attempt("certificate regenerated from the run", differs)
 
 
 def _results_differ(certificate: Certificate, result: Result) -> Iterator[object]:
     """Yield differences of results and verdict, which all revisions share."""
-    made = (results_of(result), named_of(result), conformity_of(result.decision, ()))
+    recomputed = (results_of(result), named_of(result), conformity_of(result.decision, ()))
     recorded, derived = (
         {
             "results": None if results is None else results.model_dump(mode="json"),
-            "named": [each.model_dump(mode="json") for each in named],
+            "named": [result.model_dump(mode="json") for result in named],
             "verdict": None if conformity is None else conformity.verdict,
         }
         for results, named, conformity in (
             (certificate.results, certificate.named, certificate.conformity),
-            made,
+            recomputed,
         )
     )
     return mismatches(recorded, derived)
 
 
 def _made_again(certificate: Certificate, source: Source) -> Certificate:
-    requested = any(each.code == "requested" for each in certificate.restrictions)
+    requested = any(restriction.code == "requested" for restriction in certificate.restrictions)
     return make_certificate(
         source,
         _order_of(certificate),
@@ -237,7 +241,7 @@ def _made_again(certificate: Certificate, source: Source) -> Certificate:
 def _order_of(certificate: Certificate) -> Order:
     """Return the entries of people on the certificate, which no run knows."""
     item, customer = certificate.item, certificate.customer
-    stated = (each.text for each in certificate.deviations if each.kind == "stated")
+    deviations = (each.text for each in certificate.deviations if each.kind == "stated")
     try:
         received = date.fromisoformat(item.received)
     except ValueError as error:
@@ -253,7 +257,7 @@ def _order_of(certificate: Certificate) -> Order:
         sampling=item.sampling,
         conditions=certificate.conditions_stated,
         operator=certificate.performance.operator,
-        deviations=tuple(stated),
+        deviations=tuple(deviations),
         opinions=tuple(OpinionEntry(text=each.text, by=each.by) for each in certificate.opinions),
         external=tuple(
             ExternalEntry(text=each.text, provider=each.provider) for each in certificate.external

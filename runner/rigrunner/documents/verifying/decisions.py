@@ -23,7 +23,7 @@ def decided_again(certificate: Certificate) -> tuple[DecisionRecord, ...]:
 
 
 def check_decisions(
-    found: Verification, certificate: Certificate, stored: StoredRun, run: Path
+    verification: Verification, certificate: Certificate, stored: StoredRun, run: Path
 ) -> None:
     """Compare the decisions on a certificate with those recorded beside its run."""
     what = "decisions on record beside the run"
@@ -31,33 +31,33 @@ def check_decisions(
     try:
         files = later_decisions(stored, run if run.is_dir() else run.parent)
     except DataError as error:
-        found.take(what, [error])
+        verification.take(what, [error])
         return
-    there = {each.path.name: each for each in files}
+    by_name = {file.path.name: file for file in files}
     # Each follows the one before it: behind those of the certificate are what it lacks.
-    others = files[len(records) :]
-    missing = [each.file for each in records if each.file not in there]
+    further = files[len(records) :]
+    missing = [record.file for record in records if record.file not in by_name]
     if missing:
-        found.unchecked.append(
+        verification.unchecked.append(
             f"{', '.join(missing)} is not beside the run: the decision was recomputed, but"
             " only the certificate states who decided it and why"
         )
-    differs: list[object] = []
+    differences: list[object] = []
     for record in records:
-        if record.file in there:
-            wanted = record_of(there[record.file]).model_dump(mode="json")
-            differs.extend(mismatches(record.model_dump(mode="json"), wanted, record.file))
-    for other in others:
-        name, summary = other.path.name, other.summary
+        if record.file in by_name:
+            recorded = record_of(by_name[record.file]).model_dump(mode="json")
+            differences.extend(mismatches(record.model_dump(mode="json"), recorded, record.file))
+    for file in further:
+        name, summary = file.path.name, file.summary
         if summary.decided_utc <= certificate.issued_utc:
-            differs.append(
+            differences.append(
                 f"{name} of {summary.decided_utc} decides '{summary.verdict}',"
                 f" and the certificate of {certificate.issued_utc} does not state it"
             )
         else:
-            found.information.append(
+            verification.information.append(
                 f"the run was decided again after this certificate was issued:"
                 f" '{summary.verdict}' by {summary.by} in {name}"
             )
-    if (records and not missing) or differs:
-        found.take(what, differs)
+    if (records and not missing) or differences:
+        verification.take(what, differences)

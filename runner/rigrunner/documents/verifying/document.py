@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from rigrunner.documents.verifying.verification import Verification
     from rigrunner.registry import Registry
 
-_LIKE_A_NUMBER = re.compile(r"(?<![A-Za-z0-9])(?:SPECIMEN-)?[A-Za-z0-9]{1,16}-\d{4}-\d{4,}(?!\d)")
+_DOCUMENT_NUMBER = re.compile(r"(?<![A-Za-z0-9])(?:SPECIMEN-)?[A-Za-z0-9]{1,16}-\d{4}-\d{4,}(?!\d)")
 _LARGEST = 5_000_000
 """Largest JSON of a certificate that is searched for what it replaces, in bytes."""
 
@@ -50,23 +50,23 @@ class Document:
         return self.contents[self.first]
 
 
-def read_forms(found: Verification, path: Path) -> Iterator[Form]:
+def read_forms(verification: Verification, path: Path) -> Iterator[Form]:
     """Yield the files of the document at a path; an unreadable one is a difference."""
-    for each in paths_of(path):
+    for file in paths_of(path):
         try:
-            yield Form(each, each.read_bytes())
+            yield Form(file, file.read_bytes())
         except OSError as error:
-            found.differences.append(f"{each.name}: it cannot be read: {error.strerror}")
+            verification.differences.append(f"{file.name}: it cannot be read: {error.strerror}")
 
 
-def read_contents(found: Verification, forms: Sequence[Form]) -> dict[str, Certificate]:
+def read_contents(verification: Verification, forms: Sequence[Form]) -> dict[str, Certificate]:
     """Check the seals of all forms, and return the readable contents."""
-    contents = {each.name: _content(found, each) for each in forms}
+    contents = {form.name: _content(verification, form) for form in forms}
     return {name: content for name, content in contents.items() if content is not None}
 
 
-def _content(found: Verification, form: Form) -> Certificate | None:
-    found.attempt(
+def _content(verification: Verification, form: Form) -> Certificate | None:
+    verification.attempt(
         f"seal of {form.name}",
         lambda: (
             f"changed at {place_in(form.issued, form.suffix, part.start, part.end)}"
@@ -76,13 +76,13 @@ def _content(found: Verification, form: Form) -> Certificate | None:
     try:
         return content_in(form.issued, form.suffix, form.name)
     except DataError as error:
-        why = error.message.removeprefix(f"{form.name} ")
-        found.differences.append(f"content of {form.name}: it {why}")
+        reason = error.message.removeprefix(f"{form.name} ")
+        verification.differences.append(f"content of {form.name}: it {reason}")
         return None
 
 
 def check_document(
-    found: Verification,
+    verification: Verification,
     document: Document,
     registry: Registry,
     letterhead: Path | None,
@@ -94,24 +94,24 @@ def check_document(
     `signed`: a trusted key signed all of them.
     """
     certificate = document.certificate
-    wanted = certificate.model_dump(mode="json")
-    for name, other in document.contents.items():
+    expected = certificate.model_dump(mode="json")
+    for name, content in document.contents.items():
         if name != document.first:
-            differs: list[object] = [*mismatches(wanted, other.model_dump(mode="json"))]
+            differences: list[object] = [*mismatches(expected, content.model_dump(mode="json"))]
             # The tolerance is for what is computed again. These were made of one content.
-            if not differs and other != certificate:
-                differs.append("its content differs by less than is printed")
-            found.take(f"content of {name} is that of {document.first}", differs)
-    check_name(found, document.path, certificate.number)
-    maker = page_maker(found, certificate, registry, letterhead)
-    for each in document.forms:
-        if each.suffix != ".json" and each.name in document.contents:
-            check_page(found, each, maker, signed=signed)
-            _check_appended(found, each)
-    check_number(found, document.forms, certificate, letterhead)
+            if not differences and content != certificate:
+                differences.append("its content differs by less than is printed")
+            verification.take(f"content of {name} is that of {document.first}", differences)
+    check_name(verification, document.path, certificate.number)
+    maker = page_maker(verification, certificate, registry, letterhead)
+    for form in document.forms:
+        if form.suffix != ".json" and form.name in document.contents:
+            check_page(verification, form, maker, signed=signed)
+            _check_appended(verification, form)
+    check_number(verification, document.forms, certificate, letterhead)
 
 
-def _check_appended(found: Verification, form: Form) -> None:
+def _check_appended(verification: Verification, form: Form) -> None:
     """Check what was appended to a PDF after it was issued: a standard seal, or more."""
     if form.content == form.issued:
         return
@@ -121,36 +121,41 @@ def _check_appended(found: Verification, form: Form) -> None:
 
         appended = additions_to(form.issued, form.content)
     except MissingPackageError as error:
-        found.unproven.append(f"{what} was not checked: {error}")
+        verification.unproven.append(f"{what} was not checked: {error}")
         return
     except DataError as error:
-        found.take(what, [error])
+        verification.take(what, [error])
         return
-    if found.take(what, appended.changed):
-        found.unproven.extend(f"{each} may cover what was issued" for each in appended.drawn)
-        found.information.append(
+    if verification.take(what, appended.changed):
+        drawings = appended.drawn
+        verification.unproven.extend(f"{each} may cover what was issued" for each in drawings)
+        verification.information.append(
             f"{form.name} is as issued, plus a seal ({', '.join(appended.seals)}):"
             " a PDF reader shows who made it and whether it is valid"
         )
 
 
-def check_name(found: Verification, path: Path, number: str) -> None:
+def check_name(verification: Verification, path: Path, number: str) -> None:
     """Compare the file name with the number of the document.
 
     The name of another document is a difference: a replacement could pass for the original. Any
     other name is information.
     """
-    named = _LIKE_A_NUMBER.findall(path.stem)
-    if named and number not in named:
-        found.differences.append(
-            f"name of {path.name}: the document in it is {number}, not {named[0]}"
+    numbers = _DOCUMENT_NUMBER.findall(path.stem)
+    if numbers and number not in numbers:
+        verification.differences.append(
+            f"name of {path.name}: the document in it is {number}, not {numbers[0]}"
         )
     elif path.stem != number:
-        found.information.append(f"{path.name} is not the name as issued: the document is {number}")
+        text = f"{path.name} is not the name as issued: the document is {number}"
+        verification.information.append(text)
 
 
 def check_number(
-    found: Verification, forms: Sequence[Form], certificate: Certificate, letterhead: Path | None
+    verification: Verification,
+    forms: Sequence[Form],
+    certificate: Certificate,
+    letterhead: Path | None,
 ) -> None:
     """Compare a document with the record of numbers, and report whether it was replaced.
 
@@ -161,31 +166,29 @@ def check_number(
         numbers = Numbers(letterhead, prefix_of(number))
         if numbers.kept:
             issued = numbers.digests_of(number)
-            changed = [each.name for each in forms if not each.digests & issued]
-            differs = [f"{name} is not as it was issued" for name in changed]
+            changed = [form.name for form in forms if not form.digests & issued]
+            differences = [f"{name} is not as it was issued" for name in changed]
             if not issued:
-                differs = [f"it was not issued under the letterhead in {letterhead}"]
-            found.take(f"record of {number}", differs)
+                differences = [f"it was not issued under the letterhead in {letterhead}"]
+            verification.take(f"record of {number}", differences)
         else:
-            found.information.append(
+            verification.information.append(
                 f"{letterhead} has no record of numbers, so it was not checked"
             )
-    other = numbers.replaced_by(number) if numbers else ""
-    beside = "" if other else _replaced_beside(forms, number)
-    if other:
-        found.replaced.append(f"{number} is no longer in force: {other} replaced it")
-    elif beside:
-        found.replaced.append(f"{number} is no longer in force, as {beside} beside it says")
+    if numbers and (new := numbers.replaced_by(number)):
+        verification.replaced.append(f"{number} is no longer in force: {new} replaced it")
+    elif new := _replacement_beside(forms, number):
+        verification.replaced.append(f"{number} is no longer in force, as {new} beside it says")
 
 
-def _replaced_beside(forms: Sequence[Form], number: str) -> str:
+def _replacement_beside(forms: Sequence[Form], number: str) -> str:
     """Return the number of a document in the same folder that replaces this one."""
     digests = frozenset().union(*(form.digests for form in forms if form.suffix == ".json"))
-    own = {form.path for form in forms}
+    own_paths = {form.path for form in forms}
     for path in sorted(forms[0].path.parent.glob("*.json")):
-        other = _amends(path, number) if path not in own else None
-        if other and other.amends and (not digests or other.amends.sha256 in digests):
-            return other.number
+        candidate = _amends(path, number) if path not in own_paths else None
+        if candidate and candidate.amends and (not digests or candidate.amends.sha256 in digests):
+            return candidate.number
     return ""
 
 
@@ -194,7 +197,7 @@ def _amends(path: Path, number: str) -> Certificate | None:
         content = path.read_bytes() if path.stat().st_size <= _LARGEST else b""
         if number.encode() not in content:
             return None
-        found = parse_certificate(content, path.name)
+        certificate = parse_certificate(content, path.name)
     except (OSError, DataError):  # what is no readable certificate replaces none
         return None
-    return found if found.amends and found.amends.number == number else None
+    return certificate if certificate.amends and certificate.amends.number == number else None

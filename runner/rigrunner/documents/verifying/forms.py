@@ -47,7 +47,7 @@ class Form:
     def digests(self) -> frozenset[str]:
         """SHA-256 of the file, and of the issued bytes."""
         contents = (self.content, self.issued)
-        return frozenset(hashlib.sha256(each).hexdigest() for each in contents)
+        return frozenset(hashlib.sha256(content).hexdigest() for content in contents)
 
 
 def paths_of(certificate: Path) -> list[Path]:

@@ -38,13 +38,13 @@ _FIGURE = re.compile(rb'(?<=<img src=")data:image/svg\+xml;base64,[^"]*')
 """Drawings are ignored; their alternative text is compared."""
 _LOGO = re.compile(rb'^<img class="logo" src="data:[^"<>]*" alt="[^"<>]*">$', re.MULTILINE)
 _STYLE = re.compile(rb"(?<=<style>)[^<]*(?=</style>)")
-_OWN_WORDS = ("templates/", "texts/")
+_TEXT_FOLDERS = ("templates/", "texts/")
 """Files of a letterhead that change the words of a page."""
 _HIDDEN = re.compile(r"<(?:script|style|title)\b[^<>]*>[^<]*", re.IGNORECASE)
 _TAG = re.compile(r"<[^<>]*>")
 _DECIMAL = re.compile(r"\d+\.\d+")
 _LONGEST = 90
-_FAR_MORE = 3
+_MAX_LINE_RATIO = 3
 
 
 class NotMadeAgainError(RigrunnerError):
@@ -67,21 +67,21 @@ class PageMaker:
         name = self._installed(suffix)
         if self.letterhead is None:
             raise NotMadeAgainError(self.why)
-        return self._made(name, self.letterhead)
+        return self._make(name, self.letterhead)
 
     def plain_page(self, suffix: str) -> bytes:
         """Return a page without the logo and style of the laboratory; raise as `page` does."""
         name, appearance = self._installed(suffix), self.certificate.appearance
-        if any(each.startswith(_OWN_WORDS) for each in appearance.files):
+        if any(file.startswith(_TEXT_FOLDERS) for file in appearance.files):
             raise NotMadeAgainError("the laboratory has texts or templates of its own")
         plain = Letterhead(self.certificate.laboratory, appearance.language, prefix="")
-        return self._made(name, plain)
+        return self._make(name, plain)
 
     def _installed(self, suffix: str) -> str:
         """Return the installed format of such pages, with the layout of the issue."""
         records = (self.registry.find(KIND, name).record for name in self.registry.names(KIND))
-        formats = (each for each in records if isinstance(each, CertificateFormatRecord))
-        record = next((each for each in formats if each.suffix == suffix), None)
+        formats = (record for record in records if isinstance(record, CertificateFormatRecord))
+        record = next((candidate for candidate in formats if candidate.suffix == suffix), None)
         if record is None:
             raise NotMadeAgainError(f"no plugin makes {suffix}")
         layout = self.certificate.appearance.layouts.get(record.name, FIRST)
@@ -93,7 +93,7 @@ class PageMaker:
             )
         return record.name
 
-    def _made(self, name: str, letterhead: Letterhead) -> bytes:
+    def _make(self, name: str, letterhead: Letterhead) -> bytes:
         try:
             make = self.registry.make(KIND, name, {})
             return bytes(make(CertificateInput(self.certificate, letterhead)))
@@ -102,101 +102,103 @@ class PageMaker:
 
 
 def page_maker(
-    found: Verification, certificate: Certificate, registry: Registry, folder: Path | None
+    verification: Verification, certificate: Certificate, registry: Registry, folder: Path | None
 ) -> PageMaker:
     """Return the maker of the pages of a document, with or without the laboratory's folder.
 
     The folder of the issue with another laboratory is a difference. Raises UsageError for a folder
     without letterhead.
     """
-    letterhead, why = None, ""
+    letterhead, reason = None, ""
     try:
         letterhead = _letterhead(certificate, folder)
     except UsageError:
         raise
     except RigrunnerError as error:
-        why = str(error)
+        reason = str(error)
     if letterhead is not None and folder is not None:
-        recorded, there = (
+        recorded, current = (
             {
-                "laboratory": each.laboratory.model_dump(mode="json"),
-                "statements": list(each.statements),
+                "laboratory": source.laboratory.model_dump(mode="json"),
+                "statements": list(source.statements),
             }
-            for each in (certificate, letterhead)
+            for source in (certificate, letterhead)
         )
-        found.take("laboratory and statements of the letterhead", mismatches(recorded, there))
-    return PageMaker(certificate=certificate, registry=registry, letterhead=letterhead, why=why)
+        what = "laboratory and statements of the letterhead"
+        verification.take(what, mismatches(recorded, current))
+    return PageMaker(certificate=certificate, registry=registry, letterhead=letterhead, why=reason)
 
 
 def _letterhead(certificate: Certificate, folder: Path | None) -> Letterhead:
     files, language = certificate.appearance.files, certificate.appearance.language
     if folder is None:
-        own = [name for name in files if name != LETTERHEAD_FILE]
-        if own:
+        own_files = [name for name in files if name != LETTERHEAD_FILE]
+        if own_files:
             raise NotMadeAgainError(
-                f"it shows the laboratory's own {', '.join(own)}, which is not available",
+                f"it shows the laboratory's own {', '.join(own_files)}, which is not available",
                 hint="name the laboratory's folder with --letterhead, or its key with --trust",
             )
         return Letterhead(laboratory=certificate.laboratory, language=language, prefix="")
-    found = read_letterhead(folder, language)
-    other = [name for name in {**files, **found.files} if files.get(name) != found.files.get(name)]
-    if other:
+    letterhead = read_letterhead(folder, language)
+    present = letterhead.files
+    changed = [name for name in {**files, **present} if files.get(name) != present.get(name)]
+    if changed:
         raise NotMadeAgainError(
             f"the letterhead in {folder} is not the one it was issued with:"
-            f" {', '.join(sorted(other))}"
+            f" {', '.join(sorted(changed))}"
         )
-    return found
+    return letterhead
 
 
-def check_page(found: Verification, form: Form, maker: PageMaker, *, signed: bool) -> None:
+def check_page(verification: Verification, form: Form, maker: PageMaker, *, signed: bool) -> None:
     """Make one page again and compare it; `signed`: a trusted key signed its bytes.
 
     Different words or structure are a difference. A page that cannot be regenerated, or has other
     drawings, is proven only by the signature.
     """
     what = f"{form.name} regenerated from its content"
-    differs: list[str] = []
+    differences: list[str] = []
     try:
-        made = maker.page(form.suffix)
+        expected = maker.page(form.suffix)
         compare = _compare_html if form.suffix == ".html" else _compare_pdf
-        differs, why = compare(form.page, made)
+        differences, reason = compare(form.page, expected)
     except NotMadeAgainError as error:
-        why = str(error)
-        differs = list(_contradictions(form, maker))
-    if differs:
-        found.take(what, differs)
-    elif not why:
-        found.held.append(what)
+        reason = str(error)
+        differences = list(_contradictions(form, maker))
+    if differences:
+        verification.take(what, differences)
+    elif not reason:
+        verification.held.append(what)
     elif signed:
-        found.held.append(f"{form.name} is as a trusted key signed it")
-        found.information.append(f"{form.name} was not regenerated: {why}")
+        verification.held.append(f"{form.name} is as a trusted key signed it")
+        verification.information.append(f"{form.name} was not regenerated: {reason}")
     else:
-        found.unproven.append(f"{form.name}: {why}")
+        verification.unproven.append(f"{form.name}: {reason}")
 
 
-def _compare_html(shown: bytes, made: bytes) -> tuple[list[str], str]:
+def _compare_html(shown: bytes, expected: bytes) -> tuple[list[str], str]:
     """Return differences in words and structure, and differences in drawings."""
-    other = _FIGURE.findall(shown) != _FIGURE.findall(made)
-    why = "its figure differs from the one made here" if other else ""
-    return list(_different_lines(shown, made)), why
+    drawings_differ = _FIGURE.findall(shown) != _FIGURE.findall(expected)
+    reason = "its figure differs from the one made here" if drawings_differ else ""
+    return list(_different_lines(shown, expected)), reason
 
 
-def _compare_pdf(shown: bytes, made: bytes) -> tuple[list[str], str]:
+def _compare_pdf(shown: bytes, expected: bytes) -> tuple[list[str], str]:
     """Return differences in numbers, and differences in drawings: page, font or picture."""
-    if shown == made:
+    if shown == expected:
         return [], ""
     try:
         from rigrunner.proof.pdf import first_difference  # noqa: PLC0415  (an extra)
 
-        where = first_difference(shown, made, _same_certificate)
+        where = first_difference(shown, expected, _same_certificate)
     except MissingPackageError as error:
         return [], str(error)
     except DataError as error:
         return [error.message], ""
     if not where:
         return [], ""
-    why = f"it differs from the page made here, first at {where}"
-    return list(_different_numbers(shown, made)), why
+    reason = f"it differs from the page made here, first at {where}"
+    return list(_different_numbers(shown, expected)), reason
 
 
 def _contradictions(form: Form, maker: PageMaker) -> Iterator[str]:
@@ -213,25 +215,27 @@ def _contradictions(form: Form, maker: PageMaker) -> Iterator[str]:
     if form.suffix == ".html":
         shown = _LOGO.sub(b"", form.page, count=1)
         if STYLE in maker.certificate.appearance.files:
-            shown, plain = (_STYLE.sub(b"", each) for each in (shown, plain))
+            shown, plain = (_STYLE.sub(b"", page) for page in (shown, plain))
         yield from _different_lines(shown, plain)
     else:
         yield from _different_numbers(form.page, plain)
 
 
-def _different_numbers(shown: bytes, made: bytes) -> Iterator[str]:
+def _different_numbers(shown: bytes, expected: bytes) -> Iterator[str]:
     """Yield the decimal numbers on only one PDF; none if they cannot be read."""
     try:
         from rigrunner.proof.pdf import text_of  # noqa: PLC0415  (an extra)
 
-        ours, theirs = (set(_DECIMAL.findall(_plain(text_of(each)))) for each in (shown, made))
+        on_page, in_content = (
+            set(_DECIMAL.findall(_plain(text_of(page)))) for page in (shown, expected)
+        )
     except MissingPackageError:  # the page stays unproven nevertheless
         return
     except DataError as error:
         yield error.message
         return
-    yield from (f"it shows '{each}', its content does not" for each in sorted(ours - theirs))
-    yield from (f"it does not show '{each}' of its content" for each in sorted(theirs - ours))
+    yield from (f"it shows '{n}', its content does not" for n in sorted(on_page - in_content))
+    yield from (f"it does not show '{n}' of its content" for n in sorted(in_content - on_page))
 
 
 def _same_certificate(one: bytes, other: bytes) -> bool:
@@ -254,13 +258,13 @@ def _missing(form: Form, certificate: Certificate) -> Iterator[str]:
         yield error.message
         return
     results, measured = certificate.results, certificate.measured
-    stated = (results.headline, *(each.torque for each in results.points)) if results else ()
-    stated = (*stated, *(each.found for each in certificate.named))
+    stated = (results.headline, *(point.torque for point in results.points)) if results else ()
+    stated = (*stated, *(result.found for result in certificate.named))
     for words in dict.fromkeys(
         (
             certificate.number,
-            *(w for each in stated for w in (each.printed, each.printed_uncertainty)),
-            *(each.printed for each in (measured.values if measured else ())),
+            *(text for result in stated for text in (result.printed, result.printed_uncertainty)),
+            *(value.printed for value in (measured.values if measured else ())),
         )
     ):
         if not re.search(rf"(?<![\w.]){re.escape(words)}(?![\w])", text):
@@ -276,18 +280,22 @@ def _plain(text: str) -> str:
     return re.sub(r"(?<=\d),(?=\d)", ".", text.replace("\N{MINUS SIGN}", "-"))
 
 
-def _different_lines(shown: bytes, made: bytes) -> Iterator[str]:
-    ours, theirs = _lines(shown), _lines(made)
-    if len(ours) > _FAR_MORE * len(theirs):  # to say where would take very long
-        yield f"it has {len(ours)} lines, its content gives {len(theirs)}"
+def _different_lines(shown: bytes, expected: bytes) -> Iterator[str]:
+    shown_lines, expected_lines = _lines(shown), _lines(expected)
+    # Beyond this ratio a search for the differing lines takes very long.
+    if len(shown_lines) > _MAX_LINE_RATIO * len(expected_lines):
+        yield f"it has {len(shown_lines)} lines, its content gives {len(expected_lines)}"
         return
     # autojunk would take lines that come often, as in tables, for noise.
-    for tag, start, end, a, b in SequenceMatcher(None, ours, theirs, autojunk=False).get_opcodes():
+    matcher = SequenceMatcher(None, shown_lines, expected_lines, autojunk=False)
+    for tag, start, end, a, b in matcher.get_opcodes():
         if tag != "equal":
-            there, wanted = (b" ".join(part) for part in (ours[start:end], theirs[a:b]))
-            at = max(shown.find(ours[start]) if start < len(ours) else len(shown) - 1, 0)
+            shown_words = _words(b" ".join(shown_lines[start:end]))
+            expected_words = _words(b" ".join(expected_lines[a:b]))
+            is_line = start < len(shown_lines)
+            at = max(shown.find(shown_lines[start]) if is_line else len(shown) - 1, 0)
             place = place_in(shown, ".html", at, at + 1)
-            yield f"at {place} it shows {_words(there)}, its content gives {_words(wanted)}"
+            yield f"at {place} it shows {shown_words}, its content gives {expected_words}"
 
 
 def _lines(page: bytes) -> list[bytes]:

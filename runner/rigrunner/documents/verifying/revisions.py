@@ -39,15 +39,15 @@ def other_revisions(
     `software` are the recorded versions, which reproduce the recorded numbers.
     """
     # Where an analysis is not installed, its settings do not tell which fits it used.
-    chosen = (name for name in recorded if name.startswith("fit "))
-    for method in dict.fromkeys((*methods, *chosen)):
+    fits = (name for name in recorded if name.startswith("fit "))
+    for method in dict.fromkeys((*methods, *fits)):
         then, now = recorded.get(method, FIRST), _installed(method, registry)
         if then != now:
             kind, _, name = method.partition(" ")
             what = f"{kind.replace('_', ' ')} '{name}'" if name else kind
-            there = "not installed" if now is None else f"installed {now}"
-            again = made_with(software, kind, name, registry)
-            yield f"{what} revision {then}, {there}; {again} recomputes them"
+            installed = "not installed" if now is None else f"installed {now}"
+            program = made_with(software, kind, name, registry)
+            yield f"{what} revision {then}, {installed}; {program} recomputes them"
 
 
 def _installed(method: str, registry: Registry) -> int | None:
@@ -67,15 +67,15 @@ def made_with(software: Mapping[str, str], kind: str, name: str, registry: Regis
 
     It is found in the recorded versions by the name of the present provider.
     """
-    own = f"version {software.get('Rigrunner', 'unknown')}"
+    version = f"version {software.get('Rigrunner', 'unknown')}"
     try:
         provider = registry.find(kind, name).provider.name
     except PluginError:
         provider = ""
     if not name:
-        return own
-    others = software.get(PROVIDERS, "")
-    found = re.search(rf"(?:^|, )({re.escape(provider)} [^,]+)", others) if provider else None
-    if found:
-        return f"version {found[1].removeprefix(provider).strip()} of {provider}"
-    return f"what was installed then ({others or own})"
+        return version
+    providers = software.get(PROVIDERS, "")
+    match = re.search(rf"(?:^|, )({re.escape(provider)} [^,]+)", providers) if provider else None
+    if match:
+        return f"version {match[1].removeprefix(provider).strip()} of {provider}"
+    return f"what was installed then ({providers or version})"

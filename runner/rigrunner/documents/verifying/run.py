@@ -41,60 +41,62 @@ def verify_run(path: Path, registry: Registry) -> Verification:
 
     Raises DataError if there is no run at that path.
     """
-    found = Verification()
-    check_run(found, path, registry)
-    return found
+    verification = Verification()
+    check_run(verification, path, registry)
+    return verification
 
 
-def check_run(found: Verification, path: Path, registry: Registry) -> CheckedRun | None:
+def check_run(verification: Verification, path: Path, registry: Registry) -> CheckedRun | None:
     """Check one run; return it, or None if it cannot be read. Raises as above."""
     sealed = sealed_file_of(path)
     if sealed is None:
-        found.information.append("the run is not sealed: it has no manifest yet")
+        verification.information.append("the run is not sealed: it has no manifest yet")
     else:
         try:
             # In a process of its own, before any other look: HDF5 crashes on some forged files.
             refuse_crashing(sealed)
         except DataError as error:
-            found.take("run file", [error])
+            verification.take("run file", [error])
             return None
-        _check_manifest(found, sealed)
+        _check_manifest(verification, sealed)
     try:
         stored = read(path)
     except DataError as error:
-        if found.matches:  # else the manifest told already what is wrong
-            found.take("run file", [error])
-        found.information.append("its result was not recomputed: the file must be sound first")
+        if verification.matches:  # else the manifest reported already what is wrong
+            verification.take("run file", [error])
+        text = "its result was not recomputed: the file must be sound first"
+        verification.information.append(text)
         return None
-    found.held.append(f"recordings: {len(stored.recordings)} with the digest {stored.digest}")
+    count = len(stored.recordings)
+    verification.held.append(f"recordings: {count} with the digest {stored.digest}")
     if salvaged := stored.header.salvaged:
-        found.unchecked.append(
+        verification.unchecked.append(
             f"the run was salvaged from {salvaged.get('file')} (SHA-256 {salvaged.get('sha256')}),"
             " which is damaged: it lacks what is lost, and is never certified"
         )
-    result = _check_result(found, stored, path, registry)
+    result = _check_result(verification, stored, path, registry)
     now = software(registry)
-    found.information.extend(versions(stored.header.provenance, now, "was recorded"))
+    verification.information.extend(versions(stored.header.provenance, now, "was recorded"))
     return CheckedRun(path, stored, result)
 
 
-def _check_manifest(found: Verification, sealed: Path) -> None:
+def _check_manifest(verification: Verification, sealed: Path) -> None:
     try:
         differences = file_differences(sealed)
     except DataError as error:
-        found.take("run file", [error])
+        verification.take("run file", [error])
         return
     if differences is None:
-        found.information.append(
+        verification.information.append(
             "the file was sealed without a manifest, by an older version:"
             " digests cover its recordings and measurements alone"
         )
     else:
-        found.take("manifest of the run file", differences)
+        verification.take("manifest of the run file", differences)
 
 
 def _check_result(
-    found: Verification, stored: StoredRun, path: Path, registry: Registry
+    verification: Verification, stored: StoredRun, path: Path, registry: Registry
 ) -> Result | None:
     """Derive the result again and compare it; return it, or None if impossible.
 
@@ -102,39 +104,39 @@ def _check_result(
     """
     recorded = stored.result_document
     if recorded is None:
-        found.information.append("the run holds no result, so none was recomputed")
+        verification.information.append("the run holds no result, so none was recomputed")
         return None
     what = "result recomputed from the raw samples"
     result = None
     try:
         header = stored.header
         procedure = parse_procedure(header.procedure_text, header.procedure_id, stored=True).model
-        methods, then = methods_used(procedure, registry), recorded.get("revisions", {})
-        other = list(other_revisions(methods, then, header.provenance, registry))
-        found.not_recomputed.extend(other)
-        if not other:
+        methods, revisions = methods_used(procedure, registry), recorded.get("revisions", {})
+        differing = list(other_revisions(methods, revisions, header.provenance, registry))
+        verification.not_recomputed.extend(differing)
+        if not differing:
             result = analyse_stored(stored, registry)
     except RigrunnerError as error:
-        found.take(what, [f"it cannot be derived: {error}"])
+        verification.take(what, [f"it cannot be derived: {error}"])
         return None
     if result is not None:
         # as after writing and reading: the recorded one was read from its file
         derived = json.loads(json.dumps(document(result)))
-        found.take(what, mismatches(recorded, derived))
-    beside = (path if path.is_dir() else path.parent) / RESULT_FILE
-    if path.is_dir() and beside.exists():
-        found.attempt(RESULT_FILE, lambda: _differs_from_file(recorded, beside))
+        verification.take(what, mismatches(recorded, derived))
+    file = (path if path.is_dir() else path.parent) / RESULT_FILE
+    if path.is_dir() and file.exists():
+        verification.attempt(RESULT_FILE, lambda: _file_differences(recorded, file))
     return result
 
 
-def _differs_from_file(recorded: Mapping[str, object], path: Path) -> Iterator[object]:
+def _file_differences(recorded: Mapping[str, object], path: Path) -> Iterator[object]:
     try:
-        beside = json.loads(path.read_bytes())
+        content = json.loads(path.read_bytes())
     except (OSError, ValueError, RecursionError) as error:
         raise DataError(f"{path} cannot be read: {error}") from error
-    if beside != recorded:
-        named: list[object] = list(mismatches(recorded, beside))
-        yield from named or ["it is not the result that is in the run file"]
+    if content != recorded:
+        differences: list[object] = list(mismatches(recorded, content))
+        yield from differences or ["it is not the result that is in the run file"]
 
 
 def versions(then: Mapping[str, str], now: Mapping[str, str], what: str) -> Iterator[str]:

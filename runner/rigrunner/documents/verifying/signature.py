@@ -18,7 +18,7 @@ UNSIGNED = "unsigned: nothing shows who issued it"
 
 
 def check_signature_of(
-    found: Verification, path: Path, forms: Sequence[Form], trusted: Sequence[Path]
+    verification: Verification, path: Path, forms: Sequence[Form], trusted: Sequence[Path]
 ) -> bool:
     """Check the signature file at `path`; return whether a trusted key signed every form.
 
@@ -26,13 +26,13 @@ def check_signature_of(
     information.
     """
     if not path.is_file():
-        (found.differences if trusted else found.information).append(UNSIGNED)
+        (verification.differences if trusted else verification.information).append(UNSIGNED)
         return False
     try:
         signature = parse_signature(path.read_bytes(), path.name)
         key = check_signature(signature)
     except DataError as error:
-        found.differences.append(f"signature {path.name}: {error.message}")
+        verification.differences.append(f"signature {path.name}: {error.message}")
         return False
     from rigrunner.proof.keys import (  # noqa: PLC0415  (needs the extra 'sign')
         fingerprint,
@@ -41,20 +41,20 @@ def check_signature_of(
     )
 
     who = f"signed by {signature.signer} at {signature.signed_utc}, key {fingerprint(key)}"
-    other = []
+    differences = []
     for form in forms:
         if form.name not in signature.files:
-            other.append(f"{form.name} is not signed")
+            differences.append(f"{form.name} is not signed")
         elif signature.files[form.name] not in form.digests:
-            other.append(f"{form.name} is not the file that was signed")
-    if not found.take(f"signature {path.name}", other):
+            differences.append(f"{form.name} is not the file that was signed")
+    if not verification.take(f"signature {path.name}", differences):
         return False
-    known = {public_pem(each) for file in trusted for each in read_public_keys(file)}
-    if public_pem(key) in known:
-        found.held.append(f"{who}, which is trusted")
+    trusted_keys = {public_pem(each) for file in trusted for each in read_public_keys(file)}
+    if public_pem(key) in trusted_keys:
+        verification.held.append(f"{who}, which is trusted")
         return True
-    if known:
-        found.differences.append(f"{who}, which is not among the trusted keys")
+    if trusted_keys:
+        verification.differences.append(f"{who}, which is not among the trusted keys")
     else:
-        found.information.append(f"{who}; whether that key is theirs is not known (--trust)")
+        verification.information.append(f"{who}; whether that key is theirs is not known (--trust)")
     return False

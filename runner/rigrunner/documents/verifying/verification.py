@@ -57,21 +57,21 @@ class Verification:
             words = "not all could be checked"
             yield ExitCode.UNDECIDED, f"OPEN: {words if count else f'nothing differs, but {words}'}"
 
-    def take(self, what: str, found: Iterable[object]) -> bool:
+    def take(self, what: str, differences: Iterable[object]) -> bool:
         """Add the differences of one check, or that it is OK; return whether it is."""
-        new = [f"{what}: {each}" for each in found]
-        self.differences.extend(new)
-        if not new:
+        lines = [f"{what}: {difference}" for difference in differences]
+        self.differences.extend(lines)
+        if not lines:
             self.held.append(what)
-        return not new
+        return not lines
 
     def attempt(self, what: str, check: Callable[[], Iterable[object]]) -> bool:
         """Do one check; an error that prevents it is a difference too."""
         try:
-            found = list(check())
+            differences = list(check())
         except RigrunnerError as error:
-            found = [error]
-        return self.take(what, found)
+            differences = [error]
+        return self.take(what, differences)
 
 
 def _first(reasons: list[str]) -> str:

@@ -22,7 +22,7 @@ State = Literal["ok", "warn", "fail"]
 
 
 @dataclass(frozen=True)
-class Who:
+class DeviceIdentity:
     """The answer to the identity query of a role, or of a part of it."""
 
     maker: str
@@ -33,7 +33,7 @@ class Who:
 
 
 @dataclass(frozen=True)
-class Calibrated:
+class CalibrationStatus:
     """The calibration of a channel's instrument, from the register."""
 
     channel: str
@@ -43,7 +43,7 @@ class Calibrated:
 
 
 @dataclass(frozen=True)
-class Stands:
+class DriveStatus:
     """Where a drive is, in SI units."""
 
     drive: str
@@ -60,10 +60,10 @@ class DeviceReport:
     role: str
     plugin: str
     connected: bool = False
-    who: Mapping[str, Who] = field(default_factory=dict)
+    who: Mapping[str, DeviceIdentity] = field(default_factory=dict)
     """By role, and by 'role/part' for each part of a composite device."""
-    calibrated: tuple[Calibrated, ...] = ()
-    drives: tuple[Stands, ...] = ()
+    calibrated: tuple[CalibrationStatus, ...] = ()
+    drives: tuple[DriveStatus, ...] = ()
     """The drives as they were before the device was made safe."""
     values: Mapping[str, float] = field(default_factory=dict)
     """Value of each readable channel, in SI units."""
@@ -78,11 +78,11 @@ class DeviceReport:
         """`fail` if the device does not work as declared, `warn` if a person has to look."""
         if self.problems:
             return "fail"
-        unsafe = any(not each.safe for each in self.drives)
-        overdue = any(each.state != "ok" for each in self.calibrated)
+        unsafe = any(not drive.safe for drive in self.drives)
+        overdue = any(calibration.state != "ok" for calibration in self.calibrated)
         return "warn" if unsafe or overdue else "ok"
 
-    def failed(self, error: Exception) -> DeviceReport:
+    def with_failure(self, error: Exception) -> DeviceReport:
         """Return the report with a further failure."""
         if isinstance(error, RigrunnerError):
             return replace(
@@ -92,52 +92,52 @@ class DeviceReport:
         return replace(self, problems=(*self.problems, f"a bug of the plugin: {text}"))
 
 
-def look_at(ready: ReadyStation) -> Iterator[DeviceReport]:
+def device_reports(ready: ReadyStation) -> Iterator[DeviceReport]:
     """Yield the report of each device, connected alone, made safe and closed.
 
     Failures are in the report of their device, and do not keep others from being checked.
     """
     for role in ready.devices:
-        yield _look_at(ready, role)
+        yield _report_on(ready, role)
 
 
-def _look_at(ready: ReadyStation, role: str) -> DeviceReport:
+def _report_on(ready: ReadyStation, role: str) -> DeviceReport:
     rig, device = ready.rig([role]), ready.devices[role]
     plugin = ready.station.model.devices[role].plugin
     report = DeviceReport(role=role, plugin=plugin, calibrated=tuple(_calibrations(ready, role)))
     try:
         identity = rig.connect()[role]
-    except Exception as error:  # noqa: BLE001  (a stranger's plugin may raise anything)
-        return report.failed(error)
-    report = replace(report, connected=True, who=dict(_who(role, identity)))
+    except Exception as error:  # noqa: BLE001  (a plugin may raise anything)
+        return report.with_failure(error)
+    report = replace(report, connected=True, who=dict(_identities(role, identity)))
     try:
-        for look in (_with_drives, _with_values):
-            report = look(report, rig, device)
-    except BaseException as error:  # Ctrl-C: what is connected must not be left so
+        for extend in (_with_drives, _with_values):
+            report = extend(report, rig, device)
+    except BaseException as error:  # Ctrl-C: the device must not stay connected
         rig.__exit__(type(error), error, None)
         raise
-    unsafe = [text for each in rig.make_safe() if not each.drive for text in each.problems]
+    unsafe = [text for safety in rig.make_safe() if not safety.drive for text in safety.problems]
     report = replace(report, problems=(*report.problems, *(f"NOT SAFE: {t}" for t in unsafe)))
     try:
         rig.close()
     except Exception as error:  # noqa: BLE001  (the next device has its turn)
-        return report.failed(error)
+        return report.with_failure(error)
     return report
 
 
 def _with_drives(report: DeviceReport, rig: Rig, device: Device) -> DeviceReport:
     if not isinstance(device, Settable):
         return report
-    stands: list[Stands] = []
+    statuses: list[DriveStatus] = []
     for info in device.drives:
         try:
-            found = rig.read_back(report.role, info.name)
+            read_back = rig.read_back(report.role, info.name)
         except Exception as error:  # noqa: BLE001  (the next drive has its turn)
-            report = report.failed(error)
+            report = report.with_failure(error)
             continue
-        safe = agrees(info, found, info.safe_value)
-        stands.append(Stands(info.name, info.unit, found, info.safe_value, safe))
-    return replace(report, drives=tuple(stands))
+        safe = agrees(info, read_back, info.safe_value)
+        statuses.append(DriveStatus(info.name, info.unit, read_back, info.safe_value, safe))
+    return replace(report, drives=tuple(statuses))
 
 
 def _with_values(report: DeviceReport, rig: Rig, device: Device) -> DeviceReport:
@@ -148,37 +148,37 @@ def _with_values(report: DeviceReport, rig: Rig, device: Device) -> DeviceReport
     try:
         values = rig.read(report.role, tuple(units))
     except Exception as error:  # noqa: BLE001  (it is still to be made safe)
-        return report.failed(error)
-    taken_s = time.perf_counter() - began_s
-    named: dict[str, str] = {Member(report.role, name): each for name, each in units.items()}
-    return replace(report, values=values, units=named, read_s=taken_s)
+        return report.with_failure(error)
+    read_s = time.perf_counter() - began_s
+    by_member: dict[str, str] = {Member(report.role, name): units[name] for name in units}
+    return replace(report, values=values, units=by_member, read_s=read_s)
 
 
-def _who(role: str, identity: Identity) -> Iterator[tuple[str, Who]]:
-    known = (identity.maker, identity.model, identity.serial, identity.firmware)
-    yield role, Who(*known, simulated=identity.simulated)
+def _identities(role: str, identity: Identity) -> Iterator[tuple[str, DeviceIdentity]]:
+    fields = (identity.maker, identity.model, identity.serial, identity.firmware)
+    yield role, DeviceIdentity(*fields, simulated=identity.simulated)
     for name, part in identity.parts.items():
-        yield from _who(f"{role}/{name}", part)
+        yield from _identities(f"{role}/{name}", part)
 
 
-def _calibrations(ready: ReadyStation, role: str) -> Iterator[Calibrated]:
+def _calibrations(ready: ReadyStation, role: str) -> Iterator[CalibrationStatus]:
     state: State
     today = ready.clock.utc().date()
-    known = ready.station.register
+    register = ready.station.register
     binding = ready.station.model.devices[role]
     simulated = ready.registry.is_simulated(binding.plugin, binding.settings)
     for info in ready.devices[role].channels:
         channel = Member(role, info.name)
-        if channel not in known:
+        if channel not in register:
             if not simulated:
-                yield Calibrated(channel, "", "ok", "not in the register")
+                yield CalibrationStatus(channel, "", "ok", "not in the register")
             continue
-        each, state = known[channel], "ok"
-        text = f"calibrated until {each.due}"
-        if each.calibration is not None:
-            text = f"not calibrated: {each.calibration}"
-        elif each.due is None:
+        instrument, state = register[channel], "ok"
+        text = f"calibrated until {instrument.due}"
+        if instrument.calibration is not None:
+            text = f"not calibrated: {instrument.calibration}"
+        elif instrument.due is None:
             state, text = "warn", "no date of the next calibration is in the register"
-        elif each.due < today:
-            state, text = "warn", f"overdue since {each.due}"
-        yield Calibrated(channel, each.name, state, text)
+        elif instrument.due < today:
+            state, text = "warn", f"overdue since {instrument.due}"
+        yield CalibrationStatus(channel, instrument.name, state, text)

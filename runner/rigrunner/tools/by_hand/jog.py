@@ -78,23 +78,23 @@ class Jog:
         """Suspend the time limits while a person is asked."""
         return self._rig.person()
 
-    def look(self) -> None:
+    def check_interlocks(self) -> None:
         """Read all interlocks, and raise on one that is tripped."""
-        self._guarded("look", lambda: self._session.check(read_all=True))
+        self._execute("look", lambda: self._session.check(read_all=True))
 
     def set(self, drive: str, text: str) -> float:
         """Set a drive to a set-point such as '5 Hz', and return its read-back in SI units."""
-        info = _found("drive", drive, self.drives)
+        info = _lookup("drive", drive, self.drives)
         try:
             value = parse_quantity(text, unit(info.unit).dimension).si
         except QuantityError as error:
             raise UsageError(f"{drive}: {error.message}", hint=error.hint) from error
         if not info.minimum <= value <= info.maximum:
             raise UsageError(f"{drive}: {text} is out of range ({info.range_text})")
-        self.look()
+        self.check_interlocks()
         action = SetDrive(self.role, drive, value, info.unit)
         what = f"set {drive} {text}"
-        measured = self._guarded(what, lambda: action.do(_STEP, self._session))
+        measured = self._execute(what, lambda: action.do(_STEP, self._session))
         actual = measured.values[Member(self.role, drive)]
         self._note(f"{what}: reads back {legible(actual, info.unit)}")
         return actual
@@ -102,7 +102,7 @@ class Jog:
     def read(self, names: Sequence[str] = ()) -> dict[str, float]:
         """Return the value of each channel, by default of all, minus its zero; in SI units."""
         for name in names:
-            _found("channel", name, self.channels)
+            _lookup("channel", name, self.channels)
         if not names:
             single = isinstance(self._device, Readable)
             names = [name for name, info in self.channels.items() if single or info.streams]
@@ -112,41 +112,43 @@ class Jog:
         return values
 
     def watch(self, name: str, seconds: float) -> Iterator[float]:
-        """Yield a channel's value, minus its zero, again and again for that time."""
-        _found("channel", name, self.channels)
+        """Yield a channel's value, minus its zero, again and again for that time, at least once."""
+        _lookup("channel", name, self.channels)
         clock = self._session.rig.clock
         until_s = clock.monotonic_s() + seconds - _ROUNDING_S
         self._note(f"watch {name} for {seconds:g} s")
-        while clock.monotonic_s() < until_s:
-            self.look()
+        while True:
+            self.check_interlocks()
             yield self._values((name,))[name]
             clock.sleep(_WATCH_EVERY_S)
+            if clock.monotonic_s() >= until_s:
+                return
 
     def zero(self, name: str) -> float:
         """Take the present value of a channel (its mean if it streams) as its zero; return it."""
-        _found("channel", name, self.channels)
+        _lookup("channel", name, self.channels)
         self.zeros.pop(name, None)
         self.zeros[name] = self._values((name,), mean=True)[name]
         self._note(f"zero {name}: {legible(self.zeros[name], self.channels[name].unit)}")
         return self.zeros[name]
 
-    def stands(self) -> dict[str, float]:
+    def read_backs(self) -> dict[str, float]:
         """Return the read-back of each drive, in SI units."""
         return {
-            name: self._guarded("read back", partial(self._rig.read_back, self.role, name))
+            name: self._execute("read back", partial(self._rig.read_back, self.role, name))
             for name in self.drives
         }
 
     def safe(self) -> tuple[SafetyReport, ...]:
         """Make the rig safe, and log how."""
         reports = self._make_safe()
-        for each in reports:
+        for report in reports:
             self._session.emit(
                 MadeSafe,
-                what=each.what,
-                read_back=each.by_member(each.read_back),
-                units=each.by_member(each.units),
-                problems=each.problems,
+                what=report.what,
+                read_back=report.by_member(report.read_back),
+                units=report.by_member(report.units),
+                problems=report.problems,
             )
         return reports
 
@@ -158,24 +160,25 @@ class Jog:
             rate_hz = device.sample_rate_hz if streams and isinstance(device, Streaming) else None
         duration_s = _ZERO_S if mean else _MEAN_S if rate_hz else 0.0
         members = [Member(self.role, name) for name in names]
-        units: dict[str, str] = {each: self.channels[each.name].unit for each in members}
+        units: dict[str, str] = {member: self.channels[member.name].unit for member in members}
         action = Measure(_STEP, tuple(members), duration_s, {}, units, rate_hz)
         what = f"read {', '.join(names)}"
-        found = self._guarded(what, lambda: action.do(_STEP, self._session)).values
-        return {name: found[Member(self.role, name)] - self.zeros.get(name, 0.0) for name in names}
+        values = self._execute(what, lambda: action.do(_STEP, self._session)).values
+        return {name: values[Member(self.role, name)] - self.zeros.get(name, 0.0) for name in names}
 
-    def _guarded(self, what: str, work: Callable[[], _T]) -> _T:
+    def _execute(self, what: str, work: Callable[[], _T]) -> _T:
         """Execute an action on the rig; on any error, make the rig safe before it is raised."""
         try:
             return work()
-        except PauseWantedError as held:
-            self._trouble(what, held)
-            raise DeviceRejectedError(held.message, hint="nothing is set until it clears") from held
+        except PauseWantedError as pause:
+            self._on_error(what, pause)
+            hint = "nothing is set until it clears"
+            raise DeviceRejectedError(pause.message, hint=hint) from pause
         except BaseException as error:
-            self._trouble(what, error)
+            self._on_error(what, error)
             raise
 
-    def _trouble(self, what: str, error: BaseException) -> None:
+    def _on_error(self, what: str, error: BaseException) -> None:
         try:
             self._session.emit(Alarm, source=f"{_STEP}: {what}", text=error_line(error))
         finally:
@@ -184,7 +187,7 @@ class Jog:
     def _note(self, text: str) -> None:
         try:
             self._session.emit(Note, step=f"{_STEP} {self.role}", text=text)
-        except BaseException:  # nothing is done by hand that is not on record
+        except BaseException:  # every manual action must be on record
             self._make_safe()
             raise
 
@@ -210,33 +213,33 @@ def jogging(
     fails, the block ends. Raises UsageError for an unknown role, DataError if the log cannot be
     written, and a DeviceError if the rig cannot be connected, or is not safe at the end.
     """
-    _found("device in the role", role, ready.devices)
-    what, needed = f"jog {role}", _needed(ready, role)
+    _lookup("device in the role", role, ready.devices)
+    what, needed = f"jog {role}", _needed_roles(ready, role)
     with (
-        ready.held(what) as held,
-        _opened(log) as sink,
+        ready.hold(what) as held,
+        _open_log(log) as sink,
         held.guarded(what, needed) as guardian,
     ):
         rig = held.rig(needed, guardian.pulse if guardian else None)
-        of_guardian = [guardian.pulse.note] if guardian else []
-        bus = Bus(critical=[sink], guarded=[*of_guardian, *listeners])
+        guardian_sinks = [guardian.pulse.note] if guardian else []
+        bus = Bus(critical=[sink], guarded=[*guardian_sinks, *listeners])
         emit = Emitter(bus, held.clock)
         replay = ", played back from a tape" if held.tape and held.tape.replays else ""
         emit(Note, step=_STEP, text=f"{role} of station {held.station.model.id}{replay}")
-        with _connected(rig):
+        with _connect(rig):
             with rig.person():
                 file, reads = held.station.document.name, held.tape is None
                 before = check_left(rig, held.marks, person, file, reads=reads)
             if held.marks is not None:
                 roles = held.marks.roles & needed
                 before = (*before, *unguarded(held.station, held.registry, roles))
-            for each in (*before, *without_time_limits(held.station)):
+            for interference in (*before, *without_time_limits(held.station)):
                 emit(
                     Intervention,
-                    action=each.action,
-                    by=each.by,
-                    reason=each.reason,
-                    subject=each.subject,
+                    action=interference.action,
+                    by=interference.by,
+                    reason=interference.reason,
+                    subject=interference.subject,
                 )
             if held.marks is not None:
                 held.marks.describe(run=str(log.absolute()))
@@ -255,7 +258,7 @@ def jogging(
 
 
 @contextmanager
-def _connected(rig: Rig) -> Iterator[None]:
+def _connect(rig: Rig) -> Iterator[None]:
     """Connect the rig and make it safe at the end, unless a person asked to leave it as it is."""
     rig.connect()
     try:
@@ -275,7 +278,7 @@ def _end_safe(jog: Jog, error: BaseException) -> None:
     A stop or a failure of the log becomes a DeviceError if the rig is not safe, so that the end is
     not taken for a safe one.
     """
-    with suppress(RigrunnerError):  # a log that fails has been told
+    with suppress(RigrunnerError):  # a failing log is reported by `error`
         jog.safe()
     if not jog.unsafe:
         return
@@ -288,12 +291,12 @@ def _end_safe(jog: Jog, error: BaseException) -> None:
 
 
 @contextmanager
-def _opened(log: Path) -> Iterator[EventSink]:
-    with _writing(log):
+def _open_log(log: Path) -> Iterator[EventSink]:
+    with _log_errors(log):
         sink = RunLog(log)
 
     def write(event: Event) -> None:
-        with _writing(log):
+        with _log_errors(log):
             sink(event)
 
     with sink:
@@ -301,7 +304,7 @@ def _opened(log: Path) -> Iterator[EventSink]:
 
 
 @contextmanager
-def _writing(log: Path) -> Iterator[None]:
+def _log_errors(log: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
@@ -311,18 +314,16 @@ def _writing(log: Path) -> Iterator[None]:
         ) from error
 
 
-def _needed(ready: ReadyStation, role: str) -> set[str]:
+def _needed_roles(ready: ReadyStation, role: str) -> set[str]:
     """Return the role, and those that its limits and all interlocks read."""
-    looked_at = {each.member.role for each in ready.interlocks}
-    beside = [
-        {drive.role for drive in each.drives} for each in ready.station.model.safety.combinations
-    ]
-    return {role, *looked_at, *(other for roles in beside if role in roles for other in roles)}
+    interlock_roles = {interlock.member.role for interlock in ready.interlocks}
+    combinations = ready.station.model.safety.combinations
+    groups = [{drive.role for drive in combination.drives} for combination in combinations]
+    return {role, *interlock_roles}.union(*(group for group in groups if role in group))
 
 
-def _found(what: str, name: str, known: Mapping[str, _T]) -> _T:
-    if name not in known:
-        there = f"there are: {', '.join(known) or 'none'}"
-        hint = did_you_mean(name, known, there)
+def _lookup(what: str, name: str, entries: Mapping[str, _T]) -> _T:
+    if name not in entries:
+        hint = did_you_mean(name, entries, f"there are: {', '.join(entries) or 'none'}")
         raise UsageError(f"there is no {what} '{name}'", hint=hint)
-    return known[name]
+    return entries[name]

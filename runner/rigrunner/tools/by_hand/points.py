@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from rigrunner.run.prepare import Planned
 
 SUFFIX = "-by-hand"
-_KEPT = ("measurand", "uses", "analysis")
+_COPIED_KEYS = ("measurand", "uses", "analysis")
 NOTE = "recorded by hand"
 
 
@@ -54,7 +54,7 @@ def record_by_hand(
     certification. Raises as `rigrunner.run.record.execute`.
     """
     require_overridden(planned, overrides)
-    free = by_hand(planned)
+    manual = by_hand(planned)
     people = {"operator": operator} if operator else {}
 
     def work(rig: Rig, bus: Bus, folder: Path, before: Sequence[Interference]) -> RunSummary:
@@ -62,7 +62,7 @@ def record_by_hand(
             steps,
             rig,
             bus,
-            free.clock,
+            manual.clock,
             stop,
             folder.name,
             overrides,
@@ -72,8 +72,8 @@ def record_by_hand(
         )
 
     return into_folder(
-        free,
-        lambda identified: new_folder(free, runs, {}, people, identified, partners),
+        manual,
+        lambda identified: new_folder(manual, runs, {}, people, identified, partners),
         work,
         inputs={},
         partners=partners,
@@ -91,7 +91,7 @@ def by_hand(planned: Planned) -> Planned:
         "id": f"{model.id}{SUFFIX}",
         "revision": model.revision,
         "title": f"{model.title}: by hand",
-        **{key: data[key] for key in _KEPT if key in data},
+        **{key: data[key] for key in _COPIED_KEYS if key in data},
         "main": [{"note": {"text": f"{NOTE}, after {model.id} revision {model.revision}"}}],
     }
     text = json.dumps(content, ensure_ascii=False, indent=1)

@@ -25,7 +25,7 @@ def settle_left(station: Path, person: Person, *, always: bool = False) -> None:
     ready = ready_station(station, realtime=True)
     if not always and read_marker(ready.station.model.id) is None:
         return
-    with ready.held("make safe") as held:
+    with ready.hold("make safe") as held:
         if held.marks is None:
             return
         left = held.marks.left

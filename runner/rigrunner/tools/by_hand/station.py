@@ -55,7 +55,7 @@ class ReadyStation:
         """Return the devices of these roles as a rig, with the station's rules and order."""
         safety = self.station.model.safety
         devices = {role: device for role, device in self.devices.items() if role in roles}
-        order = [each for each in safety.order if role_of(each) in devices]
+        order = [member for member in safety.order if role_of(member) in devices]
         rules = DriveRules(safety.drives, safety.combinations)
         patience = patience_of(self.station)
         rig = Rig(devices, self.clock, patience, order, rules, marks=self.marks, pulse=pulse)
@@ -65,11 +65,11 @@ class ReadyStation:
     def guarded(self, what: str, roles: Collection[str]) -> AbstractContextManager[Guardian | None]:
         """Start a guardian for these roles of the rig, which is held."""
         patience = patience_of(self.station)
-        known = (self.station, self.registry, self.marks, patience)
-        return guarding(*known, what, messages=self.messages, roles=roles)
+        rig = (self.station, self.registry, self.marks, patience)
+        return guarding(*rig, what, messages=self.messages, roles=roles)
 
     @contextmanager
-    def held(self, what: str) -> Iterator[ReadyStation]:
+    def hold(self, what: str) -> Iterator[ReadyStation]:
         """Hold the rig for this process, and the tape if there is one; yield the devices.
 
         Raises DeviceError if another process has the rig.

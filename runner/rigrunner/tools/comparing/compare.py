@@ -43,7 +43,7 @@ class Comparison:
     @property
     def same(self) -> bool:
         """Whether nothing that matters is different."""
-        return not any(each.matters for each in self.changes)
+        return not any(change.matters for change in self.changes)
 
 
 def compare(before: str, after: str, runs: Path) -> Comparison:
@@ -52,14 +52,14 @@ def compare(before: str, after: str, runs: Path) -> Comparison:
     Raises UsageError if an argument names neither, or they name one of each; InvalidFileError and
     DataError for files that cannot be read.
     """
-    first, second = _procedure(before), _procedure(after)
+    first, second = _find_procedure(before), _find_procedure(after)
     if first and second:
         return compare_procedures(load_procedure(first), load_procedure(second))
     if not first and not second:
-        return compare_runs(_run(before, runs), _run(after, runs))
-    procedure, other = (before, after) if first else (after, before)
-    _run(other, runs)
-    message = f"'{procedure}' is a procedure, and '{other}' is a run"
+        return compare_runs(_find_run(before, runs), _find_run(after, runs))
+    procedure, run = (before, after) if first else (after, before)
+    _find_run(run, runs)
+    message = f"'{procedure}' is a procedure, and '{run}' is a run"
     raise UsageError(message, hint="name two procedures, or two runs")
 
 
@@ -67,8 +67,8 @@ def compare_runs(before: Path, after: Path) -> Comparison:
     """Compare two stored runs; raise DataError for one that cannot be read."""
     first, second = read(before), read(after)
     return Comparison(
-        _named(first.header),
-        _named(second.header),
+        _run_title(first.header),
+        _run_title(second.header),
         tuple(run_changes(first, second)),
         "no relevant difference",
     )
@@ -76,15 +76,15 @@ def compare_runs(before: Path, after: Path) -> Comparison:
 
 def compare_procedures(before: LoadedProcedure, after: LoadedProcedure) -> Comparison:
     """Compare two loaded procedures."""
-    return _of_texts(_described(before), _texts(before), _described(after), _texts(after))
+    return _compare_texts(_description(before), _texts(before), _description(after), _texts(after))
 
 
 def compare_with_run(run: RunHeader, after: LoadedProcedure) -> Comparison:
     """Compare the stored procedure of a run with a current one."""
-    return _of_texts(_named(run), texts_of(run), _described(after), _texts(after))
+    return _compare_texts(_run_title(run), texts_of(run), _description(after), _texts(after))
 
 
-def _procedure(word: str) -> Path | None:
+def _find_procedure(word: str) -> Path | None:
     """Return the procedure file that an argument names, or None."""
     try:
         path = find_procedure(word)
@@ -93,7 +93,7 @@ def _procedure(word: str) -> Path | None:
     return path if path.suffix in {".yaml", ".yml"} else None
 
 
-def _run(word: str, runs: Path) -> Path:
+def _find_run(word: str, runs: Path) -> Path:
     try:
         return find_run(word, runs)
     except UsageError as error:
@@ -101,7 +101,9 @@ def _run(word: str, runs: Path) -> Path:
         raise UsageError(message, hint=error.message) from error
 
 
-def _of_texts(before: str, first: ProcedureTexts, after: str, second: ProcedureTexts) -> Comparison:
+def _compare_texts(
+    before: str, first: ProcedureTexts, after: str, second: ProcedureTexts
+) -> Comparison:
     if first.text == second.text and first.called == second.called:
         verdict = "no difference: the texts are the same"
     else:
@@ -113,12 +115,12 @@ def _texts(loaded: LoadedProcedure) -> ProcedureTexts:
     return ProcedureTexts(loaded.document.name, loaded.text, loaded.called_texts)
 
 
-def _described(loaded: LoadedProcedure) -> str:
+def _description(loaded: LoadedProcedure) -> str:
     model, state = loaded.model, approval_state(loaded)
     return f"{loaded.document.name}: {model.id}, revision {model.revision}; {state.sentence()}"
 
 
-def _named(header: RunHeader) -> str:
+def _run_title(header: RunHeader) -> str:
     return f"{header.run_id}: {header.procedure_id}, {header.started_utc[:16]}"
 
 
@@ -128,39 +130,40 @@ def run_changes(before: StoredRun, after: StoredRun) -> Iterator[Change]:
     The results come first, then what matters. Results that differ by no more than their combined
     uncertainty are listed, but do not matter.
     """
-    found = list(_changes(before, after))
-    order = dict.fromkeys(each.section for each in found)
-    heavy = {each.section for each in found if each.matters}
-    sections = sorted(order, key=lambda name: (name != RESULTS, name not in heavy))
+    differences = list(_changes(before, after))
+    order = dict.fromkeys(change.section for change in differences)
+    relevant = {change.section for change in differences if change.matters}
+    sections = sorted(order, key=lambda name: (name != RESULTS, name not in relevant))
     for section in sections:
-        ours = (each for each in found if each.section == section)
-        yield from sorted(ours, key=lambda each: not each.matters)
+        section_changes = (change for change in differences if change.section == section)
+        yield from sorted(section_changes, key=lambda change: not change.matters)
 
 
 def _changes(before: StoredRun, after: StoredRun) -> Iterator[Change]:
     first, second = before.header, after.header
     yield from procedure_changes(texts_of(first), texts_of(second))
     yield from changes("state of the procedure", _state(first), _state(second))
-    station, other = (parse(each.station_text, each.station_id).data for each in (first, second))
+    first_station = parse(first.station_text, first.station_id).data
+    second_station = parse(second.station_text, second.station_id).data
     for key in _STATION:
         if key == "instruments":  # without a register the instruments are listed as added
-            yield from changes(key, station.get(key, []), other.get(key, []))
+            yield from changes(key, first_station.get(key, []), second_station.get(key, []))
         else:
-            yield from changes(f"station, {key}", station.get(key), other.get(key))
+            yield from changes(f"station, {key}", first_station.get(key), second_station.get(key))
     yield from changes("inputs", dict(first.inputs), dict(second.inputs))
     yield from changes("people", dict(first.people), dict(second.people))
     yield from changes("programs and devices", dict(first.provenance), dict(second.provenance))
     yield from changes("outcome", before.info.outcome, after.info.outcome)
-    names, other_names = (list(each.info.recording_names) for each in (before, after))
+    names, other_names = (list(run.info.recording_names) for run in (before, after))
     yield from changes("recordings", names, other_names)
     for name in {**before.partners, **after.partners}:
-        partners = [each.partners.get(name) for each in (before, after)]
-        had, has = (each and each.header.run_id for each in partners)
-        for each in changes(partner_words(name), had, has):
+        partners = [run.partners.get(name) for run in (before, after)]
+        first_id, second_id = (partner and partner.header.run_id for partner in partners)
+        for change in changes(partner_words(name), first_id, second_id):
             # another partner run matters only by its effect on the results
-            yield replace(each, matters=None in partners)
-    registers = [_register(each) for each in (first, second)]
-    channels = [name for name, each in registers[0].items() if registers[1].get(name) == each]
+            yield replace(change, matters=None in partners)
+    register, other = _register(first), _register(second)
+    channels = [channel for channel in register if other.get(channel) == register[channel]]
     yield from result_changes(before.result_document, after.result_document, channels)
 
 

@@ -38,66 +38,65 @@ class ProcedureTexts:
 
 def procedure_changes(before: ProcedureTexts, after: ProcedureTexts) -> Iterator[Change]:
     """Yield the differences of two procedures. Comments and layout do not count."""
-    yield from _of_texts(before.name, before.text, after.name, after.text)
+    yield from _text_changes(before.name, before.text, after.name, after.text)
     for file in dict.fromkeys([*before.called, *after.called]):
         first, second = before.called.get(file), after.called.get(file)
         if first is None or second is None:
             verb = "is called now" if first is None else "is no longer called"
             yield Change("called procedures", f"{file} {verb}")
             continue
-        for each in _of_texts(file, first, file, second):
-            yield Change("called procedures", f"{file}: {each.section}: {each.text}")
+        for change in _text_changes(file, first, file, second):
+            yield Change("called procedures", f"{file}: {change.section}: {change.text}")
 
 
-def _of_texts(name: str, text: str, other_name: str, other: str) -> Iterator[Change]:
+def _text_changes(name: str, text: str, other_name: str, other_text: str) -> Iterator[Change]:
     before = parse(upgraded(text, name), name).data
-    after = parse(upgraded(other, other_name), other_name).data
-    equal = _equal_sections(name, text, other_name, other)
-    points = _swept(before) | _swept(after)
+    after = parse(upgraded(other_text, other_name), other_name).data
+    equal = _equal_sections(name, text, other_name, other_text)
+    points = _swept_parameters(before) | _swept_parameters(after)
     for section in dict.fromkeys([*SECTIONS, *before, *after]):
         first, second = before.get(section), after.get(section)
         if section in equal:
             continue
         if section == "parameters":
             first, second = first or {}, second or {}
-            for each in dict.fromkeys([*first, *second]):
-                known = SET_POINTS if each in points else section
-                yield from changes(known, first.get(each), second.get(each), (each,))
+            for key in dict.fromkeys([*first, *second]):
+                heading = SET_POINTS if key in points else section
+                yield from changes(heading, first.get(key), second.get(key), (key,))
         elif section in {"setup", "main", "teardown"}:
             yield from changes(section, first or [], second or [])
         else:
             yield from changes(section, first, second)
 
 
-def _equal_sections(name: str, text: str, other_name: str, other: str) -> set[str]:
+def _equal_sections(name: str, text: str, other_name: str, other_text: str) -> set[str]:
     """Return the sections that are equal with defaults filled in."""
     try:
-        first = parse_procedure(text, name, stored=True)
-        second = parse_procedure(other, other_name, stored=True)
+        first = parse_procedure(text, name, stored=True).model
+        second = parse_procedure(other_text, other_name, stored=True).model
     except InvalidFileError:  # of a called procedure, whose values come from its caller
         return set()
-    one, two = first.model, second.model
-    equal = {each for each in _WITH_DEFAULTS if getattr(one, each) == getattr(two, each)}
-    return equal | ({"analysis"} if _validated(one) == _validated(two) else set())
+    equal = {key for key in _WITH_DEFAULTS if getattr(first, key) == getattr(second, key)}
+    return equal | ({"analysis"} if _analyses(first) == _analyses(second) else set())
 
 
-def _validated(procedure: Procedure) -> list[tuple[str, object]]:
+def _analyses(procedure: Procedure) -> list[tuple[str, object]]:
     """Return the analyses with the defaults of those that are installed."""
-    registry, found = load_registry(), list[tuple[str, object]]()
-    for each in procedure.analysis:
-        settings: object = each.settings
+    registry, analyses = load_registry(), list[tuple[str, object]]()
+    for analysis in procedure.analysis:
+        settings: object = analysis.settings
         with suppress(PluginError):
-            settings = registry.validated(each.kind, each.name, each.settings)
-        found.append((each.name, settings))
-    return found
+            settings = registry.validated(analysis.kind, analysis.name, analysis.settings)
+        analyses.append((analysis.name, settings))
+    return analyses
 
 
-def _swept(tree: object) -> set[str]:
+def _swept_parameters(tree: object) -> set[str]:
     """Return the parameters that a sweep goes over, at any depth: `over: $name`."""
     if isinstance(tree, list):
-        return set().union(*map(_swept, tree))
+        return set().union(*map(_swept_parameters, tree))
     if not isinstance(tree, dict):
         return set()
     over = tree.get("over")
-    own = {over[1:]} if isinstance(over, str) and over.startswith("$") else set()
-    return own.union(*map(_swept, tree.values()))
+    swept = {over[1:]} if isinstance(over, str) and over.startswith("$") else set()
+    return swept.union(*map(_swept_parameters, tree.values()))

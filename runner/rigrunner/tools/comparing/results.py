@@ -1,4 +1,4 @@
-"""How far two results are apart, against what they are uncertain by."""
+"""Compare results by their difference and its expanded uncertainty."""
 
 from __future__ import annotations
 
@@ -52,16 +52,16 @@ def result_changes(
     yield from changes(SECTION, _verdict(before), _verdict(after), ("verdict",))
     first_judged, second_judged = _judgements(before), _judgements(after)
     for name in {**first_judged, **second_judged}:
-        then, now = (found.get(name, "not measured") for found in (first_judged, second_judged))
+        then, now = (judged.get(name, "not measured") for judged in (first_judged, second_judged))
         yield from changes(SECTION, then, now, (name,))
     yield from changes(SECTION, _method(before), _method(after), ("method",))
     name = before["measurand"]["name"]
-    yield from _apart(name, before["headline"]["compensated"], after["headline"]["compensated"])
-    yield from _of_packages(before, after)
-    first, second = _named(before), _named(after)
+    yield from _estimates(name, before["headline"]["compensated"], after["headline"]["compensated"])
+    yield from _package_changes(before, after)
+    first, second = _named_results(before), _named_results(after)
     for key, (what, estimate) in first.items():
         if key in second:
-            yield from _apart(what, estimate, second[key][1], channels)
+            yield from _estimates(what, estimate, second[key][1], channels)
         else:
             yield Change(SECTION, f"{what} is a result of the first run alone")
     for key, (what, _) in second.items():
@@ -83,36 +83,36 @@ def _method(document: Json) -> str | None:
     return document["headline"]["method"] or None
 
 
-def _of_packages(before: Json, after: Json) -> Iterator[Change]:
+def _package_changes(before: Json, after: Json) -> Iterator[Change]:
     """Yield how values in keys of packages differ, and keys that no installed package reads."""
     for key in dict.fromkeys((*unread(before), *unread(after))):
         if before.get(key) != after.get(key):
             yield Change(SECTION, f"{key} differs, and no installed package reads it")
-    first, second = (dict(estimates_of_packages(each)) for each in (before, after))
+    first, second = (dict(estimates_of_packages(document)) for document in (before, after))
     for place in first:
         if place in second:
-            yield from _apart(place, first[place], second[place])
+            yield from _estimates(place, first[place], second[place])
 
 
-def _named(document: Json) -> dict[object, tuple[str, Json | None]]:
+def _named_results(document: Json) -> dict[object, tuple[str, Json | None]]:
     """Return the results that analyses name, with their words, by name and place in any unit."""
     return {
-        (each["name"], frozenset((n, at.usual) for n, at in coordinates_in(each).items())): (
-            named_place(each),
-            each["estimate"] and {**each["estimate"], "budget": each.get("budget")},
+        (result["name"], frozenset((n, at.usual) for n, at in coordinates_in(result).items())): (
+            named_place(result),
+            result["estimate"] and {**result["estimate"], "budget": result.get("budget")},
         )
-        for each in other_results(document)
+        for result in other_results(document)
     }
 
 
-def _apart(
+def _estimates(
     what: str, before: Json | None, after: Json | None, channels: Collection[str] = ()
 ) -> Iterator[Change]:
     if not before or not after or before["value"] is None or after["value"] is None:
         return
     unit = after["unit"]
     if before["unit"] != unit:
-        kinds = [kind_of(each["unit"]).dimension for each in (before, after)]
+        kinds = [kind_of(estimate["unit"]).dimension for estimate in (before, after)]
         if kinds[0] != kinds[1]:
             yield Change(SECTION, f"{what} is in {before['unit']} and in {unit}")
             return
@@ -120,23 +120,23 @@ def _apart(
     difference = after["value"] - before["value"]
     if difference == 0:
         return
-    expanded = [each["expanded_uncertainty_95"] for each in (before, after)]
-    known = all(each is not None for each in expanded)
-    combined, shared = hypot(*expanded) if known else 0.0, _shared(before, after, channels)
-    if known and shared:
-        combined = _of_difference(before, after, shared)
-    widths = [each for each in (*expanded, combined) if each]
-    # as many decimals as the smaller uncertainty bears
+    expanded = [estimate["expanded_uncertainty_95"] for estimate in (before, after)]
+    both_known = all(width is not None for width in expanded)
+    combined, shared = hypot(*expanded) if both_known else 0.0, _shared(before, after, channels)
+    if both_known and shared:
+        combined = _uncertainty_of_difference(before, after, shared)
+    widths = [width for width in (*expanded, combined) if width]
+    # as many decimals as the smaller uncertainty supports
     digits = places_of_margin(max(0, places(min(widths))) if widths else 6, unit)
     ratio = abs(difference) / combined if combined else inf
     agrees = ratio <= 1 + ROUNDING
-    if known and not agrees:
+    if both_known and not agrees:
         digits = places_apart(abs(difference), combined, digits)
-    shown = round(difference, digits) + 0.0  # no negative zero
-    first, second = (f"{each['value']:.{digits}f}" for each in (before, after))
-    apart = with_symbol(f"{shown:+.{digits}f}", unit)
+    rounded = round(difference, digits) + 0.0  # no negative zero
+    first, second = (f"{estimate['value']:.{digits}f}" for estimate in (before, after))
+    apart = with_symbol(f"{rounded:+.{digits}f}", unit)
     values = f"{first} and {with_symbol(second, unit)}: {apart}"
-    if not known:
+    if not both_known:
         text = f"{what}: {values}; whether they agree is not known, as an uncertainty is missing"
         yield Change(SECTION, text)
         return
@@ -144,47 +144,47 @@ def _apart(
     words = f"{'within' if agrees else 'beyond'} their combined U{note}"
     width = with_symbol(f"{combined:.{digits}f}", unit)
     text = f"{what}: {values}, {words} of {width}"
-    found = f"{ratio:.{2 if agrees else places_apart(ratio, 1.0, 2)}f}"
-    found += f"; one error of both: {', '.join(shared)}" if shared else ""
-    yield Change(SECTION, f"{text} (E_n = {found})", matters=not agrees)
+    e_n = f"{ratio:.{2 if agrees else places_apart(ratio, 1.0, 2)}f}"
+    e_n += f"; one error of both: {', '.join(shared)}" if shared else ""
+    yield Change(SECTION, f"{text} (E_n = {e_n})", matters=not agrees)
 
 
 def _shared(before: Json, after: Json, channels: Collection[str]) -> list[str]:
     """Return the lines of both budgets that are one error of one instrument."""
-    first, second = (_lines(each) for each in (before, after))
+    first, second = (_budget_lines(estimate) for estimate in (before, after))
     return [
         name
         for name, line in first.items()
-        if any(f"{error} of {each}" == name.partition(" (")[0]
-               for error in ("gain", "offset") for each in channels)
+        if any(f"{error} of {channel}" == name.partition(" (")[0]
+               for error in ("gain", "offset") for channel in channels)
         and line["standard_uncertainty"] == second.get(name, {}).get("standard_uncertainty")
     ]  # fmt: skip
 
 
-def _lines(estimate: Json) -> Mapping[str, Json]:
+def _budget_lines(estimate: Json) -> Mapping[str, Json]:
     """Return the budget of an estimate by its lines; none if they do not make up its u."""
-    found = {each["name"]: each for each in estimate.get("budget") or ()}
-    parts = [(each["contribution"] or {}).get("value", nan) for each in found.values()]
+    lines = {line["name"]: line for line in estimate.get("budget") or ()}
+    parts = [(line["contribution"] or {}).get("value", nan) for line in lines.values()]
     u = estimate.get("standard_uncertainty") or nan
-    return found if isclose(hypot(*parts), u, rel_tol=1e-6) else {}
+    return lines if isclose(hypot(*parts), u, rel_tol=1e-6) else {}
 
 
-def _of_difference(before: Json, after: Json, shared: Collection[str]) -> float:
+def _uncertainty_of_difference(before: Json, after: Json, shared: Collection[str]) -> float:
     """Return U of the difference of two estimates in the unit of the second one."""
     scale = kind_of(before["budget"][0]["contribution"]["unit"]).factor
     scale /= kind_of(after["unit"]).factor
     parts: list[Component] = []
     signed = dict.fromkeys(shared, 0.0)
     for factor, estimate in ((-scale, before), (1.0, after)):
-        for name, line in _lines(estimate).items():
+        for name, line in _budget_lines(estimate).items():
             u = line["contribution"]["value"] * factor
             if name in signed:
                 signed[name] += copysign(u, factor * line["sensitivity"]["value"])
             else:
                 parts.append(_component(line, abs(u)))
-    parts += [_component(_lines(after)[name], abs(u)) for name, u in signed.items()]
+    parts += [_component(_budget_lines(after)[name], abs(u)) for name, u in signed.items()]
     u, dof = combine(parts)
-    kurtosis = excess_kurtosis(((each.u, each.distribution) for each in parts), u)
+    kurtosis = excess_kurtosis(((component.u, component.distribution) for component in parts), u)
     return coverage(Estimate(0.0, u, dof, after["unit"], kurtosis))
 
 
@@ -196,9 +196,9 @@ def _component(line: Json, u: float) -> Component:
 
 def _in_unit(estimate: Json, symbol: str) -> Json:
     """Return an estimate of a document in another unit of its kind."""
-    own, other = kind_of(estimate["unit"]), kind_of(symbol)
-    value = from_si(estimate["value"] * own.factor + own.offset, symbol)
+    source, target = kind_of(estimate["unit"]), kind_of(symbol)
+    value = from_si(estimate["value"] * source.factor + source.offset, symbol)
     expanded = estimate["expanded_uncertainty_95"]
-    scaled = None if expanded is None else expanded * own.factor / other.factor
-    found = {"value": float(f"{value:.12g}"), "unit": symbol, "expanded_uncertainty_95": scaled}
-    return {**estimate, **found}
+    scaled = None if expanded is None else expanded * source.factor / target.factor
+    converted = {"value": float(f"{value:.12g}"), "unit": symbol, "expanded_uncertainty_95": scaled}
+    return {**estimate, **converted}

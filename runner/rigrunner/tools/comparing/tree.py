@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 _LONGEST = 70
 _STEPS = {"setup", "main", "teardown", "steps"}
-_BETWEEN = " > "
+_SEPARATOR = " > "
 
 
 @dataclass(frozen=True)
@@ -40,9 +40,9 @@ def changes(section: str, before: Any, after: Any, path: tuple[str, ...] = ()) -
         for key in dict.fromkeys([*before, *after]):
             yield from changes(section, before.get(key), after.get(key), (*path, str(key)))
     elif isinstance(before, list) and isinstance(after, list):
-        yield from _of_lists(section, before, after, path)
+        yield from _list_changes(section, before, after, path)
     else:
-        subject = _BETWEEN.join(path) or section
+        subject = _SEPARATOR.join(path) or section
         yield Change(section, f"{subject} {_verb(before, after)}")
 
 
@@ -51,39 +51,40 @@ def same(before: Any, after: Any) -> bool:
     return bool(_normal(before) == _normal(after))
 
 
-def _of_lists(
+def _list_changes(
     section: str, before: list[Any], after: list[Any], path: tuple[str, ...]
 ) -> Iterator[Change]:
-    first, second = _named(before), _named(after)
+    first, second = _by_name(before), _by_name(after)
     nested = any(isinstance(item, (dict, list)) for item in (*before, *after))
     if (path or (section,))[-1] in _STEPS or (nested and not (first and second)):
-        yield from _of_sequences(section, before, after, path)
+        yield from _sequence_changes(section, before, after, path)
     elif nested:
         yield from changes(section, first, second, path)
         # the order counts: the first fit, for example, is the one that others build on
-        had, have = [n for n in first if n in second], [n for n in second if n in first]
-        if had != have:
-            subject = _BETWEEN.join(path) or section
-            yield Change(section, f"{subject}: now in the order {', '.join(have)}")
+        order = [name for name in second if name in first]
+        if order != [name for name in first if name in second]:
+            subject = _SEPARATOR.join(path) or section
+            yield Change(section, f"{subject}: now in the order {', '.join(order)}")
     else:  # plain values, such as set-points
-        both = ((_more(after, before), "added"), (_more(before, after), "removed"))
-        told = [f"{', '.join(map(shown, items))} {verb}" for items, verb in both if items]
-        subject = _BETWEEN.join(path) or section
-        yield Change(section, f"{subject}: {'; '.join(told) or 'the same values in another order'}")
+        groups = ((_surplus(after, before), "added"), (_surplus(before, after), "removed"))
+        phrases = [f"{', '.join(map(shown, items))} {verb}" for items, verb in groups if items]
+        subject = _SEPARATOR.join(path) or section
+        text = "; ".join(phrases) or "the same values in another order"
+        yield Change(section, f"{subject}: {text}")
 
 
-def _more(items: list[Any], others: list[Any]) -> list[Any]:
+def _surplus(items: list[Any], others: list[Any]) -> list[Any]:
     """Return the items that the others lack, each as often as it is missing there."""
-    left, more = Counter(map(_normal, others)), []
+    remaining, surplus = Counter(map(_normal, others)), []
     for item in items:
-        if left[_normal(item)]:
-            left[_normal(item)] -= 1
+        if remaining[_normal(item)]:
+            remaining[_normal(item)] -= 1
         else:
-            more.append(item)
-    return more
+            surplus.append(item)
+    return surplus
 
 
-def _of_sequences(
+def _sequence_changes(
     section: str, before: list[Any], after: list[Any], path: tuple[str, ...]
 ) -> Iterator[Change]:
     """Report the entries of a list that were added, removed or changed, numbered from 1."""
@@ -97,7 +98,7 @@ def _of_sequences(
                 at = (*path[:-1], f"{entry} {c + index + 1}")
                 yield from changes(section, before[a + index], after[c + index], at)
             continue
-        what = _BETWEEN.join(path) or section
+        what = _SEPARATOR.join(path) or section
         for index, item in enumerate(before[a:b], a + 1):
             yield Change(section, f"{what}: number {index} was removed: {shown(item)}")
         for index, item in enumerate(after[c:d], c + 1):
@@ -106,11 +107,11 @@ def _of_sequences(
 
 def _alike(before: Any, after: Any) -> bool:
     """Return whether an entry is the other one changed: mappings that begin with the same key."""
-    both = isinstance(before, dict) and isinstance(after, dict) and before and after
-    return bool(both and next(iter(before)) == next(iter(after)))
+    are_mappings = isinstance(before, dict) and isinstance(after, dict) and before and after
+    return bool(are_mappings and next(iter(before)) == next(iter(after)))
 
 
-def _named(items: Sequence[Any]) -> dict[str, Any]:
+def _by_name(items: Sequence[Any]) -> dict[str, Any]:
     """Return entries by their names (instruments, plugins with settings); none without names."""
     named = dict(filter(None, map(_name_and_content, items)))
     return named if len(named) == len(items) else {}

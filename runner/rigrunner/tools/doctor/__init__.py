@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from rigrunner.tools.doctor.drivers import daqmx, serial_ports, visa
 from rigrunner.tools.doctor.finding import Finding, Surroundings
-from rigrunner.tools.doctor.installation import each_extra, packages, plugins, python, station
+from rigrunner.tools.doctor.installation import extras, packages, plugins, python, station
 from rigrunner.tools.doctor.machine import (
     browser,
     clock,
@@ -28,7 +28,7 @@ CHECKS = (
     hdf5,
     fonts,
     text,
-    each_extra,
+    extras,
     visa,
     daqmx,
     serial_ports,
@@ -44,7 +44,7 @@ def examine(surroundings: Surroundings) -> list[Finding]:
     for check in CHECKS:
         try:
             findings += list(check(surroundings))  # all, or none if it fails on its way
-        except Exception as error:  # noqa: BLE001  (what is broken here is what is looked for)
-            name, found = check.__name__.replace("_", " "), f"{type(error).__name__}: {error}"
-            findings.append(Finding(name, "fail", found, "reinstall Rigrunner"))
+        except Exception as error:  # noqa: BLE001  (a check that fails is a finding)
+            name, problem = check.__name__.replace("_", " "), f"{type(error).__name__}: {error}"
+            findings.append(Finding(name, "fail", problem, "reinstall Rigrunner"))
     return findings

@@ -23,19 +23,19 @@ _VISA, _DAQMX, _SERIAL = "VISA", "NI-DAQmx", "serial ports"
 def visa(_: Surroundings) -> Iterator[Finding]:
     """Check which kinds of addresses pyvisa-py supports, and look for a vendor's library."""
     try:
-        spoken = import_module("pyvisa_py.highlevel").PyVisaLibrary.get_debug_info()
+        debug_info = import_module("pyvisa_py.highlevel").PyVisaLibrary.get_debug_info()
         library = import_module("pyvisa.ctwrapper").IVIVisaLibrary
     except ImportError:
-        yield _not_looked_for(_VISA, "visa")
+        yield _not_installed(_VISA, "visa")
         return
-    kinds = {kind: spoken.get(kind) for kind in _KINDS}
-    can = [kind for kind, found in kinds.items() if isinstance(found, str)]
-    cannot = "".join(
-        f"; not {kind}: {found[0]}"
-        for kind, found in kinds.items()
-        if isinstance(found, (list, tuple))
+    kinds = {kind: debug_info.get(kind) for kind in _KINDS}
+    supported = ", ".join(kind for kind, support in kinds.items() if isinstance(support, str))
+    unsupported = "".join(
+        f"; not {kind}: {support[0]}"
+        for kind, support in kinds.items()
+        if isinstance(support, (list, tuple))
     )
-    yield Finding(_VISA, "ok", f"pyvisa-py speaks {', '.join(can)} (backend @py){cannot}")
+    yield Finding(_VISA, "ok", f"pyvisa-py speaks {supported} (backend @py){unsupported}")
     paths = [str(path) for path in library.get_library_paths()]
     if paths:
         yield Finding(_VISA, "ok", f"{', '.join(paths)} (backend @ivi)")
@@ -50,13 +50,13 @@ def daqmx(_: Surroundings) -> Iterator[Finding]:
         system_class = import_module("nidaqmx.system").System
         problem = import_module("nidaqmx.errors").Error
     except ImportError:
-        yield _not_looked_for(_DAQMX, "daq")
+        yield _not_installed(_DAQMX, "daq")
         return
     fix = "install NI-DAQmx from ni.com, for the plugin 'daq'; without such hardware leave it out"
     try:
         system = system_class.local()
         driver = system.driver_version
-        devices = [f"{each.name} ({each.product_type})" for each in system.devices]
+        devices = [f"{device.name} ({device.product_type})" for device in system.devices]
     except (problem, OSError) as error:
         first = str(error).strip().partition("\n")[0].partition(". ")[0]
         yield Finding(_DAQMX, "warn", f"no driver (optional): {first}", fix)
@@ -74,23 +74,23 @@ def serial_ports(_: Surroundings) -> Iterator[Finding]:
     try:
         comports = import_module("serial.tools.list_ports").comports
     except ImportError:
-        yield _not_looked_for(_SERIAL, "serial")
+        yield _not_installed(_SERIAL, "serial")
         return
     ports = sorted(port.device for port in comports())
-    may_all = sys.platform == "win32"
-    barred = [port for port in ports if not may_all and not os.access(port, os.R_OK | os.W_OK)]
-    usable = [port for port in ports if port not in barred]
+    is_windows = sys.platform == "win32"
+    denied = [port for port in ports if not is_windows and not os.access(port, os.R_OK | os.W_OK)]
+    usable = [port for port in ports if port not in denied]
     if usable or not ports:
         yield Finding(_SERIAL, "ok", ", ".join(usable) or "none is seen")
-    if barred:
+    if denied:
         try:
-            group = Path(barred[0]).group()
+            group = Path(denied[0]).group()
         except (OSError, KeyError, NotImplementedError):
             group = "dialout"  # which owns them on most systems
         fix = f"sudo usermod -aG {group} {getpass.getuser()}, then log in again"
-        found = f"no permission to open {', '.join(barred)}, which belongs to the group {group}"
-        yield Finding(_SERIAL, "warn", found, fix)
+        problem = f"no permission to open {', '.join(denied)}, which belongs to the group {group}"
+        yield Finding(_SERIAL, "warn", problem, fix)
 
 
-def _not_looked_for(name: str, extra: str) -> Finding:
+def _not_installed(name: str, extra: str) -> Finding:
     return Finding(name, "ok", f"not checked: the extra {extra} is not installed")

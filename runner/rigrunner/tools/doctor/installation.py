@@ -46,31 +46,32 @@ _BOUND = re.compile(r"(>=|<|!=)\s*([\d.]+)")
 def python(_: Surroundings) -> Iterator[Finding]:
     """Compare Python with the oldest supported version."""
     oldest = ".".join(map(str, OLDEST_PYTHON))
-    fit = sys.version_info[:2] >= OLDEST_PYTHON
-    found = f"{platform.python_implementation()} {platform.python_version()} at {sys.executable}"
-    fix = "" if fit else f"install Python {oldest} or newer"
-    yield Finding("Python", "ok" if fit else "fail", found, fix)
+    is_supported = sys.version_info[:2] >= OLDEST_PYTHON
+    name = f"{platform.python_implementation()} {platform.python_version()}"
+    fix = "" if is_supported else f"install Python {oldest} or newer"
+    state: State = "ok" if is_supported else "fail"
+    yield Finding("Python", state, f"{name} at {sys.executable}", fix)
 
 
 def packages(_: Surroundings) -> Iterator[Finding]:
     """Compare what is installed with the bounds in the package's metadata."""
-    found = [f"rigrunner {__version__}"]
+    versions = [f"rigrunner {__version__}"]
     for line in requires("rigrunner") or ():
-        name, bounds, extra = _line(line)
+        name, bounds, extra = _requirement(line)
         if extra:
             continue
         installed = _installed(name)
-        if wrong := _wrong(name, installed, bounds):
-            yield Finding("packages", "fail", wrong, f"pip install '{line}'")
+        if problem := _version_problem(name, installed, bounds):
+            yield Finding("packages", "fail", problem, f"pip install '{line}'")
         if installed:
-            found.append(f"{name} {installed}")
-    yield Finding("packages", "ok", ", ".join(found))
+            versions.append(f"{name} {installed}")
+    yield Finding("packages", "ok", ", ".join(versions))
 
 
-def _line(text: str) -> tuple[str, str, str]:
+def _requirement(text: str) -> tuple[str, str, str]:
     """Return the package, the bounds and the extra ('': none) of a line of the metadata."""
-    found = _LINE.match(text)
-    return (found[1], found[2], found[3] or "") if found else (text, "", "")
+    match = _LINE.match(text)
+    return (match[1], match[2], match[3] or "") if match else (text, "", "")
 
 
 def _installed(package: str) -> str:
@@ -85,18 +86,18 @@ def numbers(text: str) -> tuple[int, ...]:
     return tuple(int(part) for part in re.findall(r"\d+", text.partition("+")[0])[:3])
 
 
-def plugins(of: Surroundings) -> Iterator[Finding]:
+def plugins(surroundings: Surroundings) -> Iterator[Finding]:
     """Count the plugins by provider; report disabled ones, and names used twice."""
-    count = Counter(str(plugin.provider) for plugin in of.registry.plugins)
+    count = Counter(str(plugin.provider) for plugin in surroundings.registry.plugins)
     listing = ", ".join(f"{number} of {provider}" for provider, number in sorted(count.items()))
     state: State = "ok" if count else "fail"
     yield Finding("plugins", state, listing or "none", "" if count else "reinstall Rigrunner")
-    for disabled in of.registry.disabled:
+    for disabled in surroundings.registry.disabled:
         fix = "fix or uninstall it; its plugins are not available"
         text = f"{disabled.provider} is disabled: {disabled.reason}"
         yield Finding("plugins", "warn", text, fix)
     claims: dict[tuple[str, str], list[str]] = {}
-    for plugin in of.registry.plugins:
+    for plugin in surroundings.registry.plugins:
         claims.setdefault((plugin.kind, plugin.record.name), []).append(str(plugin.provider))
     for (kind, name), providers in claims.items():
         if len(providers) > 1:
@@ -104,37 +105,37 @@ def plugins(of: Surroundings) -> Iterator[Finding]:
             yield Finding("plugins", "warn", text, "uninstall one of them; neither can be used")
 
 
-def station(of: Surroundings) -> Iterator[Finding]:
+def station(surroundings: Surroundings) -> Iterator[Finding]:
     """Create the devices of the station, with its plugins; no instrument is accessed."""
-    if of.station is None:
+    if surroundings.station is None:
         yield Finding("station", "ok", "not checked: name one with --station")
         return
     try:
-        ready = ready_station(of.station)
+        ready = ready_station(surroundings.station)
     except InvalidFileError as error:
-        for each in error.problems:
-            fix = each.hint or "'rigrunner check' lists all problems in it"
-            where = f"{each.location}: " if each.location else ""
-            yield Finding("station", "fail", f"{where}{each.message}", fix)
+        for problem in error.problems:
+            fix = problem.hint or "'rigrunner check' lists all problems in it"
+            where = f"{problem.location}: " if problem.location else ""
+            yield Finding("station", "fail", f"{where}{problem.message}", fix)
         return
     except RigrunnerError as error:
         yield Finding("station", "fail", error.message, error.hint or "correct the file")
         return
     roles = ", ".join(ready.devices)
-    found = f"{of.station}: its plugins take the settings of {roles}"
-    yield Finding("station", "ok", f"{found}; 'rigrunner devices' connects them")
+    text = f"{surroundings.station}: its plugins take the settings of {roles}"
+    yield Finding("station", "ok", f"{text}; 'rigrunner devices' connects them")
 
 
-def each_extra(_: Surroundings) -> Iterator[Finding]:
+def extras(_: Surroundings) -> Iterator[Finding]:
     """Compare the installed packages with what each extra requires in the package's metadata."""
-    asked: dict[str, dict[str, str]] = {}
+    requirements: dict[str, dict[str, str]] = {}
     for line in requires("rigrunner") or ():
-        name, bounds, extra = _line(line)
+        name, bounds, extra = _requirement(line)
         if extra and extra not in TOOLS and name != "rigrunner":
-            asked.setdefault(extra, {})[name] = bounds
-    for extra, packages in sorted(asked.items()):
+            requirements.setdefault(extra, {})[name] = bounds
+    for extra, packages in sorted(requirements.items()):
         yield _extra(extra, packages)
-    if not asked:
+    if not requirements:
         fix = "install Rigrunner again: its metadata are of an older version"
         yield Finding("extras", "warn", "its own metadata name none", fix)
 
@@ -142,28 +143,28 @@ def each_extra(_: Surroundings) -> Iterator[Finding]:
 def _extra(extra: str, packages: dict[str, str]) -> Finding:
     name, purpose = f"extra {extra}", PURPOSES.get(extra, "a plugin")
     fix = f"pip install 'rigrunner[{extra}]', for {purpose}"
-    found = {package: _installed(package) for package in packages}
-    if not any(found.values()):
+    versions = {package: _installed(package) for package in packages}
+    if not any(versions.values()):
         return Finding(name, "warn", f"not installed (optional): {', '.join(packages)}", fix)
-    wrong = [
+    problems = [
         text
         for package, bounds in packages.items()
-        if (text := _wrong(package, found[package], bounds))
+        if (text := _version_problem(package, versions[package], bounds))
     ]
-    if wrong:
-        return Finding(name, "warn", ", ".join(wrong), fix)
+    if problems:
+        return Finding(name, "warn", ", ".join(problems), fix)
     if extra == "pdf":  # it needs libraries of the system too
         try:
-            with redirect_stdout(io.StringIO()):  # where Pango is missing it prints what we say
+            with redirect_stdout(io.StringIO()):  # without Pango it prints what we report
                 import weasyprint  # noqa: F401, PLC0415  (optional, heavy, and loads libraries)
         except OSError as error:
             text = f"WeasyPrint does not find the library Pango: {error}"
             fix = "on Debian: apt install libpango-1.0-0 libpangoft2-1.0-0 libharfbuzz-subset0"
             return Finding(name, "warn", text, fix)
-    return Finding(name, "ok", ", ".join(f"{each} {found[each]}" for each in packages))
+    return Finding(name, "ok", ", ".join(f"{package} {versions[package]}" for package in packages))
 
 
-def _wrong(package: str, installed: str, bounds: str) -> str:
+def _version_problem(package: str, installed: str, bounds: str) -> str:
     if not installed:
         return f"{package} is missing"
     for sign, bound in _BOUND.findall(bounds):

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-RELEASED = datetime(2026, 11, 1, tzinfo=UTC)
+RELEASE_DATE = datetime(2026, 11, 1, tzinfo=UTC)
 """A clock before this date, that of the release, is wrong."""
 AHEAD = timedelta(hours=1)
 """How far a run may be dated ahead: simulated time is faster than the clock."""
@@ -29,25 +29,26 @@ FONT = "DejaVu Sans"
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome", "msedge", "firefox")
 
 
-def clock(of: Surroundings) -> Iterator[Finding]:
+def clock(surroundings: Surroundings) -> Iterator[Finding]:
     """Check the clock, as far as a machine can by itself."""
-    text = f"{of.now:%Y-%m-%d %H:%M:%S} UTC"
+    text = f"{surroundings.now:%Y-%m-%d %H:%M:%S} UTC"
     fix = "set the clock, and synchronise it by NTP"
-    starts = [re.match(r"\d{8}T\d{6}Z", name) for name in run_names(of.runs)]
-    times = [datetime.strptime(f"{found[0]}+0000", "%Y%m%dT%H%M%SZ%z") for found in starts if found]
+    starts = [re.match(r"\d{8}T\d{6}Z", name) for name in run_names(surroundings.runs)]
+    times = [datetime.strptime(f"{match[0]}+0000", "%Y%m%dT%H%M%SZ%z") for match in starts if match]
     newest = max(times, default=None)
-    if of.now < RELEASED:
+    if surroundings.now < RELEASE_DATE:
         yield Finding("clock", "fail", f"{text} is before this program was written", fix)
-    elif newest is not None and newest > of.now + AHEAD:
-        yield Finding("clock", "warn", f"{text} is before the newest run in {of.runs}", fix)
+    elif newest is not None and newest > surroundings.now + AHEAD:
+        problem = f"{text} is before the newest run in {surroundings.runs}"
+        yield Finding("clock", "warn", problem, fix)
     else:
         yield Finding("clock", "ok", text)
 
 
-def runs_folder(of: Surroundings) -> Iterator[Finding]:
+def runs_folder(surroundings: Surroundings) -> Iterator[Finding]:
     """Try to write to the folder of runs."""
-    there = of.runs.is_dir()
-    folder = of.runs if there else _nearest_folder(of.runs)
+    exists = surroundings.runs.is_dir()
+    folder = surroundings.runs if exists else _nearest_folder(surroundings.runs)
     try:
         with tempfile.TemporaryFile(dir=folder):
             pass
@@ -55,21 +56,21 @@ def runs_folder(of: Surroundings) -> Iterator[Finding]:
         fix = "get write permission there, or name another folder with --runs"
         yield Finding("runs folder", "fail", f"{folder}: {error.strerror or error}", fix)
     else:
-        made = "can be written" if there else "will be created by the first run"
-        yield Finding("runs folder", "ok", f"{of.runs.absolute()} {made}")
+        state = "can be written" if exists else "will be created by the first run"
+        yield Finding("runs folder", "ok", f"{surroundings.runs.absolute()} {state}")
 
 
-def disk(of: Surroundings) -> Iterator[Finding]:
+def disk(surroundings: Surroundings) -> Iterator[Finding]:
     """Check the free space for runs."""
-    free = shutil.disk_usage(_nearest_folder(of.runs)).free
+    free = shutil.disk_usage(_nearest_folder(surroundings.runs)).free
     state: State = "ok" if free >= SCARCE_BYTES else "warn" if free >= FULL_BYTES else "fail"
     fix = "" if state == "ok" else "move old runs elsewhere, or name another disk with --runs"
     yield Finding("disk", state, f"{free / 1e9:.1f} GB free for runs", fix)
 
 
 def _nearest_folder(path: Path) -> Path:
-    here = path.absolute()
-    return next(folder for folder in (here, *here.parents) if folder.is_dir())
+    absolute = path.absolute()
+    return next(folder for folder in (absolute, *absolute.parents) if folder.is_dir())
 
 
 def hdf5(_: Surroundings) -> Iterator[Finding]:
@@ -90,12 +91,12 @@ def fonts(_: Surroundings) -> Iterator[Finding]:
     from matplotlib import font_manager  # noqa: PLC0415  (heavy)
 
     try:
-        found = font_manager.findfont(FONT, fallback_to_default=False)
+        path = font_manager.findfont(FONT, fallback_to_default=False)
     except ValueError:
         fix = "reinstall matplotlib, which brings it"
         yield Finding("fonts", "fail", f"{FONT}, of the report's plots, is missing", fix)
     else:
-        yield Finding("fonts", "ok", f"{FONT} at {found}")
+        yield Finding("fonts", "ok", f"{FONT} at {path}")
 
 
 def text(_: Surroundings) -> Iterator[Finding]:
@@ -123,7 +124,7 @@ def editor(_: Surroundings) -> Iterator[Finding]:
 
 
 def _optional(name: str, programs: tuple[str, ...], fix: str) -> Finding:
-    found = next((path for path in map(shutil.which, programs) if path), None)
-    if found:
-        return Finding(name, "ok", found)
+    program = next((path for path in map(shutil.which, programs) if path), None)
+    if program:
+        return Finding(name, "ok", program)
     return Finding(name, "warn", f"none found (optional): {', '.join(programs)}", fix)

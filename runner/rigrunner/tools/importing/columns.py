@@ -30,7 +30,7 @@ _TOLERANCE = 1e-6
 
 
 @dataclass(frozen=True)
-class Wanted:
+class MappedColumn:
     """A column of a recording, and where the mapping names it."""
 
     spec: ColumnSpec | TimeSpec
@@ -38,7 +38,7 @@ class Wanted:
 
 
 @dataclass(frozen=True, eq=False)
-class Read:
+class RecordingData:
     """The content of a file for one recording: columns of shape (n,), in SI units."""
 
     rate_hz: float
@@ -52,31 +52,32 @@ def read_part(
     importer: Importer,
     part: Part,
     at: DocumentPath,
-    wanted: Mapping[str, Wanted],
-) -> Read:
-    """Read the wanted columns of a recording, which stands in the mapping at `at`.
+    mapped: Mapping[str, MappedColumn],
+) -> RecordingData:
+    """Read the mapped columns of a recording, whose entry in the mapping is at `at`.
 
     Raises InvalidFileError if the mapping and the file contradict each other, and DataError if the
     file is not a recording without gaps.
     """
     sampling = mapping.model.sampling
-    asked = dict(wanted)
+    requested = dict(mapped)
     if sampling.time is not None:
-        asked[_TIME] = Wanted(sampling.time, ("sampling", "time"))
-    found = _columns(mapping, importer, part, at, asked)
+        requested[_TIME] = MappedColumn(sampling.time, ("sampling", "time"))
+    columns = _columns(mapping, importer, part, at, requested)
     file = str(mapping.file(part.file))
-    lengths = {name: len(column.values) for name, column in found.items()}
+    lengths = {name: len(column.values) for name, column in columns.items()}
     if len(set(lengths.values())) > 1:
-        counts = (f"{count} of '{asked[name].spec.column}'" for name, count in lengths.items())
+        counts = (f"{count} of '{requested[name].spec.column}'" for name, count in lengths.items())
         message = f"the columns have different numbers of samples: {', '.join(counts)}"
         raise DataError(message, location=Location(file))
-    in_si = {name: _in_si(mapping, column, asked[name], file) for name, column in found.items()}
+    in_si = {name: _in_si(mapping, columns[name], requested[name], file) for name in columns}
     times_s = in_si.pop(_TIME, None)
-    sampled = {name: found[name] for name in wanted}
+    sampled = {name: columns[name] for name in mapped}
     rate_hz = rate_of(sampled, times_s, sampling.rate, file)
     first, last = _window(mapping, part, at, rate_hz, len(next(iter(in_si.values()))))
     started = start_of(sampled, rate_hz, file)
-    return Read(rate_hz, {name: values[first:last] for name, values in in_si.items()}, started)
+    in_window = {name: values[first:last] for name, values in in_si.items()}
+    return RecordingData(rate_hz, in_window, started)
 
 
 def _columns(
@@ -84,39 +85,40 @@ def _columns(
     importer: Importer,
     part: Part,
     at: DocumentPath,
-    asked: Mapping[str, Wanted],
+    requested: Mapping[str, MappedColumn],
 ) -> Mapping[str, Column]:
-    names = {name: each.spec.column for name, each in asked.items()}
+    names = {name: column.spec.column for name, column in requested.items()}
     try:
-        found = importer.read(mapping.file(part.file), names, part.group)
+        columns = importer.read(mapping.file(part.file), names, part.group)
     except NotInFileError as error:
-        known = error.wanted in asked
-        path = (*asked[error.wanted].at, "column") if known else (*at, "group")
+        is_column = error.wanted in requested
+        path = (*requested[error.wanted].at, "column") if is_column else (*at, "group")
         place = error.location or Location(str(mapping.file(part.file)))
         raise fault(mapping, path, f"{place}: {error.message}", error.hint) from error
-    if not isinstance(found, Mapping):
-        raise _not_given(mapping, f"{type(found).__name__}, expected a Column for each name")
-    return {name: _checked(mapping, name, found.get(name)) for name in asked}
+    if not isinstance(columns, Mapping):
+        raise _importer_error(mapping, f"{type(columns).__name__}, expected a Column for each name")
+    return {name: _checked_column(mapping, name, columns.get(name)) for name in requested}
 
 
-def _checked(mapping: LoadedMapping, name: str, column: object) -> Column:
+def _checked_column(mapping: LoadedMapping, name: str, column: object) -> Column:
     """Return a column of the shape and type that importers must give; raise PluginError."""
     if not isinstance(column, Column):
-        raise _not_given(mapping, f"{column!r} for '{name}', expected a Column")
+        raise _importer_error(mapping, f"{column!r} for '{name}', expected a Column")
     try:
         values = as_samples(column.values)
     except TypeError as error:
-        raise _not_given(mapping, f"values that are {error} for '{name}', not float64") from error
+        problem = f"values that are {error} for '{name}', not float64"
+        raise _importer_error(mapping, problem) from error
     if values.ndim != 1 or not np.isfinite(values).all():
-        raise _not_given(mapping, f"values for '{name}' that are not a row of finite numbers")
+        raise _importer_error(mapping, f"values for '{name}' that are not a row of finite numbers")
     interval_s = column.interval_s
     is_time = isinstance(interval_s, Real) and isfinite(interval_s) and interval_s > 0
     if interval_s is not None and not is_time:
-        raise _not_given(mapping, f"an interval of {interval_s!r} s for '{name}'")
+        raise _importer_error(mapping, f"an interval of {interval_s!r} s for '{name}'")
     return replace(column, values=values)
 
 
-def _not_given(mapping: LoadedMapping, what: str) -> PluginError:
+def _importer_error(mapping: LoadedMapping, what: str) -> PluginError:
     name = mapping.model.format.name
     hint = f"report it to its author; see 'rigrunner check-plugin {name}'"
     return PluginError(f"the importer '{name}' gave {what}", hint=hint)
@@ -129,20 +131,20 @@ def fault(
     return InvalidFileError([Problem(message, mapping.document.where(path), dotted(path), hint)])
 
 
-def _in_si(mapping: LoadedMapping, column: Column, wanted: Wanted, file: str) -> Array:
-    spec = wanted.spec
-    stated = find_unit(column.unit)
-    agrees = column.unit in {"", spec.file_says} or (stated and stated.symbol == spec.unit)
+def _in_si(mapping: LoadedMapping, column: Column, mapped: MappedColumn, file: str) -> Array:
+    spec = mapped.spec
+    file_unit = find_unit(column.unit)
+    agrees = column.unit in {"", spec.file_says} or (file_unit and file_unit.symbol == spec.unit)
     if not agrees:
         raise fault(
             mapping,
-            (*wanted.at, "unit"),
+            (*mapped.at, "unit"),
             f"{file} states '{column.unit[:40]}' for '{spec.column}', not '{spec.unit}'",
             "correct the unit; or, where the file is known to be wrong, say so:"
             f" file_says: {column.unit[:40]}",
         )
-    known = unit(spec.unit)
-    return column.values * known.factor + known.offset
+    source = unit(spec.unit)
+    return column.values * source.factor + source.offset
 
 
 def _window(

@@ -35,25 +35,25 @@ IMPORTER = "importer"
 
 
 def _time_unit(symbol: str) -> str:
-    known = unit(symbol)
-    if known.dimension != "time":
+    parsed = unit(symbol)
+    if parsed.dimension != "time":
         hint = f"units of time: {', '.join(units_of('time'))}"
-        raise QuantityError(f"'{symbol}' is a unit of {known.dimension}, not of time", hint=hint)
-    return known.symbol
+        raise QuantityError(f"'{symbol}' is a unit of {parsed.dimension}, not of time", hint=hint)
+    return parsed.symbol
 
 
 def _moment(value: object) -> object:
     if not isinstance(value, str):
         return value
     try:
-        found = datetime.fromisoformat(value)
+        moment = datetime.fromisoformat(value)
     except ValueError:
-        found = None
-    if found is None or found.tzinfo is None:
+        moment = None
+    if moment is None or moment.tzinfo is None:
         raise ValueError(
             f"'{value[:40]}' is not a time with its zone; write it as 2026-01-31T09:15:00+01:00"
         )
-    return found
+    return moment
 
 
 def _kind(value: object) -> str:
@@ -132,7 +132,7 @@ class Part(Settings):
         ) < min(self.to or inf, other.to or inf)
 
     @model_validator(mode="after")
-    def _ordered(self) -> Self:
+    def _check_order(self) -> Self:
         if self.from_ is not None and self.to is not None and self.from_ >= self.to:
             raise ValueError("'from' must be before 'to'")
         return self
@@ -211,11 +211,11 @@ class ImportMapping(Settings):
 
     def zeros_of(self, member: Member) -> tuple[Quantity | Part, ...]:
         """Return the readings of a channel at rest, one for each zero of the procedure."""
-        given = self.zeros[member]
-        return given if isinstance(given, tuple) else (given,)
+        zeros = self.zeros[member]
+        return zeros if isinstance(zeros, tuple) else (zeros,)
 
     @model_validator(mode="after")
-    def _in_order(self) -> Self:
+    def _check_times(self) -> Self:
         if self.ended is not None and self.ended < self.started:
             raise ValueError("the run ended before it was started")
         return self

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from rigrunner.tools.importing.mapping import ImportMapping, LoadedMapping, RecordingEntry
     from rigrunner.yamlfile.document import Path
 
-CLOSE = 1e-6
+SET_POINT_TOLERANCE = 1e-6
 """Relative difference up to which two set-points are equal."""
 
 
@@ -42,7 +42,7 @@ class Matched:
 
 def match(mapping: LoadedMapping, planned: Planned) -> Matched:
     """Return the matched recordings; raise InvalidFileError with all that does not match."""
-    return _Matcher(mapping, planned).matched()
+    return _Matcher(mapping, planned).match()
 
 
 class _Matcher:
@@ -57,7 +57,7 @@ class _Matcher:
             if isinstance(step.action, Record)
         }
 
-    def matched(self) -> Matched:
+    def match(self) -> Matched:
         if not self._records:
             what = self._planned.procedure.model.id
             self._complain(("procedure",), f"{what} records nothing: there is nothing to import")
@@ -91,7 +91,7 @@ class _Matcher:
                 hint = suggestion(member, units, "it records")
                 self._complain(path, "the procedure does not record this channel", hint, key=True)
                 continue
-            self._fits((*path, "unit"), spec.unit, units[member], member)
+            self._check_unit((*path, "unit"), spec.unit, units[member], member)
         for member in units:
             if member not in self._mapping.channels:
                 self._complain(
@@ -99,10 +99,10 @@ class _Matcher:
                     f"such as {member}: {{column: ..., unit: {units[member]}}}", key=True,
                 )  # fmt: skip
 
-    def _fits(self, path: Path, symbol: str, needed: str, member: str) -> None:
-        got, wanted = unit(symbol).dimension, unit(needed).dimension
-        if got != wanted:
-            text = f"'{symbol}' is a unit of {got}, but {member} needs one of {wanted}"
+    def _check_unit(self, path: Path, symbol: str, needed: str, member: str) -> None:
+        dimension, expected = unit(symbol).dimension, unit(needed).dimension
+        if dimension != expected:
+            text = f"'{symbol}' is a unit of {dimension}, but {member} needs one of {expected}"
             self._complain(path, text)
 
     def _zeros(self) -> None:
@@ -118,7 +118,7 @@ class _Matcher:
             needed = steps[zeroed.index(member)].unit
             for zero in self._mapping.zeros_of(member):
                 if isinstance(zero, Quantity):
-                    self._fits(("zeros", member), zero.unit.symbol, needed, member)
+                    self._check_unit(("zeros", member), zero.unit.symbol, needed, member)
                 elif member not in self._mapping.channels:
                     self._complain(("zeros", member), f"no column of '{member}' is given")
         for member in dict.fromkeys(zeroed):
@@ -128,10 +128,10 @@ class _Matcher:
                     " missing",
                     "0 in its unit if the program had already subtracted it", key=True,
                 )  # fmt: skip
-            elif (given := len(self._mapping.zeros_of(member))) != zeroed.count(member):
+            elif (count := len(self._mapping.zeros_of(member))) != zeroed.count(member):
                 self._complain(
                     ("zeros", member),
-                    f"the procedure zeroes it {zeroed.count(member)} times, given: {given}",
+                    f"the procedure zeroes it {zeroed.count(member)} times, given: {count}",
                     "give a list of its readings at rest, in this order",
                 )
 
@@ -143,12 +143,12 @@ class _Matcher:
             if entry.name != action.name:
                 self._complain((*path, "name"), f"the procedure measures '{action.name}' here")
             elif entry.values.keys() != set(action.channels):
-                wanted = ", ".join(action.channels)
-                self._complain((*path, "values"), f"the procedure measures here: {wanted}")
+                channels = ", ".join(action.channels)
+                self._complain((*path, "values"), f"the procedure measures here: {channels}")
             else:
                 for member, value in entry.values.items():
                     at: Path = (*path, "values", member)
-                    self._fits(at, value.unit.symbol, action.units[member], member)
+                    self._check_unit(at, value.unit.symbol, action.units[member], member)
         for action in steps[len(entries) :]:
             text = f"the measurement '{action.name}' is missing, of {', '.join(action.channels)}"
             self._complain(("measurements",), text, key=True)
@@ -157,108 +157,109 @@ class _Matcher:
             self._complain(("measurements", index), text)
 
     def _set_points(self) -> None:
-        known: dict[str, str] = {}
+        units: dict[str, str] = {}
         for action in self._records.values():
-            known |= {member: action.units[member] for member in action.setpoints}
-        for path, given in self._stated("set_points"):
-            for member, quantity in given.items():
+            units |= {member: action.units[member] for member in action.setpoints}
+        for path, set_points in self._values_of_key("set_points"):
+            for member, quantity in set_points.items():
                 at: Path = (*path, member)
-                if member not in known:
-                    hint = suggestion(member, known, "it sets")
+                if member not in units:
+                    hint = suggestion(member, units, "it sets")
                     self._complain(at, "the procedure does not set this drive", hint, key=True)
                 else:
-                    self._fits(at, quantity.unit.symbol, known[member], member)
+                    self._check_unit(at, quantity.unit.symbol, units[member], member)
 
-    def _stated(self, key: str) -> Iterator[tuple[Path, Mapping[Member, Any]]]:
+    def _values_of_key(self, key: str) -> Iterator[tuple[Path, Mapping[Member, Any]]]:
         """Yield what a key states for all recordings, and then for each, with its place."""
         yield (key,), getattr(self._mapping, key)
         for index, entry in enumerate(self._mapping.recordings):
             yield ("recordings", index, key), getattr(entry, key)
 
     def _conditions(self) -> None:
-        known: dict[str, str] = {}
+        units: dict[str, str] = {}
         for role, device in self._planned.devices.items():
-            known |= {Member(role, each.name): each.unit for each in device.channels}
-            known |= {Member(role, each.name): each.unit for each in device.drives}
-        for path, given in self._stated("conditions"):
-            for member, condition in given.items():
+            units |= {Member(role, channel.name): channel.unit for channel in device.channels}
+            units |= {Member(role, drive.name): drive.unit for drive in device.drives}
+        for path, conditions in self._values_of_key("conditions"):
+            for member, condition in conditions.items():
                 at: Path = (*path, member)
                 if member in self._mapping.channels:
                     self._complain(at, "this channel is recorded already", key=True)
-                elif member not in known:
-                    hint = suggestion(member, known, "there are")
+                elif member not in units:
+                    hint = suggestion(member, units, "there are")
                     self._complain(at, "the station has no such channel", hint, key=True)
                 else:
                     symbol = (
                         condition.unit.symbol if isinstance(condition, Quantity) else condition.unit
                     )
-                    self._fits(at, symbol, known[member], member)
+                    self._check_unit(at, symbol, units[member], member)
 
     def _same_samples(self) -> None:
         """Report samples that are used for two recordings, as when a line was copied."""
         entries = self._mapping.recordings
         for index, entry in enumerate(entries):
-            other = next((i for i in range(index) if entry.overlaps(entries[i])), None)
-            if other is not None:
+            earlier = next((i for i in range(index) if entry.overlaps(entries[i])), None)
+            if earlier is not None:
                 self._complain(
-                    ("recordings", index, "file"), f"recordings[{other}] has the same samples"
+                    ("recordings", index, "file"), f"recordings[{earlier}] has the same samples"
                 )
 
     def _inputs(self) -> dict[str, str]:
-        asked: dict[str, Expected] = {
-            name: each.expected for name, each in self._planned.procedure.inputs.items()
+        expected: dict[str, Expected] = {
+            name: definition.expected for name, definition in self._planned.procedure.inputs.items()
         }
         for step in self._planned.plan.steps:
             if isinstance(step.action, Ask):
-                asked[step.action.into] = step.action.expected
-        found: dict[str, str] = {}
+                expected[step.action.into] = step.action.expected
+        answers: dict[str, str] = {}
         for name, answer in self._mapping.inputs.items():
             path: Path = ("inputs", name)
-            if name not in asked:
-                hint = suggestion(name, asked, "it asks for")
+            if name not in expected:
+                hint = suggestion(name, expected, "it asks for")
                 self._complain(path, "the procedure has no such input", hint, key=True)
                 continue
             try:
-                found[name] = asked[name].accept(answer)
+                answers[name] = expected[name].accept(answer)
             except AnswerError as error:
                 self._complain(path, error.message, error.hint)
-        for name in asked:
+        for name in expected:
             if name not in self._mapping.inputs:
                 self._complain(("inputs",), f"the answer to '{name}' is missing", key=True)
-        return found
+        return answers
 
     def _recordings(self) -> dict[int, int]:
-        left = dict(enumerate(self._mapping.recordings))
-        found: dict[int, int] = {}
+        remaining = dict(enumerate(self._mapping.recordings))
+        matches: dict[int, int] = {}
         missing: list[str] = []
         for step, action in self._records.items():
-            index = next((i for i, entry in left.items() if self._is_at(entry, action)), None)
+            index = next((i for i, entry in remaining.items() if self._is_at(entry, action)), None)
             if index is None:
-                at = (f"{each} {v:g} {action.units[each]}" for each, v in action.setpoints.items())
+                points = action.setpoints.items()
+                at = (f"{drive} {value:g} {action.units[drive]}" for drive, value in points)
                 missing.append(", ".join(at))
             else:
-                found[step] = index
-                del left[index]
+                matches[step] = index
+                del remaining[index]
         for text in missing:
             self._complain(("recordings",), f"there is no recording at {text}", key=True)
-        for index, entry in left.items():
-            self._complain(("recordings", index), self._not_wanted(entry))
-        return found
+        for index, entry in remaining.items():
+            self._complain(("recordings", index), self._unmatched_text(entry))
+        return matches
 
     def _is_at(self, entry: RecordingEntry, action: Record) -> bool:
-        given = {**self._mapping.set_points, **entry.set_points}
-        return given.keys() >= action.setpoints.keys() and all(
-            isclose(given[Member.parse(each)].si, value, rel_tol=CLOSE)
-            for each, value in action.setpoints.items()
+        set_points = {**self._mapping.set_points, **entry.set_points}
+        return set_points.keys() >= action.setpoints.keys() and all(
+            isclose(set_points[Member.parse(drive)].si, value, rel_tol=SET_POINT_TOLERANCE)
+            for drive, value in action.setpoints.items()
         )
 
-    def _not_wanted(self, entry: RecordingEntry) -> str:
-        given = {**self._mapping.set_points, **entry.set_points}
+    def _unmatched_text(self, entry: RecordingEntry) -> str:
+        set_points = {**self._mapping.set_points, **entry.set_points}
         action = next(iter(self._records.values()))
-        unset = [member for member in action.setpoints if member not in given]
+        unset = [member for member in action.setpoints if member not in set_points]
         if unset:
             return f"the set-point is missing of: {', '.join(unset)}"
-        text = ", ".join(f"{member} {quantity}" for member, quantity in given.items())
+        text = ", ".join(f"{member} {quantity}" for member, quantity in set_points.items())
         return f"the procedure records nothing, or nothing more, at {text}"
 
 

@@ -49,20 +49,20 @@ def plan_import(
     choose which code is run.
     """
     model = mapping.model
-    procedure = _found(mapping, "procedure", model.procedure)
-    named = station or _found(mapping, "station", model.station)
-    if station is None and load_station(named).model.plugins is not None:
+    procedure = _find_file(mapping, "procedure", model.procedure)
+    station_path = station or _find_file(mapping, "station", model.station)
+    if station is None and load_station(station_path).model.plugins is not None:
         raise UsageError(
-            f"the station {named} has plugins of its own",
-            hint=f"say that you trust them: --station {named}",
+            f"the station {station_path} has plugins of its own",
+            hint=f"say that you trust them: --station {station_path}",
         )
-    planned = plan_run(procedure, named, registry, SimulatedClock(model.started))
+    planned = plan_run(procedure, station_path, registry, SimulatedClock(model.started))
     state, day = planned.approval, model.started.astimezone(UTC).date().isoformat()
     if not state.is_draft and state.utc[:10] > day:  # a later approval does not count for it
         note = f"it was approved by {state.by} on {state.utc[:10]}, after the recordings were made"
         draft = ApprovalState("draft", sha256=state.sha256, note=note)
         planned = replace(planned, approval=draft)
-    importer, reader = _importer(mapping, planned.registry)
+    importer, reader = _make_importer(mapping, planned.registry)
     matched = match(mapping, planned)
     for index, entry in enumerate(model.recordings):
         if not mapping.file(entry.file).is_file():
@@ -71,11 +71,11 @@ def plan_import(
     return PlannedImport(mapping, planned, matched, importer, reader)
 
 
-def _found(mapping: LoadedMapping, key: str, name: str) -> Path:
+def _find_file(mapping: LoadedMapping, key: str, name: str) -> Path:
     """Return the procedure or station of that name: beside the mapping, or a shipped one."""
-    beside = mapping.file(name)
-    if beside.is_file():
-        return beside
+    path = mapping.file(name)
+    if path.is_file():
+        return path
     find = find_procedure if key == "procedure" else find_station
     try:
         return find(name)
@@ -83,14 +83,14 @@ def _found(mapping: LoadedMapping, key: str, name: str) -> Path:
         raise fault(mapping, (key,), error.message, error.hint) from error
 
 
-def _importer(mapping: LoadedMapping, registry: Registry) -> tuple[Importer, str]:
+def _make_importer(mapping: LoadedMapping, registry: Registry) -> tuple[Importer, str]:
     name = mapping.model.format.name
     try:
-        found = registry.find(IMPORTER, name)
-        validate(found.record.settings_model, mapping.document, ("format", name))
+        plugin = registry.find(IMPORTER, name)
+        validate(plugin.record.settings_model, mapping.document, ("format", name))
         importer = registry.make(IMPORTER, name, mapping.model.format.settings)
     except InvalidFileError:
         raise
     except PluginError as error:
         raise fault(mapping, ("format",), error.message, error.hint) from error
-    return importer, f"{name} of {found.provider}"
+    return importer, f"{name} of {plugin.provider}"

@@ -53,19 +53,19 @@ def import_run(
     is_recorded = False
     try:
         with run_lock(folder):
-            zeros = (each for name in mapping.model.zeros for each in mapping.model.zeros_of(name))
-            parts = [*mapping.model.recordings, *(each for each in zeros if isinstance(each, Part))]
-            files = dict.fromkeys(each.file for each in parts)
+            zeros = (zero for name in mapping.model.zeros for zero in mapping.model.zeros_of(name))
+            parts = [*mapping.model.recordings, *(zero for zero in zeros if isinstance(zero, Part))]
+            files = dict.fromkeys(part.file for part in parts)
             digests = {name: _digest(mapping.file(name)) for name in files}
             header = _header(checked, folder.name, digests)
             with RunWriter(folder, header) as writer, open_log(folder) as log:
                 write_run(checked, [writer, *log], folder.name, overrides, progress)
-            _refuse_changed(mapping, digests)
+            _check_unchanged(mapping, digests)
             is_recorded = True
             end = (Outcome.COMPLETED, "", ())
             return finish(planned, writer, end, partners, errors, progress=progress)
     except BaseException:
-        if not is_recorded:  # the files that it was read from are whole; the lock is let go of:
+        if not is_recorded:  # its sources are complete; the lock is released:
             shutil.rmtree(folder, ignore_errors=True)  # Windows removes no file that is open
         raise
 
@@ -79,7 +79,7 @@ def _digest(path: Path) -> str:
         raise DataError(f"{path} cannot be read: {error.strerror or error}") from error
 
 
-def _refuse_changed(mapping: LoadedMapping, digests: Mapping[str, str]) -> None:
+def _check_unchanged(mapping: LoadedMapping, digests: Mapping[str, str]) -> None:
     for name, digest in digests.items():
         if _digest(mapping.file(name)) != digest:
             raise DataError(
@@ -94,8 +94,8 @@ def _header(checked: PlannedImport, run_id: str, digests: Mapping[str, str]) -> 
     devices = {
         f"device {role}": f"recorded by {model.program}"
         # recordings of a simulated station stay simulated
-        + (SIMULATED if planned.registry.is_simulated(each.plugin, each.settings) else "")
-        for role, each in planned.station.model.devices.items()
+        + (SIMULATED if planned.registry.is_simulated(binding.plugin, binding.settings) else "")
+        for role, binding in planned.station.model.devices.items()
     }
     imported = {
         "program": model.program,

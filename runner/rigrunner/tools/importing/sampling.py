@@ -16,16 +16,16 @@ if TYPE_CHECKING:
     from rigrunner.api.data import Array
     from rigrunner.api.importing import Column
 
-WELL_KNOWN = 1e-4
+INTERVAL_TOLERANCE = 1e-4
 """Relative uncertainty up to which a file's own interval needs no confirmation."""
-_SAME = 1e-6
+_ROUNDING = 1e-6
 """Relative difference of two intervals that are the same but for rounding."""
-_OFF = 0.25
+_MAX_OFFSET = 0.25
 """Largest distance, in intervals, of a time from its place in an even series: digits are rounded.
 """
 _GAP = 0.5
 """Distance, in intervals, from which a time is nearer to the place of another sample."""
-_AT_ONCE = 0.01
+_START_TOLERANCE = 0.01
 """Largest difference, in intervals, between the starts of two channels."""
 _RESOLUTION_S = 2e-6
 """Resolution of the times in files; Python's own is a microsecond."""
@@ -49,7 +49,7 @@ def rate_of(
         own_s = column.interval_s
         if own_s is None:
             continue
-        if abs(1 / rate_hz - own_s) > column.interval_within_s + _SAME * own_s:
+        if abs(1 / rate_hz - own_s) > column.interval_within_s + _ROUNDING * own_s:
             raise DataError(
                 f"the file states an interval of {own_s:.9g} s for '{name}', which is not that of"
                 f" {rate_hz:.9g} Hz",
@@ -64,13 +64,13 @@ def start_of(columns: Mapping[str, Column], rate_hz: float, where: str) -> datet
     Raises DataError if columns begin at different times (a force that is late against its path
     gives another result, unnoticed), and for a gap between two segments.
     """
-    timed = {name: each for name, each in columns.items() if each.started} or dict(columns)
-    (first, origin), *others = timed.items()
+    dated = {name: column for name, column in columns.items() if column.started} or dict(columns)
+    (first, origin), *others = dated.items()
     for name, column in others:
         late_s = column.offset_s - origin.offset_s
         if column.started and origin.started:
             late_s += (column.started - origin.started).total_seconds()
-        if abs(late_s) > max(_AT_ONCE / rate_hz, _RESOLUTION_S):
+        if abs(late_s) > max(_START_TOLERANCE / rate_hz, _RESOLUTION_S):
             raise DataError(
                 f"'{name}' begins {late_s:.6g} s after '{first}'",
                 location=Location(where),
@@ -80,9 +80,9 @@ def start_of(columns: Mapping[str, Column], rate_hz: float, where: str) -> datet
     if begun is None:
         return None
     # each segment begins where the one before it ended
-    segments = [(name, *each) for name, column in columns.items() for each in column.goes]
-    for name, sample, taken in segments:
-        late_s = (taken - begun).total_seconds() - sample / rate_hz
+    segments = [(name, *segment) for name, column in columns.items() for segment in column.goes]
+    for name, sample, time in segments:
+        late_s = (time - begun).total_seconds() - sample / rate_hz
         if abs(late_s) > max(_GAP / rate_hz, _RESOLUTION_S):
             raise DataError(
                 f"'{name}' has a gap: sample {sample + 1} was taken {late_s:.6g} s later than"
@@ -116,8 +116,8 @@ def _checked_times(times_s: Array, stated_hz: float | None, place: Location) -> 
     if stated_hz is None:
         step_s = span_s / intervals
     away = np.abs(times_s - times_s[0] - step_s * np.arange(intervals + 1)) / step_s
-    if away.max() > _OFF:
-        at = int(np.argmax(away > _OFF))
+    if away.max() > _MAX_OFFSET:
+        at = int(np.argmax(away > _MAX_OFFSET))
         raise DataError(
             f"sample {at + 1} is {away[at]:.2g} intervals away from its place in an even series"
             f" of {1 / step_s:.6g} Hz",
@@ -131,7 +131,7 @@ def _from_intervals(columns: Mapping[str, Column], place: Location) -> float:
     for column in columns.values():
         if column.interval_s is None:
             continue
-        if column.interval_within_s > WELL_KNOWN * column.interval_s:
+        if column.interval_within_s > INTERVAL_TOLERANCE * column.interval_s:
             low_hz = 1 / (column.interval_s + column.interval_within_s)
             high_hz = 1 / max(column.interval_s - column.interval_within_s, 1e-12)
             raise DataError(

@@ -31,7 +31,7 @@ from rigrunner.steps.measure import Measure
 from rigrunner.steps.record import Record
 from rigrunner.steps.scan import Scan
 from rigrunner.steps.zero import Zero
-from rigrunner.tools.importing.columns import Wanted, fault, read_part
+from rigrunner.tools.importing.columns import MappedColumn, fault, read_part
 from rigrunner.tools.importing.mapping import ColumnSpec
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from rigrunner.bus import Emit
     from rigrunner.engine import Override
     from rigrunner.plan.actions import PlannedStep
-    from rigrunner.tools.importing.columns import Read
+    from rigrunner.tools.importing.columns import RecordingData
     from rigrunner.tools.importing.mapping import Part
     from rigrunner.tools.importing.planning import PlannedImport
     from rigrunner.yamlfile.document import Path as DocumentPath
@@ -51,8 +51,8 @@ if TYPE_CHECKING:
 BLOCK_SAMPLES = 1 << 16
 _DAY = timedelta(days=1)
 _SECOND = timedelta(seconds=1)
-_LITTLE = 1e-3
-"""Relative: a recording that is shorter than planned by less is whole."""
+_LENGTH_TOLERANCE = 1e-3
+"""Relative: a recording that is shorter than planned by less is complete."""
 
 
 def write_run(
@@ -91,69 +91,70 @@ class _Import:
         matched = self._checked.matched.recordings
         emit = self._emit_at(self._started)
         emit(RunStarted, run_id=run_id, steps=len(plan.steps), estimated_s=plan.estimated_s)
-        for each in overrides:
+        for override in overrides:
             emit(
                 Intervention,
                 action="override",
-                by=each.by,
-                reason=each.reason,
-                subject=each.subject,
+                by=override.by,
+                reason=override.reason,
+                subject=override.subject,
             )
-        known, files = self._mapping, len({each.file for each in self._mapping.recordings})
-        made = (
-            f"Imported: {known.program} made the recordings, not Rigrunner; {self._checked.reader}"
+        mapping, reader = self._mapping, self._checked.reader
+        files = len({recording.file for recording in mapping.recordings})
+        origin = (
+            f"Imported: {mapping.program} made the recordings, not Rigrunner; {reader}"
             f" read them from {files} file{'s' if files > 1 else ''}."
         )
         stated = (
-            f"Set-points, conditions, single values, zeros and times are as {known.by} states"
+            f"Set-points, conditions, single values, zeros and times are as {mapping.by} states"
             " them. That the other steps of the procedure were done, and the rig was safe,"
             " Rigrunner has not seen."
         )
-        for text in (made, stated):
+        for text in (origin, stated):
             emit(Note, step="import", text=text)
         for index, step in enumerate(plan.steps):
             if isinstance(step.action, Zero):
                 self._zero(index, step, step.action)
             elif isinstance(step.action, Measure):
-                found = Found(self._stated(), step.action.units, {})
+                found = Found(self._next_values(), step.action.units, {})
                 self._step(index, step, (self._latest, self._latest), found)
             elif isinstance(step.action, Scan):
                 self._scan(index, step, step.action)
             elif isinstance(step.action, Record):
                 self._record(index, step, step.action, matched[index])
-        self._emit_at(self._ended())(RunEnded, outcome=Outcome.COMPLETED)
+        self._emit_at(self._end_time())(RunEnded, outcome=Outcome.COMPLETED)
 
     def _zero(self, index: int, step: PlannedStep, action: Zero) -> None:
         member = action.zeroed
-        given, at = next(self._zeros[member]), ("zeros", member)
+        zero, at = next(self._zeros[member]), ("zeros", member)
         scatter = None
-        if isinstance(given, Quantity):
-            value = given.si
+        if isinstance(zero, Quantity):
+            value = zero.si
         else:  # a recording at rest
-            column = Wanted(self._mapping.channels[member], ("channels", member))
+            column = MappedColumn(self._mapping.channels[member], ("channels", member))
             checked = self._checked
-            read = read_part(checked.mapping, checked.importer, given, at, {member: column})
-            value = float(read.columns[member].mean())
-            scatter = scatter_of_mean(read.columns[member])
+            data = read_part(checked.mapping, checked.importer, zero, at, {member: column})
+            value = float(data.columns[member].mean())
+            scatter = scatter_of_mean(data.columns[member])
         if abs(value) > action.within:
             message = (
                 f"{member} read {value:.4g} {action.unit} at rest,"
                 f" more than the {action.within:g} {action.unit} that the procedure allows"
             )
             raise fault(self._checked.mapping, at, message)
-        known: dict[str, tuple[float, float]] = {member: scatter} if scatter else {}
-        found = Found({member: value}, {member: action.unit}, scatter=known)
+        scatters: dict[str, tuple[float, float]] = {member: scatter} if scatter else {}
+        found = Found({member: value}, {member: action.unit}, scatter=scatters)
         self._step(index, step, (self._latest, self._latest), found)
 
-    def _stated(self) -> dict[str, float]:
+    def _next_values(self) -> dict[str, float]:
         """Return the next stated values."""
-        return {member: each.si for member, each in next(self._measurements).values.items()}
+        return {member: quantity.si for member, quantity in next(self._measurements).values.items()}
 
     def _scan(self, index: int, step: PlannedStep, action: Scan) -> None:
         attempt, emit = Attempt(index, step, 1, 1), self._emit_at(self._latest)
         attempt.begin(emit)
         for point, value in enumerate(action.values):
-            values = self._stated()
+            values = self._next_values()
             emit(
                 Scanned,
                 step=step.path,
@@ -170,18 +171,18 @@ class _Import:
         entry, at = self._mapping.recordings[number], ("recordings", number)
         members = [Member(action.role, name) for name in action.channels]
         conditions = {**self._mapping.conditions, **entry.conditions}
-        wanted: dict[str, Wanted] = {
-            member: Wanted(self._mapping.channels[member], ("channels", member))
+        mapped: dict[str, MappedColumn] = {
+            member: MappedColumn(self._mapping.channels[member], ("channels", member))
             for member in members
         }
-        for name, each in conditions.items():
-            if isinstance(each, ColumnSpec):
+        for name, condition in conditions.items():
+            if isinstance(condition, ColumnSpec):
                 base = (*at, "conditions") if name in entry.conditions else ("conditions",)
-                wanted[name] = Wanted(each, (*base, name))
-        read = read_part(self._checked.mapping, self._checked.importer, entry, at, wanted)
-        samples: dict[str, Array] = {member: read.columns[member] for member in members}
-        length_s = len(samples[members[0]]) / read.rate_hz
-        if length_s < action.duration_s * (1 - _LITTLE):
+                mapped[name] = MappedColumn(condition, (*base, name))
+        data = read_part(self._checked.mapping, self._checked.importer, entry, at, mapped)
+        samples: dict[str, Array] = {member: data.columns[member] for member in members}
+        length_s = len(samples[members[0]]) / data.rate_hz
+        if length_s < action.duration_s * (1 - _LENGTH_TOLERANCE):
             beginning = (
                 "; a recording may begin anywhere in a cycle, so it needs one cycle more than is"
                 " counted"
@@ -193,28 +194,28 @@ class _Import:
                 location=Location(str(self._checked.mapping.file(entry.file))),
                 hint="use a procedure that matches the recording" + beginning,
             )
-        values, units = _conditions(conditions, read)
-        known = {*values, *action.statistics}
-        if unstated := [each.of for each in step.terms.limits if each.of not in known]:
+        values, units = _conditions(conditions, data)
+        available = {*values, *action.statistics}
+        if unstated := [limit.of for limit in step.terms.limits if limit.of not in available]:
             message = f"{unstated[0]} is not stated, and the procedure has limits for it"
             raise fault(self._checked.mapping, at, message, "state it under 'conditions'")
-        started = self._start_of(entry, at, read)
+        started = self._start_of(entry, at, data)
         ended = started + timedelta(seconds=length_s)
         statistics = RecordedStatistics(action.statistics)
         statistics.take(samples)
         found = Found(values, {**action.units, **units}, {}, statistics.found())
-        self._step(index, step, (started, ended), found, replace(read, columns=samples))
+        self._step(index, step, (started, ended), found, replace(data, columns=samples))
         self._latest = max(self._latest, ended)
         self._done += 1
         self._progress("recordings", self._done, len(self._mapping.recordings))
 
-    def _start_of(self, part: Part, at: DocumentPath, read: Read) -> datetime:
+    def _start_of(self, part: Part, at: DocumentPath, data: RecordingData) -> datetime:
         """Return when a recording began: from the file, or else after the one before."""
-        if read.started is None:
+        if data.started is None:
             return self._latest
         local = self._mapping.started.tzinfo
-        told = read.started if read.started.tzinfo else read.started.replace(tzinfo=local)
-        began = told.astimezone(UTC) + timedelta(seconds=part.from_ or 0.0)
+        file_time = data.started if data.started.tzinfo else data.started.replace(tzinfo=local)
+        began = file_time.astimezone(UTC) + timedelta(seconds=part.from_ or 0.0)
         latest = (self._mapping.ended or self._mapping.started + _DAY).astimezone(UTC)
         if not self._started - _DAY <= began <= latest + _DAY:
             raise fault(
@@ -226,7 +227,7 @@ class _Import:
             )
         return began
 
-    def _ended(self) -> datetime:
+    def _end_time(self) -> datetime:
         stated = self._mapping.ended
         if stated is None:
             return self._latest
@@ -241,19 +242,19 @@ class _Import:
         step: PlannedStep,
         times: tuple[datetime, datetime],
         found: Found,
-        read: Read | None = None,
+        data: RecordingData | None = None,
     ) -> None:
         attempt, (started, ended) = Attempt(index, step, 1, 1), times
         attempt.begin(self._emit_at(started))
-        if read is not None:
-            count = len(next(iter(read.columns.values())))
+        if data is not None:
+            count = len(next(iter(data.columns.values())))
             for first in range(0, count, BLOCK_SAMPLES):
                 part = {
                     key: values[first : first + BLOCK_SAMPLES]
-                    for key, values in read.columns.items()
+                    for key, values in data.columns.items()
                 }
-                began_s = self._monotonic_s(started) + first / read.rate_hz
-                block = Block(read.rate_hz, first, began_s, part)
+                began_s = self._monotonic_s(started) + first / data.rate_hz
+                block = Block(data.rate_hz, first, began_s, part)
                 self._emit_at(started)(Samples, recording=attempt.recording, block=block)
         emit = self._emit_at(ended)
         attempt.end(emit, found, ok=True)
@@ -278,15 +279,15 @@ class _Import:
 
 
 def _conditions(
-    conditions: Mapping[Member, Quantity | ColumnSpec], read: Read
+    conditions: Mapping[Member, Quantity | ColumnSpec], data: RecordingData
 ) -> tuple[dict[str, float], dict[str, str]]:
     """Return values and units in SI: a stated value, or the mean of its column."""
     values: dict[str, float] = {}
     units: dict[str, str] = {}
-    for name, each in conditions.items():
-        if isinstance(each, ColumnSpec):
-            values[name], known = float(read.columns[name].mean()), unit(each.unit)
+    for name, condition in conditions.items():
+        if isinstance(condition, ColumnSpec):
+            values[name], source = float(data.columns[name].mean()), unit(condition.unit)
         else:
-            values[name], known = each.si, each.unit
-        units[name] = si_symbol(known.dimension)
+            values[name], source = condition.si, condition.unit
+        units[name] = si_symbol(source.dimension)
     return values, units

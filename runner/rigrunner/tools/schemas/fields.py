@@ -71,10 +71,10 @@ class Field:
 
 def fields_of(model: type[BaseModel]) -> Iterator[Field]:
     """Yield the fields of the model, in order."""
-    said: dict[str, str] = {}  # the docstrings under the fields, if the source is there
+    docstrings: dict[str, str] = {}  # those under the fields, if the source is available
     for base in reversed(model.__mro__):
         if issubclass(base, BaseModel) and base is not BaseModel:
-            said |= _own_docstrings(base)
+            docstrings |= _own_docstrings(base)
     for name, info in model.model_fields.items():
         annotation: Any = info.annotation
         if info.metadata:
@@ -90,7 +90,7 @@ def fields_of(model: type[BaseModel]) -> Iterator[Field]:
             bounds=_bounds(annotation, dimension),
             default=_yaml_value(None if info.is_required() else info.get_default(), dimension),
             required=info.is_required(),
-            help=info.description or said.get(name, ""),
+            help=info.description or docstrings.get(name, ""),
             model=inside,
             entry=entry,
         )
@@ -128,8 +128,8 @@ def _quantity(annotation: Any) -> QuantitySchema | None:
 def _without_none(annotation: Any) -> Any:
     bare = unannotated(annotation)
     if get_origin(bare) in {Union, UnionType}:
-        others = [part for part in get_args(bare) if part is not NoneType]
-        return others[0] if len(others) == 1 else bare
+        members = [part for part in get_args(bare) if part is not NoneType]
+        return members[0] if len(members) == 1 else bare
     return annotation
 
 
@@ -157,10 +157,11 @@ def _kind(annotation: Any) -> str:
     quantity = _quantity(annotation)
     if quantity is not None:
         return quantity.dimension or "quantity"
-    own = next((each for each in _marks(annotation) if isinstance(each, WithJsonSchema)), None)
-    found = "" if own is None else _kind_of_schema(own.json_schema or {})
+    schemas = (mark for mark in _marks(annotation) if isinstance(mark, WithJsonSchema))
+    mark = next(schemas, None)
+    kind = "" if mark is None else _kind_of_schema(mark.json_schema or {})
     name = getattr(bare, "__name__", "value")
-    return found or _KINDS.get(name, name)
+    return kind or _KINDS.get(name, name)
 
 
 def _kind_of_schema(schema: Mapping[str, Any]) -> str:
@@ -168,8 +169,8 @@ def _kind_of_schema(schema: Mapping[str, Any]) -> str:
     if True in schema.get("enum", ()):
         return "yes | no"
     kinds: list[str] = []
-    for each in schema.get("anyOf", [schema]):
-        kind = each.get("type", [])
+    for option in schema.get("anyOf", [schema]):
+        kind = option.get("type", [])
         kinds += [kind] if isinstance(kind, str) else kind
     return " or ".join(_JSON_KINDS[kind] for kind in kinds if kind in _JSON_KINDS)
 
@@ -198,7 +199,7 @@ def _yaml_value(value: Any, dimension: str | None) -> Any:
     return value
 
 
-@lru_cache(maxsize=512)  # a schema comes to most models many times, and their source is parsed
+@lru_cache(maxsize=512)  # a schema needs most models many times, and their source is parsed
 def _own_docstrings(model: type[BaseModel]) -> Mapping[str, str]:
     try:
         tree = ast.parse(textwrap.dedent(inspect.getsource(model)))

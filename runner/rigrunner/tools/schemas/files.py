@@ -87,15 +87,15 @@ class _LanguageSchema(SettingsSchema):
         model = schema["cls"]
         if model is AnalysisRef:
             return self._analysis()
-        found = super().model_schema(schema)
+        json_schema = super().model_schema(schema)
         if issubclass(model, PluginRef | FitChoice):
-            return self._plugin(found["description"], model)
-        for spec in found.get("properties", {}).values():
+            return self._name_or_settings(json_schema["description"], model)
+        for spec in json_schema.get("properties", {}).values():
             if PLUGIN in spec:
                 _name_plugins(spec, self._records(spec.pop(PLUGIN)))
             if spec.pop(MEASURAND, False):
                 limits = measurand_models({KINDS: kinds_of(self._registry)})
-                models = [self.generate_inner(each.__pydantic_core_schema__) for each in limits]
+                models = [self.generate_inner(model.__pydantic_core_schema__) for model in limits]
                 if models:
                     del spec["type"], spec["additionalProperties"]
                     spec.update(models[0] if len(models) == 1 else {"anyOf": models})
@@ -104,10 +104,10 @@ class _LanguageSchema(SettingsSchema):
                 del spec["type"], spec["additionalProperties"]
                 spec.update(self.generate_inner(keys.__pydantic_core_schema__))
         if issubclass(model, DeviceBinding):
-            found["allOf"] = [self._bound(each) for each in self._records("device")]
+            json_schema["allOf"] = [self._if_plugin(record) for record in self._records("device")]
         if issubclass(model, ListenerBinding) and self._records("event_sink"):
-            found["allOf"] = [self._bound(each) for each in self._records("event_sink")]
-        return found
+            json_schema["allOf"] = [self._if_plugin(each) for each in self._records("event_sink")]
+        return json_schema
 
     def function_plain_schema(self, schema: PlainValidatorFunctionSchema) -> Schema:  # noqa: ARG002  (pydantic's signature)
         """Return the choice between all kinds of steps, by one key."""
@@ -115,52 +115,52 @@ class _LanguageSchema(SettingsSchema):
             return {SHARED: "Step"}
         self._knows_steps = True  # a sweep has steps
         steps = {}
-        for each in self._records("step"):
-            example = each.example if isinstance(each, StepRecord) else ""
-            written = f" `{example}`." if example else ""
-            steps[each.name] = self._settings(each) | {"description": f"{each.help}{written}"}
+        for record in self._records("step"):
+            example = record.example if isinstance(record, StepRecord) else ""
+            text = f"{record.help} `{example}`." if example else record.help
+            steps[record.name] = self._settings(record) | {"description": text}
         return _one_key("Step", "A step: one key, which says what is done.", steps)
 
     def _analysis(self) -> Schema:
         """Return the choice between all analyses, by one key."""
         inner = {
-            each.name: self._settings(each) | {"description": each.help}
-            for each in self._records("analysis")
+            record.name: self._settings(record) | {"description": record.help}
+            for record in self._records("analysis")
         }
-        found = _one_key("", "An analysis: one key, which names it.", inner)
-        del found[SHARED]  # the model has a definition of its own
-        return found
+        choice = _one_key("", "An analysis: one key, which names it.", inner)
+        del choice[SHARED]  # the model has a definition of its own
+        return choice
 
     def _records(self, kind: str) -> list[PluginRecord]:
         by_name = {p.record.name: p.record for p in self._registry.plugins if p.kind == kind}
         return list(by_name.values())
 
-    def _plugin(self, description: str, model: type[PluginRef | FitChoice]) -> Schema:
+    def _name_or_settings(self, description: str, model: type[PluginRef | FitChoice]) -> Schema:
         """Return the choice between a plugin's name, and its name with settings."""
         records = self._records(model.kind)
         settings = {
-            each.name: self._settings(each) | {"description": each.help} for each in records
+            record.name: self._settings(record) | {"description": record.help} for record in records
         }
-        beside = issubclass(model, DecisionRuleRef)  # its setting may stand beside its name
-        named = _enumeration([each for each in records if beside or not _needs_settings(each)])
+        is_rule = issubclass(model, DecisionRuleRef)  # whose setting may be beside its name
+        alone = _enumeration([each for each in records if is_rule or not _needs_settings(each)])
         label = self.generate_inner(LABEL_TYPE) | {"description": "What results call this use."}
         labelled = issubclass(model, PluginRef)
-        told = {
+        with_settings = {
             "type": "object",
             "properties": {**settings, LABEL: label} if labelled else settings,
             "additionalProperties": False,
             "minProperties": 1,
             "maxProperties": 2 if labelled else 1,
         }
-        return {"description": description, "anyOf": [named, told]}
+        return {"description": description, "anyOf": [alone, with_settings]}
 
-    def _bound(self, record: PluginRecord) -> Schema:
+    def _if_plugin(self, record: PluginRecord) -> Schema:
         """Return the schema of the settings where this plugin is named."""
-        named = {"properties": {"plugin": {"const": record.name}}, "required": ["plugin"]}
+        condition = {"properties": {"plugin": {"const": record.name}}, "required": ["plugin"]}
         then: Schema = {"properties": {"settings": self._settings(record)}}
         if _needs_settings(record):
             then["required"] = ["settings"]
-        return {"if": named, "then": then}
+        return {"if": condition, "then": then}
 
     def _settings(self, record: PluginRecord) -> Schema:
         return self.generate_inner(record.settings_model.__pydantic_core_schema__)
@@ -198,6 +198,6 @@ def _name_plugins(spec: Schema, records: list[PluginRecord]) -> None:
 def _enumeration(records: list[PluginRecord]) -> Schema:
     return {
         "type": "string",
-        "enum": [each.name for each in records],
-        "enumDescriptions": [each.help for each in records],
+        "enum": [record.name for record in records],
+        "enumDescriptions": [record.help for record in records],
     }

@@ -42,26 +42,28 @@ class SettingsSchema(GenerateJsonSchema):
 
     def dict_schema(self, schema: DictSchema) -> Schema:
         """Refuse a key that does not match the pattern of the keys."""
-        found = super().dict_schema(schema)
-        return found | {"additionalProperties": False} if "patternProperties" in found else found
+        json_schema = super().dict_schema(schema)
+        if "patternProperties" in json_schema:
+            json_schema["additionalProperties"] = False
+        return json_schema
 
     def model_schema(self, schema: ModelSchema) -> Schema:
         """Return the schema of a model, with the description of each key."""
-        found = super().model_schema(schema)
-        found.pop("title", None)
+        json_schema = super().model_schema(schema)
+        json_schema.pop("title", None)
         described = {field.key: field for field in fields_of(schema["cls"])}
-        for key, spec in found.get("properties", {}).items():
+        for key, spec in json_schema.get("properties", {}).items():
             field = described[key]
-            told = [_sentence(field.help)]
+            sentences = [_sentence(field.help)]
             if field.units:  # of all others the schema has kind and bounds
                 bounds = f", {field.bounds}" if field.bounds else ""
-                told.append(_sentence(f"{field.kind} in {' or '.join(field.units)}{bounds}"))
+                sentences.append(_sentence(f"{field.kind} in {' or '.join(field.units)}{bounds}"))
             spec.pop("description", None)
-            if any(told):
-                spec["description"] = " ".join(filter(None, told))
+            if any(sentences):
+                spec["description"] = " ".join(filter(None, sentences))
             if field.default is not None:
                 spec["default"] = field.default
-        return found
+        return json_schema
 
 
 def settings_schema(model: type[BaseModel]) -> Schema:

@@ -40,7 +40,7 @@ def with_shared_choices(schema: Schema) -> Schema:
             shared[name] = {key: node[key] for key in node if key != SHARED}
         return {"$ref": f"{_POINTER}{name}"}
 
-    changed: Schema = _changed(schema, change)
+    changed: Schema = _map_nodes(schema, change)
     changed[_DEFINITIONS] |= shared
     return changed
 
@@ -51,11 +51,11 @@ def with_defaults_in_words(schema: Schema) -> Schema:
     def change(node: Schema) -> Schema:
         if "default" not in node:
             return node
-        rest = {key: node[key] for key in node if key != "default"}
+        kept = {key: node[key] for key in node if key != "default"}
         default = json.dumps(node["default"], ensure_ascii=False).strip('"')
-        return {**rest, "description": f"{node.get('description', '')} Default: {default}.".strip()}
+        return {**kept, "description": f"{node.get('description', '')} Default: {default}.".strip()}
 
-    changed: Schema = _changed(schema, change)
+    changed: Schema = _map_nodes(schema, change)
     return changed
 
 
@@ -67,38 +67,38 @@ def with_shared_quantities(schema: Schema) -> Schema:
         if DIMENSION not in node:
             return node
         name = node[DIMENSION] or "quantity"
-        own = {key: node[key] for key in node if key in {"description", "default"}}
-        shared[name] = {key: node[key] for key in node if key not in {*own, DIMENSION}}
-        return {"$ref": _POINTER + name.replace(" ", "_"), **own}
+        local = {key: node[key] for key in node if key in {"description", "default"}}
+        shared[name] = {key: node[key] for key in node if key not in {*local, DIMENSION}}
+        return {"$ref": _POINTER + name.replace(" ", "_"), **local}
 
-    changed: Schema = _changed(schema, change)
+    changed: Schema = _map_nodes(schema, change)
     changed[_DEFINITIONS] |= {name.replace(" ", "_"): shared[name] for name in sorted(shared)}
     return changed
 
 
 def with_references(schema: Schema, literal: Collection[str]) -> Schema:
     """Allow '$name' for every value, except under the top-level keys in `literal`."""
-    kept = {key: schema["properties"][key] for key in literal}
-    changed: Schema = _changed(schema, _or_reference)
-    changed["properties"] |= kept
+    literals = {key: schema["properties"][key] for key in literal}
+    changed: Schema = _map_nodes(schema, _with_reference)
+    changed["properties"] |= literals
     return changed
 
 
-def _or_reference(node: Schema) -> Schema:
+def _with_reference(node: Schema) -> Schema:
     kind = node.get("type")
     if "anyOf" in node:
-        flat = [part for each in node["anyOf"] for part in each.get("anyOf", [each])]
+        flat = [part for option in node["anyOf"] for part in option.get("anyOf", [option])]
         return {**node, "anyOf": flat}
     if "enum" in node:
         choice = {key: node[key] for key in node if key != "description"}
-        rest = {key: node[key] for key in node if key == "description"}
-        return {**rest, "anyOf": [choice, {"type": "string", "pattern": _REFERENCE}]}
+        description = {"description": node["description"]} if "description" in node else {}
+        return {**description, "anyOf": [choice, {"type": "string", "pattern": _REFERENCE}]}
     if kind == "string" and "pattern" in node:
         return {**node, "pattern": f"{_REFERENCE}|{node['pattern']}"}
     if kind in {"integer", "number", "boolean", "array"}:
         words = f"expected {_WORDS[kind]}, or $name for a parameter"
-        either = {"type": [kind, "string"], "pattern": _REFERENCE, "patternErrorMessage": words}
-        return {**node, **either}
+        change = {"type": [kind, "string"], "pattern": _REFERENCE, "patternErrorMessage": words}
+        return {**node, **change}
     return node
 
 
@@ -115,13 +115,13 @@ def without_unused(schema: Schema) -> Schema:
     return {**schema, _DEFINITIONS: {name: used[name] for name in definitions if name in used}}
 
 
-def _changed(node: Any, change: Callable[[Schema], Schema]) -> Any:
+def _map_nodes(node: Any, change: Callable[[Schema], Schema]) -> Any:
     """Return a copy of a tree with every mapping in it changed, the innermost first."""
     if isinstance(node, list):
-        return [_changed(item, change) for item in node]
+        return [_map_nodes(item, change) for item in node]
     if not isinstance(node, dict):
         return node
-    return change({key: _changed(value, change) for key, value in node.items()})
+    return change({key: _map_nodes(value, change) for key, value in node.items()})
 
 
 def _targets(node: Any) -> Iterator[str]:

@@ -17,7 +17,7 @@ SOURCE = SimpleNamespace(
 )
 
 
-def wanted(folder, reason=""):
+def request(folder, reason=""):
     by = SimpleNamespace(by="A")
     return SimpleNamespace(letterhead=folder, further_copy=reason, authorisation=by)
 
@@ -31,13 +31,13 @@ def test_a_certificate_is_not_dated_before_its_test():
 
 
 def test_a_second_certificate_on_a_run_must_name_what_it_replaces(tmp_path):
-    letterhead, asked = SimpleNamespace(prefix="RR"), wanted(tmp_path)
+    letterhead, asked = SimpleNamespace(prefix="RR"), request(tmp_path)
     assert _further_copy(SOURCE, letterhead, asked, is_specimen=False) is None
     numbers = Numbers(tmp_path, "RR")
     numbers.issued(numbers.reserve(2026, {"run": "r"}), {})
     for reason in ("", "in German"):
         with pytest.raises(UsageError, match="RR-2026-0001 was already issued on r") as caught:
-            _further_copy(SOURCE, letterhead, wanted(tmp_path, reason), is_specimen=False)
+            _further_copy(SOURCE, letterhead, request(tmp_path, reason), is_specimen=False)
         assert "rigrunner amend" in caught.value.hint
 
 
@@ -45,11 +45,11 @@ def test_a_further_specimen_needs_a_reason_and_names_the_first(tmp_path):
     letterhead = SimpleNamespace(prefix="RR")
     numbers = Numbers(tmp_path, "SPECIMEN-RR")
     with pytest.raises(UsageError, match="nothing was issued on r yet"):
-        _further_copy(SOURCE, letterhead, wanted(tmp_path, "in German"), is_specimen=True)
+        _further_copy(SOURCE, letterhead, request(tmp_path, "in German"), is_specimen=True)
     numbers.issued(numbers.reserve(2026, {"run": "r"}), {})
     with pytest.raises(UsageError, match="SPECIMEN-RR-2026-0001 exists") as caught:
-        _further_copy(SOURCE, letterhead, wanted(tmp_path, "  "), is_specimen=True)
+        _further_copy(SOURCE, letterhead, request(tmp_path, "  "), is_specimen=True)
     assert "amend it" in caught.value.hint
     assert "a further copy, with a reason" in caught.value.hint
-    found = _further_copy(SOURCE, letterhead, wanted(tmp_path, "in German"), is_specimen=True)
-    assert (found.number, found.reason, found.by) == ("SPECIMEN-RR-2026-0001", "in German", "A")
+    copy = _further_copy(SOURCE, letterhead, request(tmp_path, "in German"), is_specimen=True)
+    assert (copy.number, copy.reason, copy.by) == ("SPECIMEN-RR-2026-0001", "in German", "A")

@@ -46,16 +46,16 @@ def test_a_number_that_a_crash_broke_off_is_told_at_the_next(quick, lab, tmp_pat
 
 
 def test_files_are_made_again_if_another_process_takes_their_number(quick, lab, tmp_path):
-    numbers, made = Numbers(lab, "SPECIMEN-DEMO"), []
+    numbers, progressed = Numbers(lab, "SPECIMEN-DEMO"), []
 
     def progress(what, done, of):
         if what == MAKING:
-            made.append((done, of))
-        if made == [(1, 1)]:
+            progressed.append((done, of))
+        if progressed == [(1, 1)]:
             numbers.reserve(NOW.year, {"by": "another process"})
 
     issued = issue(quick.loaded, lab, tmp_path / "out", registry=without_pdf(), progress=progress)
-    assert made == [(1, 1)] * 2
+    assert progressed == [(1, 1)] * 2
     assert issued.certificate.number == "SPECIMEN-DEMO-2026-0002"
     for path in issued.files:
         assert path.stem == "SPECIMEN-DEMO-2026-0002"

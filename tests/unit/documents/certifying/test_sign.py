@@ -52,9 +52,9 @@ def signed(certificate, key, letterhead, *more):
 def test_every_form_is_signed_once(issued, with_pdf, key):
     done = signed(with_pdf, key, issued[0])
     assert (done.code, done.out.strip()) == (0, str(with_pdf.with_suffix(".sig.json"))), done.err
-    found = parse_signature(with_pdf.with_suffix(".sig.json").read_bytes(), "x")
-    assert set(found.files) == {f"{with_pdf.stem}{each}" for each in (".json", ".html", ".pdf")}
-    assert found.signer == "Zoë"
+    signature = parse_signature(with_pdf.with_suffix(".sig.json").read_bytes(), "x")
+    assert set(signature.files) == {f"{with_pdf.stem}{s}" for s in (".json", ".html", ".pdf")}
+    assert signature.signer == "Zoë"
     again = signed(with_pdf, key, issued[0])
     assert (again.code, "the document is signed" in again.err) == (2, True)
 
@@ -99,10 +99,10 @@ def test_a_pdf_that_contradicts_its_content_is_refused(issued, with_pdf, key):
 
 
 def test_a_form_of_another_certificate_is_refused(issued, certificate, key):
-    other = certificate.with_name("SPECIMEN-DEMO-2026-0002.html")
-    shutil.copyfile(other, certificate.with_suffix(".html"))
-    said = refused(certificate, key, issued[0])
-    assert "content of SPECIMEN-DEMO-2026-0001.html is that of SPECIMEN-DEMO-2026-0001.json" in said
+    second = certificate.with_name("SPECIMEN-DEMO-2026-0002.html")
+    shutil.copyfile(second, certificate.with_suffix(".html"))
+    text = refused(certificate, key, issued[0])
+    assert "content of SPECIMEN-DEMO-2026-0001.html is that of SPECIMEN-DEMO-2026-0001.json" in text
 
 
 def test_what_is_not_on_record_is_refused(issued, certificate, key, tmp_path):

@@ -29,15 +29,15 @@ def issued(tmp_path):
 
 
 def checked(form, folder, number=NUMBER):
-    found = Verification()
+    verification = Verification()
     forms = [Form(form, form.read_bytes())]
-    check_number(found, forms, Certificate.model_construct(number=number), folder)
-    return found
+    check_number(verification, forms, Certificate.model_construct(number=number), folder)
+    return verification
 
 
 def test_a_document_as_it_was_issued(issued, tmp_path):
-    found = checked(issued[0], tmp_path)
-    assert (found.held, found.differences, found.information) == (
+    verification = checked(issued[0], tmp_path)
+    assert (verification.held, verification.differences, verification.information) == (
         *([f"record of {NUMBER}"], [], []),
     )
 
@@ -45,10 +45,10 @@ def test_a_document_as_it_was_issued(issued, tmp_path):
 def test_one_that_was_replaced_never_matches(issued, tmp_path):
     form, numbers = issued
     numbers.issued(numbers.reserve(2026, {"run": "r", "amends": NUMBER}), {})
-    found = checked(form, tmp_path)
-    assert not found.matches
-    assert found.exit_code is ExitCode.REPLACED
-    assert found.conclusion == (
+    verification = checked(form, tmp_path)
+    assert not verification.matches
+    assert verification.exit_code is ExitCode.REPLACED
+    assert verification.conclusion == (
         f"REPLACED: {NUMBER} is no longer in force: SPECIMEN-DEMO-2026-0002 replaced it"
     )
 
@@ -57,17 +57,17 @@ def test_one_that_was_replaced_never_matches(issued, tmp_path):
     "name", [NUMBER, f"{NUMBER} (1)", f"signed-{NUMBER}", "certificate of the bearing"]
 )
 def test_a_file_may_have_the_name_of_its_document_or_of_none(name, tmp_path):
-    found = Verification()
-    check_name(found, tmp_path / f"{name}.pdf", NUMBER)
-    assert found.differences == []
-    assert bool(found.information) == (name != NUMBER)
+    verification = Verification()
+    check_name(verification, tmp_path / f"{name}.pdf", NUMBER)
+    assert verification.differences == []
+    assert bool(verification.information) == (name != NUMBER)
 
 
 @pytest.mark.parametrize("name", ["SPECIMEN-DEMO-2026-0002", "DEMO-2026-0001", "DEMO-2025-00010 x"])
 def test_the_name_of_another_document_is_a_difference(name, tmp_path):
-    found = Verification()
-    check_name(found, tmp_path / f"{name}.pdf", NUMBER)
-    (difference,) = found.differences
+    verification = Verification()
+    check_name(verification, tmp_path / f"{name}.pdf", NUMBER)
+    (difference,) = verification.differences
     assert f"the document in it is {NUMBER}, not {name.split()[0]}" in difference
 
 
@@ -79,13 +79,13 @@ def test_one_that_was_changed_and_sealed_anew_differs(issued, tmp_path):
 
 
 def test_a_number_that_was_never_given_differs(issued, tmp_path):
-    found = checked(issued[0], tmp_path, "SPECIMEN-DEMO-2026-0007")
-    assert "it was not issued under the letterhead" in found.differences[0]
+    verification = checked(issued[0], tmp_path, "SPECIMEN-DEMO-2026-0007")
+    assert "it was not issued under the letterhead" in verification.differences[0]
 
 
 def test_a_copy_of_the_letterhead_without_its_numbers_says_nothing(issued, tmp_path):
-    found = checked(issued[0], tmp_path / "copy")
-    assert (found.held, found.differences) == ([], [])
-    assert found.information == [
+    verification = checked(issued[0], tmp_path / "copy")
+    assert (verification.held, verification.differences) == ([], [])
+    assert verification.information == [
         f"{tmp_path / 'copy'} has no record of numbers, so it was not checked"
     ]

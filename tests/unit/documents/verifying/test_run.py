@@ -42,18 +42,18 @@ def change_result(entry, old, new):
 
 
 def test_a_run_matches(quick):
-    found = verify_run(quick.loaded, load_registry())
-    assert found.differences == []
-    assert found.matches
-    assert "result recomputed from the raw samples" in found.held
-    assert "result.json" in found.held
+    verification = verify_run(quick.loaded, load_registry())
+    assert verification.differences == []
+    assert verification.matches
+    assert "result recomputed from the raw samples" in verification.held
+    assert "result.json" in verification.held
 
 
 def test_a_zero_that_was_changed_is_found_in_the_file(folder):
-    found = edited(folder, lambda entry: entry["zeros/tester_torque"].__setitem__((), 0.5))
-    assert [each for each in found.differences if "/entry/zeros/tester_torque (zero)" in each]
-    assert not found.matches
-    assert any("not recomputed" in each for each in found.information)
+    verification = edited(folder, lambda entry: entry["zeros/tester_torque"].__setitem__((), 0.5))
+    assert any("/entry/zeros/tester_torque (zero)" in text for text in verification.differences)
+    assert not verification.matches
+    assert any("not recomputed" in text for text in verification.information)
 
 
 @pytest.mark.thorough
@@ -62,9 +62,9 @@ def test_a_parameter_that_was_changed_and_sealed_anew_gives_other_numbers(folder
         entry["zeros/tester_torque"][()] += 0.5
         reseal(entry)
 
-    found = edited(folder, edit)
-    assert "manifest of the run file" in found.held
-    assert any(each.startswith("result recomputed") for each in found.differences)
+    verification = edited(folder, edit)
+    assert "manifest of the run file" in verification.held
+    assert any(text.startswith("result recomputed") for text in verification.differences)
 
 
 def test_a_result_that_does_not_follow_from_the_samples_is_found(folder):
@@ -72,8 +72,8 @@ def test_a_result_that_does_not_follow_from_the_samples_is_found(folder):
         change_result(entry, '"verdict": "pass"', '"verdict": "fail"')
         reseal(entry)
 
-    found = edited(folder, edit)
-    assert found.differences == [
+    verification = edited(folder, edit)
+    assert verification.differences == [
         f"{what}: verdict/verdict: 'fail' is recorded, 'pass' was derived"
         for what in ("result recomputed from the raw samples", "result.json")
     ]
@@ -84,11 +84,11 @@ def test_result_file_beside_the_run_is_held_to_it(folder):
     content = json.loads(path.read_text(encoding="utf-8"))
     content["headline"]["compensated"]["value"] += 1e-7
     path.write_text(json.dumps(content), encoding="utf-8")
-    (found,) = verify_run(folder, load_registry()).differences
-    assert found == "result.json: it is not the result that is in the run file"
+    (difference,) = verify_run(folder, load_registry()).differences
+    assert difference == "result.json: it is not the result that is in the run file"
     path.write_text("{", encoding="utf-8")
-    (found,) = verify_run(folder, load_registry()).differences
-    assert "result.json cannot be read" in found
+    (difference,) = verify_run(folder, load_registry()).differences
+    assert "result.json cannot be read" in difference
 
 
 def test_other_versions_are_told_and_decide_nothing(folder):
@@ -96,9 +96,9 @@ def test_other_versions_are_told_and_decide_nothing(folder):
         entry["provenance/numpy"].attrs["text"] = "1.0"
         reseal(entry)
 
-    found = edited(folder, edit)
-    assert found.matches
-    assert any(each.startswith("numpy: 1.0 when it was recorded") for each in found.information)
+    verification = edited(folder, edit)
+    assert verification.matches
+    assert any(t.startswith("numpy: 1.0 when it was recorded") for t in verification.information)
 
 
 def test_file_of_the_first_format_says_what_it_cannot_show(folder):
@@ -106,6 +106,7 @@ def test_file_of_the_first_format_says_what_it_cannot_show(folder):
         del entry["manifest"], entry["no_load/manifest"]
         entry.file.attrs.modify("rigrunner_format", 1)
 
-    found = edited(folder, edit)
-    assert found.matches
-    assert any("without a manifest, by an older version" in each for each in found.information)
+    verification = edited(folder, edit)
+    assert verification.matches
+    texts = verification.information
+    assert any("without a manifest, by an older version" in text for text in texts)

@@ -38,55 +38,57 @@ def path(tmp_path, keys):
 
 
 def checked(path, forms=FORMS, trusted=()):
-    found = Verification()
-    return check_signature_of(found, path, forms, trusted), found
+    verification = Verification()
+    return check_signature_of(verification, path, forms, trusted), verification
 
 
 def test_what_a_trusted_key_signed_whole_is_signed(path, keys):
-    is_signed, found = checked(path, trusted=keys)
+    is_signed, verification = checked(path, trusted=keys)
     assert is_signed
-    assert found.differences == []
-    assert found.held[0] == "signature C-1.sig.json"
-    assert found.held[1].startswith("signed by Zoe at 2026-03-01, key ")
-    assert found.held[1].endswith(", which is trusted")
+    assert verification.differences == []
+    assert verification.held[0] == "signature C-1.sig.json"
+    assert verification.held[1].startswith("signed by Zoe at 2026-03-01, key ")
+    assert verification.held[1].endswith(", which is trusted")
 
 
 def test_of_an_unknown_key_it_is_only_told_and_with_trusted_ones_it_is_a_difference(path, keys):
-    is_signed, found = checked(path)
+    is_signed, verification = checked(path)
     assert not is_signed
-    assert found.differences == []
-    assert "whether that key is theirs is not known" in found.information[0]
-    is_signed, found = checked(path, trusted=keys[1:])
+    assert verification.differences == []
+    assert "whether that key is theirs is not known" in verification.information[0]
+    is_signed, verification = checked(path, trusted=keys[1:])
     assert not is_signed
-    assert found.differences[0].endswith("which is not among the trusted keys")
+    assert verification.differences[0].endswith("which is not among the trusted keys")
 
 
 def test_without_a_signature_a_document_with_trusted_keys_differs(path, keys):
     missing = path.with_name("C-2.sig.json")
-    is_signed, found = checked(missing)
-    assert (is_signed, found.differences, found.information) == (False, [], [UNSIGNED])
-    is_signed, found = checked(missing, trusted=keys)
-    assert (is_signed, found.differences, found.information) == (False, [UNSIGNED], [])
+    is_signed, verification = checked(missing)
+    assert not is_signed
+    assert (verification.differences, verification.information) == ([], [UNSIGNED])
+    is_signed, verification = checked(missing, trusted=keys)
+    assert not is_signed
+    assert (verification.differences, verification.information) == ([UNSIGNED], [])
 
 
 @pytest.mark.parametrize(
-    ("forms", "said"),
+    ("forms", "text"),
     [
         ([*FORMS, form("C-1.pdf", b"%PDF")], "C-1.pdf is not signed"),
         ([FORMS[0], form("C-1.html", b"<P>")], "C-1.html is not the file that was signed"),
     ],
 )
-def test_a_form_that_was_not_signed_as_it_is_makes_the_document_unsigned(path, keys, forms, said):
-    is_signed, found = checked(path, forms, trusted=keys)
+def test_a_form_that_was_not_signed_as_it_is_makes_the_document_unsigned(path, keys, forms, text):
+    is_signed, verification = checked(path, forms, trusted=keys)
     assert not is_signed
-    assert found.differences == [f"signature C-1.sig.json: {said}"]
+    assert verification.differences == [f"signature C-1.sig.json: {text}"]
 
 
 @pytest.mark.parametrize("change", [('"signer": "Zoe"', '"signer": "Ada"'), ('"files"', '"file"')])
 def test_a_signature_that_does_not_hold_is_none(path, keys, change):
     path.write_text(path.read_text(encoding="utf-8").replace(*change), encoding="utf-8")
-    is_signed, found = checked(path, trusted=keys)
+    is_signed, verification = checked(path, trusted=keys)
     assert is_signed is False
-    assert len(found.differences) == 1
-    assert found.differences[0].startswith("signature C-1.sig.json: ")
-    assert found.held == []
+    assert len(verification.differences) == 1
+    assert verification.differences[0].startswith("signature C-1.sig.json: ")
+    assert verification.held == []

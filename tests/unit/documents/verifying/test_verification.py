@@ -18,25 +18,27 @@ FOUND = {
 
 
 def test_nothing_found_is_a_match():
-    found = Verification(held=["a"], information=["b"])
-    assert (found.matches, found.exit_code, found.conclusion) == (True, ExitCode.PASS, "MATCH")
+    verification = Verification(held=["a"], information=["b"])
+    assert verification.matches
+    assert (verification.exit_code, verification.conclusion) == (ExitCode.PASS, "MATCH")
 
 
 @pytest.mark.parametrize("name", FOUND)
 def test_whatever_is_found_is_no_match(name):
-    found = Verification(**{name: ["x"]})
-    assert (found.matches, (found.exit_code, found.conclusion)) == (False, FOUND[name])
+    verification = Verification(**{name: ["x"]})
+    assert not verification.matches
+    assert (verification.exit_code, verification.conclusion) == FOUND[name]
 
 
 def test_the_gravest_decides_and_all_are_told():
     for count in range(len(FOUND)):
         names = list(FOUND)[count:]
-        found = Verification(**{name: ["x"] for name in names})
-        assert found.exit_code is FOUND[names[0]][0]
+        verification = Verification(**{name: ["x"] for name in names})
+        assert verification.exit_code is FOUND[names[0]][0]
         words = [FOUND[name][1] for name in names]
         if count == 0:
             words[-1] = "OPEN: not all could be checked"
-        assert found.conclusion == "; ".join(words)
+        assert verification.conclusion == "; ".join(words)
 
 
 def test_several_of_a_kind_are_counted():

@@ -13,28 +13,28 @@ from unit.signal.test_blocks import RATE_HZ, RATIO, Stored, swing
 
 def test_cycles_equal_those_of_whole_recording(monkeypatch):
     angle = swing()
-    expected = find_cycles(angle, RATE_HZ, RATIO)
+    in_memory = find_cycles(angle, RATE_HZ, RATIO)
     short_cycles(monkeypatch)
-    cycles = find_cycles(Stored(angle), RATE_HZ, RATIO)
-    np.testing.assert_allclose(cycles.starts, expected.starts, rtol=0, atol=1e-9)
-    assert (cycles.offset_rad, cycles.ratio) == pytest.approx(
-        (expected.offset_rad, expected.ratio), 1e-12
+    in_blocks = find_cycles(Stored(angle), RATE_HZ, RATIO)
+    np.testing.assert_allclose(in_blocks.starts, in_memory.starts, rtol=0, atol=1e-9)
+    assert (in_blocks.offset_rad, in_blocks.ratio) == pytest.approx(
+        (in_memory.offset_rad, in_memory.ratio), 1e-12
     )
 
 
 @pytest.mark.parametrize("n", [256, 1024])
 def test_resampled_cycles_equal_those_of_whole_recording(monkeypatch, n):
     values, starts = swing(), np.arange(3.3, 39_000, 970.87)
-    expected = resample(values, starts, n)
+    in_memory = resample(values, starts, n)
     short_cycles(monkeypatch)
-    np.testing.assert_allclose(resample(Stored(values), starts, n), expected, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(resample(Stored(values), starts, n), in_memory, rtol=0, atol=1e-12)
 
 
 def test_pulses_equal_those_of_whole_recording(monkeypatch):
     signal = (np.arange(40_000) % 970 < 20) + 0.0
-    expected = pulse_edges(signal)
+    in_memory = pulse_edges(signal)
     short_cycles(monkeypatch)
-    assert pulse_edges(Stored(signal)).tolist() == expected.tolist()
+    assert pulse_edges(Stored(signal)).tolist() == in_memory.tolist()
 
 
 def test_repetition_frequency_of_long_torque(monkeypatch):

@@ -101,9 +101,9 @@ def test_resampling_keeps_harmonics_of_fast_swing(hz, within):
     time = np.arange(4000) / RATE
     starts = 100.3 + np.arange(11) * RATE / 35.0
     rows = resample(np.cos(2 * np.pi * hz * time), starts)
-    time_s = (starts[:-1, None] + np.diff(starts)[:, None] * np.arange(1024) / 1024) / RATE
+    times = (starts[:-1, None] + np.diff(starts)[:, None] * np.arange(1024) / 1024) / RATE
     assert rows.shape == (10, 1024)
-    np.testing.assert_allclose(rows, np.cos(2 * np.pi * hz * time_s), atol=within)
+    np.testing.assert_allclose(rows, np.cos(2 * np.pi * hz * times), atol=within)
 
 
 def test_resampling_aligns_cycles_of_different_length():

@@ -70,6 +70,6 @@ def test_motion_is_sum_of_its_harmonics():
 def test_half_angle_form_equals_direct_form(ratio):
     phase = np.append(PHASE - math.pi, [0.0, math.pi, 7.0])
     angle, velocity = kinematics.by_half_angle(phase, ratio)
-    expected = kinematics.angle_and_velocity(phase, 1.0, ratio)
-    for actual, exact in zip((angle, velocity), expected, strict=True):
-        np.testing.assert_allclose(actual, exact, rtol=0, atol=1e-14 * np.abs(exact).max())
+    reference = kinematics.angle_and_velocity(phase, 1.0, ratio)
+    for result, expected in zip((angle, velocity), reference, strict=True):
+        np.testing.assert_allclose(result, expected, rtol=0, atol=1e-14 * np.abs(expected).max())

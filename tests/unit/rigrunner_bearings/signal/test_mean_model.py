@@ -16,8 +16,10 @@ RESONANCE = Input("fn", 400.0, 4.0, 12, unit="Hz", common=True)
 def point(value, *effects, correlation=None):
     inputs = tuple(effect.input for effect in effects)
     model = MeasurementModel(inputs, Corrected(value, effects), correlation)
-    result = propagate(model)
-    return CompensatedPoint(10, 10, value, 0, result.estimate, result.components, model=model)
+    propagated = propagate(model)
+    return CompensatedPoint(
+        10, 10, value, 0, propagated.estimate, propagated.components, model=model
+    )
 
 
 def mean_of(*points):
@@ -64,13 +66,13 @@ def test_ensembles_of_separate_points_stay_separate():
 
 
 def test_differing_common_input_is_refused():
-    other = Effect(Input("fn", 401.0, 4.0, 12, unit="Hz", common=True), 0.01)
+    other_resonance = Effect(Input("fn", 401.0, 4.0, 12, unit="Hz", common=True), 0.01)
     with pytest.raises(ValueError, match="fn is common to all points"):
-        mean_of(point(0.7, Effect(RESONANCE, 0.01)), point(0.7, other))
+        mean_of(point(0.7, Effect(RESONANCE, 0.01)), point(0.7, other_resonance))
 
 
 def test_mean_model_evaluates_trials():
     model = mean_model([point(0.7, Effect(RESONANCE, 0.01), repeatability(0.03)) for _ in range(2)])
     assert len(model.inputs) == 3
-    trials = {item.name: np.array([item.value, item.value + item.u]) for item in model.inputs}
+    trials = {x.name: np.array([x.value, x.value + x.u]) for x in model.inputs}
     assert model.equation(trials) == pytest.approx([0.7, 0.7 + 0.04 + 0.03])

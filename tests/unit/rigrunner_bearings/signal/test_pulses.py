@@ -85,8 +85,8 @@ def test_cut_by_frequency_avoids_the_peak(phase):
     time = np.arange(5000) / RATE_HZ
     starts = starts_by_frequency(bump(time, 7.0, phase), RATE_HZ, 7.0)
     assert np.diff(starts) == pytest.approx(RATE_HZ / 7.0)
-    distance = (starts / RATE_HZ * 7.0 - phase) % 1
-    assert np.abs(distance - 0.5).max() < 0.1
+    away = (starts / RATE_HZ * 7.0 - phase) % 1
+    assert np.abs(away - 0.5).max() < 0.1
     assert len(starts) in {35, 36}
 
 

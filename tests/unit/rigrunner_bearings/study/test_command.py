@@ -22,14 +22,14 @@ RIGS = [
 
 @pytest.fixture
 def calls(monkeypatch, tmp_path):
-    """The calls of the study by the command; the study itself is not run."""
+    """The calls of the study by the command; the study is not run."""
     calls = []
     monkeypatch.chdir(tmp_path)
 
     def run_diagnostics(**settings):
         calls.append(settings)
-        settings["going"].progress(0, 1)
-        settings["going"].progress(1, 1)
+        settings["runner"].progress(0, 1)
+        settings["runner"].progress(1, 1)
         return tally(RIGS)
 
     monkeypatch.setattr(module, "run_diagnostics", run_diagnostics)
@@ -40,16 +40,17 @@ def test_options_reach_the_study(calls, capsys):
     options = ["--rigs", "7", "--broken", "5", "--jobs", "2", "--seed", "3"]
     assert main(["study", "diagnostics", *options]) == 0
     (call,) = calls
-    going = call.pop("going")
+    runner = call.pop("runner")
     assert call == {"healthy_rigs": 7, "broken_rigs": 5, "seed": 3}
-    assert (going.workers, going.keep) == (Processes(2), Path("rigrunner-study-diagnostics.part"))
+    assert runner.workers == Processes(2)
+    assert runner.journal_path == Path("rigrunner-study-diagnostics.part")
     assert capsys.readouterr().err == "1 of 1 rigs\n"
 
 
 def test_all_cores_are_used_without_cluster(calls, capsys):
     main(["study", "diagnostics"])
     main(["study", "diagnostics", "--dask", "tcp://there:8786"])
-    assert [call["going"].workers for call in calls] == [
+    assert [call["runner"].workers for call in calls] == [
         Processes(usable_cores()),
         Cluster("tcp://there:8786"),
     ]

@@ -14,6 +14,7 @@ from rigrunner_bearings.compensations.settings import InverseSettings
 from rigrunner_bearings.study import coverage_rigs
 from rigrunner_bearings.study.bench import INERTIA, NATURAL
 from rigrunner_bearings.study.case import Case
+from rigrunner_bearings.study.case_runner import CaseRunner
 from rigrunner_bearings.study.coverage import (
     BANDS_HZ,
     METHODS,
@@ -29,7 +30,6 @@ from rigrunner_bearings.study.coverage import (
 from rigrunner_bearings.study.coverage_plots import FIGURES, draw_figures
 from rigrunner_bearings.study.coverage_rigs import FREQUENCIES_HZ, LAWS, RANGES, draw
 from rigrunner_bearings.study.coverage_table import printed, study_document
-from rigrunner_bearings.study.going import Going
 from rigrunner_bearings.study.tables import markdown
 from rigrunner_bearings.study.tools import SUPPORT_LIMIT, tools
 
@@ -46,9 +46,9 @@ def outcome(error, u=0.004, mean_expanded=0.008):
 
 def finding(number=0, error=0.001, simulator=SIM, *, natural_hz=400.0, quiet=None):
     """Return a rig on which every method has this error."""
-    with_sensor = dict.fromkeys(METHODS, outcome(error))
+    all_errors = dict.fromkeys(METHODS, outcome(error))
     no_sensor = dict.fromkeys(METHODS, outcome(error if quiet is None else quiet))
-    return Finding(Case(simulator, "", 1, number), "Stribeck", natural_hz, with_sensor, no_sensor)
+    return Finding(Case(simulator, "", 1, number), "Stribeck", natural_hz, all_errors, no_sensor)
 
 
 def drawn(simulator, number=0):
@@ -63,16 +63,16 @@ def test_errors_and_coverage_are_counted():
     assert row.error.bias == pytest.approx((0.003 - 0.004 + 0.009) / 3)
     assert row.error.rms == pytest.approx(sqrt((9 + 16 + 81) / 3) / 1000)
     assert row.error.largest == pytest.approx(0.009)
-    assert row.held.rate == pytest.approx(2 / 3)
-    assert (row.mean_held.hits, row.mean_held.of) == (2, 3)
-    without_sensor = next(row for row in study.rows if not row.sensor)
-    assert without_sensor.held.rate == 1.0
+    assert row.coverage.rate == pytest.approx(2 / 3)
+    assert (row.mean_coverage.hits, row.mean_coverage.of) == (2, 3)
+    without = next(row for row in study.rows if not row.sensor)
+    assert without.coverage.rate == 1.0
 
 
 def test_rig_is_in_stratum_of_its_resonance():
     study = tally([finding(0, 0.001, natural_hz=250.0), finding(1, 0.02, natural_hz=300.0)])
-    chosen = [s for s in study.strata if s.method == METHODS[0] and s.sensor]
-    rates = {(s.band_hz, s.frequency_hz): s.held.rate for s in chosen}
+    strata = [s for s in study.strata if s.method == METHODS[0] and s.sensor]
+    rates = {(s.band_hz, s.frequency_hz): s.coverage.rate for s in strata}
     assert rates == {
         **{((200.0, 300.0), f): 1.0 for f in FREQUENCIES_HZ},
         **{((300.0, 450.0), f): 0.0 for f in FREQUENCIES_HZ},
@@ -156,11 +156,11 @@ def one_rig():
 @pytest.mark.thorough
 def test_rig_is_measured_with_and_without_sensor_errors(one_rig):
     for method in METHODS:
-        with_sensor, silent = one_rig.whole[method], one_rig.no_sensor[method]
-        assert np.abs(with_sensor.error_nm).max() < 0.03
-        assert with_sensor.error_nm != silent.error_nm
-        assert all(a > b for a, b in zip(with_sensor.u_nm, silent.u_nm, strict=True))
-        assert with_sensor.mean_error_nm == pytest.approx(np.mean(with_sensor.error_nm))
+        all_errors, silent = one_rig.all_errors[method], one_rig.no_sensor[method]
+        assert np.abs(all_errors.error_nm).max() < 0.03
+        assert all_errors.error_nm != silent.error_nm
+        assert all(a > b for a, b in zip(all_errors.u_nm, silent.u_nm, strict=True))
+        assert all_errors.mean_error_nm == pytest.approx(np.mean(all_errors.error_nm))
 
 
 @pytest.mark.thorough
@@ -179,13 +179,13 @@ def test_study_in_two_processes_is_the_same():
 
     def study(workers):
         never = threading.Event()
-        going = Going(workers, never, lambda *done: progress.append(done))
-        return run_coverage(rigs=1, seed=4, going=going)
+        runner = CaseRunner(workers, never, lambda *done: progress.append(done))
+        return run_coverage(rigs=1, seed=4, runner=runner)
 
-    one, two = study(InProcess()), study(Processes(2))
-    assert study_document(one) == study_document(two)
+    first, second = study(InProcess()), study(Processes(2))
+    assert study_document(first) == study_document(second)
     assert progress == [(0, 2), (1, 2), (2, 2)] * 2
-    assert one.rigs == 2
+    assert first.rigs == 2
 
 
 def test_tables_and_document_agree():
@@ -205,6 +205,6 @@ def test_figures_are_reproducible_to_the_byte(tmp_path):
     study = tally(rigs)
     first, second = (draw_figures(study, tmp_path / name) for name in ("a", "b"))
     assert [path.stem for path in first] == list(FIGURES)
-    for one, two in zip(first, second, strict=True):
-        assert one.read_bytes() == two.read_bytes()
-        assert one.read_bytes().startswith(b"<?xml")
+    for path, other in zip(first, second, strict=True):
+        assert path.read_bytes() == other.read_bytes()
+        assert path.read_bytes().startswith(b"<?xml")

@@ -13,10 +13,10 @@ from rigrunner_bearings.compensations.checks import LIMITS as METHOD_LIMITS
 from rigrunner_bearings.study.bench import NATURAL, nested
 from rigrunner_bearings.study.breaks import BREAKS, REFUSED
 from rigrunner_bearings.study.case import Case
+from rigrunner_bearings.study.case_runner import CaseRunner
 from rigrunner_bearings.study.diagnostics import Finding, cases, examine, run_diagnostics, tally
 from rigrunner_bearings.study.diagnostics_rigs import POPULATIONS, healthy
 from rigrunner_bearings.study.diagnostics_table import printed, study_document
-from rigrunner_bearings.study.going import Going
 from rigrunner_bearings.study.share import Share
 from rigrunner_bearings.study.tables import markdown
 from rigrunner_bearings.study.tools import primary_alone
@@ -107,16 +107,16 @@ def test_cases_use_both_simulators_equally():
 @pytest.mark.parametrize("simulator", POPULATIONS)
 def test_broken_rig_is_flagged_reproducibly(simulator):
     case = Case(simulator, "clipping", 3, 0)
-    finding = examine(case)
-    assert "clipping" in finding.failed
-    assert finding == examine(case)
+    result = examine(case)
+    assert "clipping" in result.failed
+    assert result == examine(case)
 
 
 def test_healthy_rig_is_measured_right_without_alarm():
-    finding = examine(Case(SIM, "", 3, 0))
-    assert finding.failed == ()
-    assert abs(finding.error_nm) < 0.02
-    assert set(finding.made) >= NAMES - SKIPPED
+    result = examine(Case(SIM, "", 3, 0))
+    assert result.failed == ()
+    assert abs(result.error_nm) < 0.02
+    assert set(result.performed) >= NAMES - SKIPPED
 
 
 def test_too_few_cycles_are_refused():
@@ -125,29 +125,29 @@ def test_too_few_cycles_are_refused():
 
 @pytest.mark.thorough
 def test_two_processes_give_findings_of_one():
-    cases_to_run = [Case(SIM, "too few cycles", 3, number) for number in range(3)]
-    one, two = (
-        Going(workers, threading.Event(), lambda _, __: None).findings(
-            "diagnostics", examine, Finding, cases_to_run
+    all_cases = [Case(SIM, "too few cycles", 3, number) for number in range(3)]
+    first, second = (
+        CaseRunner(workers, threading.Event(), lambda _, __: None).findings(
+            "diagnostics", examine, Finding, all_cases
         )
         for workers in (InProcess(), Processes(2))
     )
-    assert one == two
+    assert first == second
 
 
 def test_study_can_be_stopped():
-    stop, calls = threading.Event(), []
+    stop, done = threading.Event(), []
 
     def progress(count, of):
-        calls.append((count, of))
+        done.append((count, of))
         if count:
             stop.set()
 
-    going = Going(InProcess(), stop, progress)
+    runner = CaseRunner(InProcess(), stop, progress)
     with pytest.raises(AbortedError, match="stopped after 1 of 48 rigs"):
-        run_diagnostics(healthy_rigs=1, broken_rigs=2, seed=1, going=going)
-    of = 2 + 2 * len(BREAKS)
-    assert calls == [(0, of), (1, of)]
+        run_diagnostics(healthy_rigs=1, broken_rigs=2, seed=1, runner=runner)
+    total = 2 + 2 * len(BREAKS)
+    assert done == [(0, total), (1, total)]
 
 
 def test_tables_and_document_agree():
@@ -163,4 +163,4 @@ def test_tables_and_document_agree():
 def test_primary_method_of_study_is_chosen_by_label():
     methods = [{"energy": {}, "as": "work"}, "template_inverse"]
     spec = SwingTorque.model_validate({"compensations": methods, "primary": "work"})
-    assert [compensation.name for compensation in primary_alone(spec).compensations] == ["energy"]
+    assert [method.name for method in primary_alone(spec).compensations] == ["energy"]

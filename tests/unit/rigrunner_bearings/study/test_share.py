@@ -9,16 +9,16 @@ from rigrunner_bearings.study.share import Share, clustered, rate_interval
 def test_values_that_agree_within_a_rig_count_once():
     """Ten rigs of eight values, all within U or none: as uncertain as ten values."""
     hits = np.repeat([[1.0]] * 9 + [[0.0]], 8, axis=1)
-    share = clustered(hits)
-    assert share.rate == pytest.approx(0.9)
-    assert share.effective == pytest.approx(9.0)  # with n - 1 in the variance
-    assert share.interval[0] < Share(72, 80).interval[0]
+    rate = clustered(hits)
+    assert rate.rate == pytest.approx(0.9)
+    assert rate.effective == pytest.approx(9.0)  # with n - 1 in the variance
+    assert rate.interval[0] < Share(72, 80).interval[0]
 
 
 def test_independent_values_count_separately():
     rng = np.random.default_rng(1)
-    share = clustered((rng.random((2000, 8)) < 0.95).astype(float))
-    assert share.effective == pytest.approx(16000, rel=0.1)
+    rate = clustered((rng.random((2000, 8)) < 0.95).astype(float))
+    assert rate.effective == pytest.approx(16000, rel=0.1)
 
 
 def test_full_coverage_counts_each_rig_once():

@@ -15,7 +15,7 @@ from rigrunner.registry import load_registry
 from rigrunner.signal.coverage import expanded
 from rigrunner_bearings.api.torque import TorqueDetails
 from rigrunner_bearings.devices.swing_tester_sim.parameters import RigParameters
-from rigrunner_bearings.study.tools import asked
+from rigrunner_bearings.study.tools import analysis_ref
 from rigrunner_bearings.torque.settings import SwingTorque
 from unit.analysis.helpers_analysis import MEASURAND
 
@@ -65,7 +65,7 @@ def compensate(run, **no_load):
         }
     )
     result = analyse(
-        run, (asked(spec),), acceptance=None, measurand=MEASURAND, lookup=load_registry()
+        run, (analysis_ref(spec),), acceptance=None, measurand=MEASURAND, lookup=load_registry()
     )
     return TorqueDetails.of(result).compensations["template_inverse"]
 
@@ -88,7 +88,7 @@ def result_of_three(friction, **no_load):
         }
     )
     settings = {"acceptance": None, "measurand": MEASURAND, "lookup": load_registry()}
-    return analyse(between(before, loaded, after), (asked(spec),), **settings)
+    return analyse(between(before, loaded, after), (analysis_ref(spec),), **settings)
 
 
 def errors_nm(compensation):
@@ -184,7 +184,7 @@ def test_runs_that_do_not_bracket_loaded_run_are_refused():
     )
     settings = {"acceptance": None, "measurand": MEASURAND, "lookup": load_registry()}
     with pytest.raises(DataError, match="before and loaded are not before and after after"):
-        analyse(between(before, after, loaded), (asked(spec),), **settings)
+        analyse(between(before, after, loaded), (analysis_ref(spec),), **settings)
 
 
 def test_after_needs_separate_no_load_runs():

@@ -166,7 +166,7 @@ def test_few_samples_per_cycle_are_flagged(frequency_hz, ok):
 
 
 def test_run_without_load_has_no_friction_coefficient():
-    check = friction_check([(10.0, 0.7)], 0.0, 0.0104)
+    check = friction_check([(10.0, 0.7)], [0.0], 0.0104)
     assert check.ok
     assert check.text == "not checked: the run has no load"
 
@@ -200,7 +200,13 @@ def test_zero_drift_between_runs_is_flagged(zero_nm, ok):
 )
 def test_implausible_friction_coefficient_is_flagged(torque_nm, ok):
     """F r = 1000 N * 10.4 mm = 10.4 N·m: 0.01 and 0.3 of it are 0.104 and 3.12 N·m."""
-    assert friction_check([(10.0, torque_nm)], 1000.0, 0.0104).ok is ok
+    assert friction_check([(10.0, torque_nm)], [1000.0], 0.0104).ok is ok
+
+
+def test_friction_coefficients_under_several_loads():
+    """Half of the torque under half of the load is the same coefficient."""
+    check = friction_check([(10.0, 0.26), (10.0, 2.6)], [100.0, 1000.0], 0.0104)
+    assert (check.ok, check.value) == (True, pytest.approx(0.25))
 
 
 @pytest.mark.parametrize(("torque_nm", "ok"), [(0.1, True), (0.0, False), (-0.1, False)])

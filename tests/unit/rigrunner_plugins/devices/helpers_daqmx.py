@@ -76,7 +76,7 @@ class FakeDriver:
     def interpreter(self) -> BaseInterpreter:
         """Return what the library takes for the driver."""
 
-        def made(name: str):
+        def function_named(name: str):
             own = getattr(self, f"_{name}", None)
 
             def function(_self, *arguments):
@@ -90,7 +90,7 @@ class FakeDriver:
 
             return function
 
-        members = {name: made(name) for name in BaseInterpreter.__abstractmethods__}
+        members = {name: function_named(name) for name in BaseInterpreter.__abstractmethods__}
         members["__slots__"] = ()
         return type("FakeInterpreter", (BaseInterpreter,), members)()
 

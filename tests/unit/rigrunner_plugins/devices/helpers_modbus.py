@@ -119,12 +119,12 @@ def tcp_peer(script, connections=1):
             except OSError:
                 return
             with connection:
-                one = Scripted(left, connection.recv, connection.sendall, connection.close)
+                scripted = Scripted(left, connection.recv, connection.sendall, connection.close)
                 with suppress(OSError):
-                    one.play()
+                    scripted.play()
                     connection.recv(1)  # until the client closes
-                played.heard += one.heard
-                left = left[len(one.heard) :]
+                played.heard += scripted.heard
+                left = left[len(scripted.heard) :]
 
     thread = threading.Thread(target=serve, daemon=True)
     thread.start()

@@ -44,8 +44,8 @@ class Users:
     """Who may log in."""
 
     def get_user(self, iserver, username=None, password=None, certificate=None):  # noqa: ARG002
-        known = username is None or (username, password) == ("lab", PASSWORD)
-        return User(role=UserRole.User) if known else None
+        accepted = username is None or (username, password) == ("lab", PASSWORD)
+        return User(role=UserRole.User) if accepted else None
 
 
 class Bench:
@@ -123,7 +123,7 @@ class Bench:
 
     async def _make_nodes(self, server):
         index = await server.register_namespace(NAMESPACE)
-        made = {
+        nodes = {
             "Torque": (1.25, ua.VariantType.Double, (NEWTON_METRE, "N·m")),
             "Temperature": (21.5, ua.VariantType.Float, (CELSIUS, "°C")),
             "Count": (7, ua.VariantType.Int16, None),
@@ -136,7 +136,7 @@ class Bench:
             "Locked": (0.0, ua.VariantType.Double, None),
         }
         self.nodes = {}
-        for name, (value, type_, unit) in made.items():
+        for name, (value, type_, unit) in nodes.items():
             node = await server.nodes.objects.add_variable(
                 ua.NodeId(name, index), ua.QualifiedName(name, index), value, type_
             )
@@ -155,8 +155,8 @@ class Bench:
     async def _tick(self):
         """Let the motor be where it is told to be, while it is enabled."""
         enabled = await self.nodes["Enable"].read_value()
-        wanted = await self.nodes["Set"].read_value() if enabled else 0.0
-        await self.nodes["Actual"].write_value(wanted, ua.VariantType.Float)
+        set_point = await self.nodes["Set"].read_value() if enabled else 0.0
+        await self.nodes["Actual"].write_value(set_point, ua.VariantType.Float)
 
 
 def device(settings, folder=Path(), clock=None):

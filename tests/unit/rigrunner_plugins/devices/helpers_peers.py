@@ -25,12 +25,12 @@ class Script:
         self.left = list(lines)
         self.unexpected: list[bytes] = []
 
-    def __call__(self, heard: bytes) -> tuple[int, bytes]:
+    def __call__(self, received: bytes) -> tuple[int, bytes]:
         """Return how many of the bytes were taken, and what is answered to them."""
-        if not self.left or not self.left[0][0].startswith(heard[: len(self.left[0][0])]):
-            self.unexpected.append(heard)
-            return len(heard), HANG_UP
-        if len(heard) < len(self.left[0][0]):
+        if not self.left or not self.left[0][0].startswith(received[: len(self.left[0][0])]):
+            self.unexpected.append(received)
+            return len(received), HANG_UP
+        if len(received) < len(self.left[0][0]):
             return 0, SILENCE
         message, answer = self.left.pop(0)
         return len(message), answer
@@ -51,8 +51,8 @@ class Lines:
             time.sleep(0.01)
         return self.heard[-1]
 
-    def __call__(self, heard: bytes) -> tuple[int, bytes]:
-        line, ending, _ = heard.partition(self.ending)
+    def __call__(self, received: bytes) -> tuple[int, bytes]:
+        line, ending, _ = received.partition(self.ending)
         if not ending:
             return 0, SILENCE
         self.heard.append(line.decode())
@@ -104,12 +104,12 @@ class SocketPeer:
 
     def _converse(self, client: socket.socket) -> None:
         with client, suppress(OSError):
-            heard = b""
+            received = b""
             while part := client.recv(65536):
-                heard += part
-                while heard:
-                    taken, answer = self._talk(heard)
-                    heard = heard[taken:]
+                received += part
+                while received:
+                    taken, answer = self._talk(received)
+                    received = received[taken:]
                     if answer == HANG_UP:
                         return
                     client.sendall(answer)
@@ -151,13 +151,13 @@ class SerialPeer:
     close = unplug
 
     def _converse(self) -> None:
-        heard = b""
+        received = b""
         with suppress(OSError):
             while part := os.read(self._far, 65536):
-                heard += part
-                while heard:
-                    taken, answer = self._talk(heard)
-                    heard = heard[taken:]
+                received += part
+                while received:
+                    taken, answer = self._talk(received)
+                    received = received[taken:]
                     if answer == HANG_UP:
                         self.unplug()
                         return
@@ -169,8 +169,8 @@ class SerialPeer:
 @contextmanager
 def peer(kind: type[SocketPeer | SerialPeer], talk: Talk) -> Iterator[SocketPeer]:
     """Give a peer for a while."""
-    made = kind(talk)
+    bench = kind(talk)
     try:
-        yield made
+        yield bench
     finally:
-        made.close()
+        bench.close()

@@ -118,9 +118,9 @@ class Bench:
 
         daq = {"torque": swing(hz), "sync": noisy}
         self.daq = Sampler(self.clock, daq, latency_s=0.001, jitter_s=0.0005, seed=seed)
-        known = {"start_s": 0.037, "latency_s": 0.003, "jitter_s": 0.002, "clock_error": 5e-5}
+        settings = {"start_s": 0.037, "latency_s": 0.003, "jitter_s": 0.002, "clock_error": 5e-5}
         enc = {"angle": swing(hz), "sync": noisy}
-        self.enc = Sampler(self.clock, enc, seed=seed + 1, **{**known, **of_encoder})
+        self.enc = Sampler(self.clock, enc, seed=seed + 1, **{**settings, **of_encoder})
         self.settings = {
             "parts": {"daq": {"plugin": "daq"}, "enc": {"plugin": "enc"}},
             "channels": CHANNELS,
@@ -146,18 +146,18 @@ class Bench:
         blocks = list(device.stream(["angle", "torque"], seconds, threading.Event()))
         firsts = [block.first_sample for block in blocks]
         assert firsts == list(np.cumsum([0, *(block.samples for block in blocks)])[:-1])
-        found = {
+        conditions = {
             name: np.concatenate([block.channels[name] for block in blocks])
             for name in ("angle", "torque")
         }
         stated = {name: value for name, (value, _) in device.stream_conditions().items()}
-        return found, late_s(found), stated
+        return conditions, late_s(conditions), stated
 
 
-def late_s(found):
+def late_s(conditions):
     """Return the mean time by which the angle lags behind the torque: both are one signal."""
-    slope = np.gradient(found["torque"]) * 10_000
-    return float((found["torque"] - found["angle"]) @ slope / (slope @ slope))
+    slope = np.gradient(conditions["torque"]) * 10_000
+    return float((conditions["torque"] - conditions["angle"]) @ slope / (slope @ slope))
 
 
 @pytest.mark.parametrize("hz", [8.0, 35.0])
@@ -271,15 +271,15 @@ def test_a_part_with_a_gap_or_a_wrong_rate_is_named():
     bench = Bench()
     plain = bench.enc.stream
 
-    def skipping(*asked):
-        for index, block in enumerate(plain(*asked)):
+    def skipping(*arguments):
+        for index, block in enumerate(plain(*arguments)):
             if index != 5:
                 yield block
 
     bench.enc.stream = skipping
     with pytest.raises(DeviceLostError, match="enc: sample 6000 came, 5000 was due"):
         bench.recorded()
-    bench.enc.stream = lambda *asked: (replace(b, rate_hz=9000.0) for b in plain(*asked))
+    bench.enc.stream = lambda *arguments: (replace(b, rate_hz=9000.0) for b in plain(*arguments))
     with pytest.raises(DeviceRejectedError, match="enc: the stream has 9000 samples per second"):
         bench.recorded()
 
@@ -291,8 +291,8 @@ def test_a_part_with_complex_samples_is_named(part):
     sampler = getattr(bench, part)
     plain = sampler.stream
 
-    def imaginary(*asked):
-        for block in plain(*asked):
+    def imaginary(*arguments):
+        for block in plain(*arguments):
             spoilt = {name: values + 0.5j for name, values in block.channels.items()}
             yield replace(block, channels=spoilt)
 
@@ -315,8 +315,8 @@ def test_a_part_that_hangs_is_told_in_time_and_can_be_closed():
     bench.daq.non_blocking = False
     plain = bench.enc.stream
 
-    def hanging(*asked):
-        for index, block in enumerate(plain(*asked)):
+    def hanging(*arguments):
+        for index, block in enumerate(plain(*arguments)):
             if index == 3:
                 release.wait(10)
             yield block
@@ -332,18 +332,18 @@ def test_a_part_that_hangs_is_told_in_time_and_can_be_closed():
 
 def test_a_line_through_sightings_is_the_weighted_one():
     tau = np.array([0.0, 1.0, 2.0, 3.0])
-    seen = [Sighting(each, 0.1 + 2e-5 * each, 1e-7) for each in tau]
-    found = line_through(seen)
-    assert found.rate == pytest.approx(2e-5, rel=1e-3)
-    assert found.delta_s(np.array([5.0]))[0] == pytest.approx(0.1001, abs=1e-8)
-    assert found.u_offset_s == pytest.approx(1e-7 / 2)  # four sightings
-    assert found.u_rate == pytest.approx(1e-7 / np.sqrt(5), rel=1e-3)  # sum (tau - 1.5)^2 = 5
+    sightings = [Sighting(tau_s, 0.1 + 2e-5 * tau_s, 1e-7) for tau_s in tau]
+    relation = line_through(sightings)
+    assert relation.rate == pytest.approx(2e-5, rel=1e-3)
+    assert relation.delta_s(np.array([5.0]))[0] == pytest.approx(0.1001, abs=1e-8)
+    assert relation.u_offset_s == pytest.approx(1e-7 / 2)  # four sightings
+    assert relation.u_rate == pytest.approx(1e-7 / np.sqrt(5), rel=1e-3)  # sum (tau - 1.5)^2 = 5
 
 
 def test_one_sighting_leaves_the_rate_of_a_quartz_open():
-    found = line_through([Sighting(1.0, 0.1, 1e-6)])
-    assert (found.rate, found.u_rate) == (0.0, 1e-4)
-    assert found.u_s(np.array([11.0])) == pytest.approx(1e-3, rel=1e-3)
+    relation = line_through([Sighting(1.0, 0.1, 1e-6)])
+    assert (relation.rate, relation.u_rate) == (0.0, 1e-4)
+    assert relation.u_s(np.array([11.0])) == pytest.approx(1e-3, rel=1e-3)
 
 
 def test_arrival_times_show_offset_and_rate_of_long_streams():
@@ -351,12 +351,12 @@ def test_arrival_times_show_offset_and_rate_of_long_streams():
     ends = np.arange(1, 6001) / 10.0  # ten minutes of blocks
     mine = ends + 5.0 + rng.exponential(1e-3, len(ends))
     theirs = ends * (1 - 3e-5) + 5.02 + rng.exponential(1e-3, len(ends))
-    found = by_arrivals((ends, mine), (ends, theirs), 0.0)
-    assert found.rate == pytest.approx(3e-5, abs=4e-6)
+    relation = by_arrivals((ends, mine), (ends, theirs), 0.0)
+    assert relation.rate == pytest.approx(3e-5, abs=4e-6)
     middle = np.array([300.0])
-    wanted = 3e-5 * 300 - 0.02
-    assert found.delta_s(middle)[0] == pytest.approx(wanted, abs=4 * found.u_s(middle))
-    assert found.u_s(middle) < 1e-3
+    expected = 3e-5 * 300 - 0.02
+    assert relation.delta_s(middle)[0] == pytest.approx(expected, abs=4 * relation.u_s(middle))
+    assert relation.u_s(middle) < 1e-3
 
 
 def test_the_lag_of_noise_in_both_is_within_its_uncertainty():
@@ -367,8 +367,8 @@ def test_the_lag_of_noise_in_both_is_within_its_uncertainty():
         window = np.sin(x / 40) + 0.05 * rng.standard_normal(2500)
         other = 2 * np.sin((np.arange(2600.0) - 50.3) / 40) + 1 + 0.1 * rng.standard_normal(2600)
         start = coarse_lag(window, other, 1.0)
-        found = fine_lag(window, other, 1.0, start)
-        apart.append((found.samples - 50.3) / found.u_samples)
+        lag = fine_lag(window, other, 1.0, start)
+        apart.append((lag.samples - 50.3) / lag.u_samples)
     assert np.std(apart) == pytest.approx(1.0, abs=0.25)
     assert abs(np.mean(apart)) < 0.3
 

@@ -179,15 +179,15 @@ class Bench:
 
 
 def raising(call, error):
-    def before(told):
-        if told.startswith(call):
+    def before(request):
+        if request.startswith(call):
             raise error
 
     return before
 
 
 def hanging(call, release):
-    return lambda told: release.wait(5) if told.startswith(call) else None
+    return lambda request: release.wait(5) if request.startswith(call) else None
 
 
 def test_it_has_the_abilities_of_its_parts():
@@ -218,8 +218,8 @@ def test_each_part_is_asked_once_for_what_it_has():
 
 
 def test_who_answers_is_on_record_for_every_part():
-    found = identities({"tester": Bench().device.connect(1.0)})
-    assert found == {
+    parts = identities({"tester": Bench().device.connect(1.0)})
+    assert parts == {
         "device tester": "Rigrunner composite of daq, inverter, press, cell (simulated)",
         "device tester/daq": "Fakes tester 1 (simulated)",
         "device tester/inverter": "Volts V20 I-1",
@@ -282,9 +282,9 @@ def test_all_are_made_safe_in_the_order_of_the_drives():
     bench = Bench()
     order = []
     for name in ("daq", "inverter", "press", "cell"):
-        each = getattr(bench, name)
-        plain = each.make_safe
-        each.make_safe = lambda plain=plain, name=name: (order.append(name), plain())[1]
+        device_ = getattr(bench, name)
+        plain = device_.make_safe
+        device_.make_safe = lambda plain=plain, name=name: (order.append(name), plain())[1]
     device = bench.connected()
     device.set("load", 1000.0)
     safe = device.make_safe()
@@ -365,8 +365,8 @@ def test_behind_a_set_that_comes_late_the_part_is_made_safe_once_more(monkeypatc
     monkeypatch.setattr(ThreadCaller, "grace_s", 0.05)
     release = threading.Event()
 
-    def let_go_once_the_others_are_safe(told):
-        if told == "make_safe":
+    def let_go_once_the_others_are_safe(request):
+        if request == "make_safe":
             release.set()
 
     inverter = Inverter(hanging("set frequency 10", release))
@@ -462,14 +462,14 @@ def test_a_part_that_only_streams_is_not_read_while_it_records():
 
 
 def test_what_a_part_finds_of_its_stream_has_the_names_of_the_role():
-    found = {
+    conditions = {
         "torque_filter_delay": (0.003, "s"),
         "torque_raw_filter_delay": (0.001, "s"),
         "angle_filter_delay": (0.0, "s"),
     }
     daq = Daq()
     raw = ChannelInfo("torque_raw", "N·m", "")
-    daq.channels, daq.stream_conditions = (*CHANNELS[:2], raw), lambda: found
+    daq.channels, daq.stream_conditions = (*CHANNELS[:2], raw), lambda: conditions
     device = Bench({**SETTINGS, "channels": {"moment": "daq.torque"}}, daq=daq).connected()
     list(device.stream(["moment"], 0.1, threading.Event()))
     assert device.stream_conditions() == {"moment_filter_delay": (0.003, "s")}
@@ -496,8 +496,8 @@ def test_a_part_that_is_lost_in_a_recording_ends_the_run_with_all_others_safe():
     assert isinstance(summary.error, DeviceLostError)
     assert "tester: daq: unplugged" in str(summary.error)
     assert (bench.inverter.at, bench.press.at) == (0.0, 0.0)
-    (told,) = kinds.of(MadeSafe)
-    assert told.problems == ()
+    (event,) = kinds.of(MadeSafe)
+    assert event.problems == ()
 
 
 def test_a_rig_with_a_part_that_cannot_be_made_safe_is_not_called_safe():
@@ -508,9 +508,9 @@ def test_a_rig_with_a_part_that_cannot_be_made_safe_is_not_called_safe():
     plan = plan_of(setup=(), main=(SetDrive("tester", "frequency", 10.0, "Hz"), record("001")))
     summary = run(bench.device, plan, critical=[kinds])
     assert "daq: unplugged" in str(summary.error)
-    told = kinds.of(MadeSafe)[-1]
-    assert told.problems
-    assert "inverter: no answer" in str(told)
+    event = kinds.of(MadeSafe)[-1]
+    assert event.problems
+    assert "inverter: no answer" in str(event)
     assert "make_safe" in bench.press.calls
 
 
@@ -549,9 +549,9 @@ def test_the_stations_of_the_manual_are_taken():
     station, clocks = page.read_text(encoding="utf-8").split("```yaml\n")[1:3]
     text = station.partition("```")[0] + clocks.partition("```")[0]
     document = parse(text.replace("encoder: sync", "press: sync"), str(page))
-    found = validate(CompositeSettings, document, ("devices", "tester", "settings"))
-    assert list(found.parts) == ["daq", "press"]
-    assert found.clocks.latency == pytest.approx(0.002)
+    problems = validate(CompositeSettings, document, ("devices", "tester", "settings"))
+    assert list(problems.parts) == ["daq", "press"]
+    assert problems.clocks.latency == pytest.approx(0.002)
     assert load_registry().is_simulated(
         "composite", document.part(("devices", "tester", "settings"))
     )

@@ -100,7 +100,7 @@ def clock():
 def bench(clock, monkeypatch):
     """Return what makes a connected device on a driver that stands in."""
 
-    def made(changes=None, *, connect=True, **of_driver):
+    def make_device(changes=None, *, connect=True, **of_driver):
         driver = FakeDriver(clock, SIGNALS, **of_driver)
         monkeypatch.setattr(
             nidaqmx.utils, "_select_interpreter", lambda *_a, **_k: driver.interpreter()
@@ -113,7 +113,7 @@ def bench(clock, monkeypatch):
         return device, driver
 
     opened = []
-    yield made
+    yield make_device
     for device in opened:
         device.close()
 
@@ -254,8 +254,8 @@ def test_the_filter_is_on_record_where_the_device_tells_it(bench):
 
 def test_the_delay_of_the_filter_is_taken_out_if_wanted(bench):
     _, driver = bench({"remove_filter_delay": True})
-    told = driver.called("set_chan_attribute_bool")
-    assert {(channel, *rest) for _, channel, *rest in told} == {
+    calls = driver.called("set_chan_attribute_bool")
+    assert {(channel, *rest) for _, channel, *rest in calls} == {
         ("torque", 0x2FBD, True),  # DAQmx_AI_RemoveFilterDelay
         ("load", 0x2FBD, True),
     }
@@ -410,7 +410,7 @@ def test_the_station_of_the_manual_is_taken():
     page = Path(__file__).parents[4] / "docs" / "how-to" / "national-instruments.md"
     text = page.read_text(encoding="utf-8").partition("```yaml\n")[2].partition("```")[0]
     document = parse(text, str(page))
-    found = validate(DaqSettings, document, ("devices", "tester", "settings"))
-    assert found.rate == 10_240.0
-    assert found.counter_clock == "/cDAQ1/ai/SampleClock"
-    assert found.channels["torque"].table == ((0.0, 0.0), (pytest.approx(2.0015), 10.0))
+    problems = validate(DaqSettings, document, ("devices", "tester", "settings"))
+    assert problems.rate == 10_240.0
+    assert problems.counter_clock == "/cDAQ1/ai/SampleClock"
+    assert problems.channels["torque"].table == ((0.0, 0.0), (pytest.approx(2.0015), 10.0))

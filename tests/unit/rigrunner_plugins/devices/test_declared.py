@@ -55,7 +55,7 @@ def test_a_drive_is_described_in_si():
 
 
 @pytest.mark.parametrize(
-    ("change", "told"),
+    ("change", "message"),
     [
         ({"scale": 0}, "scale is 0"),
         ({"max": "35 N"}, "a force; expected a frequency"),
@@ -66,6 +66,6 @@ def test_a_drive_is_described_in_si():
         ({"unit": "rmp"}, "unknown unit 'rmp'"),
     ],
 )
-def test_what_does_not_fit_is_refused(change, told):
-    with pytest.raises(ValidationError, match=told):
+def test_what_does_not_fit_is_refused(change, message):
+    with pytest.raises(ValidationError, match=message):
         DeclaredDrive(**{**FREQUENCY, **change})

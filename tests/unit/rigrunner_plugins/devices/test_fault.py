@@ -89,9 +89,9 @@ def test_with_faults_it_says_so_and_is_not_taken_for_a_real_device(monkeypatch):
     real = Identity("Maker", "Rig", "1")
     monkeypatch.setattr(tester, "connect", lambda *_: real)
     assert faulty(connect=False).connect(1.0) == real
-    found = faulty({"kind": "nan"}, connect=False).connect(1.0)
-    assert (found.model, found.simulated) == ("Rig with faults put in", True)
-    assert is_simulated(identities({"tester": found}))
+    identity = faulty({"kind": "nan"}, connect=False).connect(1.0)
+    assert (identity.model, identity.simulated) == ("Rig with faults put in", True)
+    assert is_simulated(identities({"tester": identity}))
     assert not is_simulated(identities({"tester": real}))
 
 
@@ -122,19 +122,19 @@ def test_spikes_are_as_many_and_as_large_as_was_said():
 
 
 def test_a_stuck_value_stays_for_its_share_of_the_recording_across_blocks():
-    found = spoilt(kind="stuck", share="30 %")
-    equal = np.flatnonzero(np.diff(found) == 0)
-    changed = np.flatnonzero(found != clean())
+    samples = spoilt(kind="stuck", share="30 %")
+    equal = np.flatnonzero(np.diff(samples) == 0)
+    changed = np.flatnonzero(samples != clean())
     assert changed[-1] - changed[0] < 3000
     assert len(equal) >= 2990
-    assert len(set(found[changed])) == 1
+    assert len(set(samples[changed])) == 1
 
 
 def test_a_clipped_channel_ends_at_its_level():
-    found = spoilt(kind="clipped", extent="0.9 N·m")
-    assert found.max() == 0.9
-    assert found.min() == -0.9
-    np.testing.assert_array_equal(found, np.clip(clean(), -0.9, 0.9))
+    samples = spoilt(kind="clipped", extent="0.9 N·m")
+    assert samples.max() == 0.9
+    assert samples.min() == -0.9
+    np.testing.assert_array_equal(samples, np.clip(clean(), -0.9, 0.9))
 
 
 def test_drift_reaches_its_extent_in_ten_minutes_from_connecting():
@@ -263,15 +263,15 @@ def test_a_fault_comes_at_its_set_point_and_at_its_call_only():
 
 
 def test_chance_follows_from_the_seed_and_not_from_the_order():
-    def hit(seed, order):
+    def affected_calls(seed, order):
         device = faulty({"kind": "nan", "probability": "50 %"}, seed=seed)
         return {hz: bool(np.isnan(torque(streamed(device, hz, 0.2))).any()) for hz in order}
 
     points = [float(hz) for hz in range(1, 31)]
-    found = hit(1, points)
-    assert found == hit(1, points[::-1])
-    assert found != hit(2, points)
-    assert 5 < sum(found.values()) < 25  # 30 times 50 %: beyond this less than 1 in 3000
+    affected = affected_calls(1, points)
+    assert affected == affected_calls(1, points[::-1])
+    assert affected != affected_calls(2, points)
+    assert 5 < sum(affected.values()) < 25  # 30 times 50 %: beyond this less than 1 in 3000
 
 
 @pytest.mark.parametrize(

@@ -56,8 +56,8 @@ def server(plant, inverter):
 
 def settings(server, **more):
     tcp = {"host": "127.0.0.1", "port": server.port}
-    given = {"channels": CHANNELS, "drives": {"frequency": FREQUENCY}}
-    return {"tcp": tcp, "timeout": "1500 ms", **given, **more}
+    settings = {"channels": CHANNELS, "drives": {"frequency": FREQUENCY}}
+    return {"tcp": tcp, "timeout": "1500 ms", **settings, **more}
 
 
 @contextmanager
@@ -148,9 +148,9 @@ def test_a_set_point_that_the_unit_refuses(server):
 
 @pytest.mark.parametrize("write", [[0, 1], []])
 def test_the_watchdog_keeps_the_inverter_running(server, plant, inverter, write):
-    kept = {"holding": 2, "every": "50 ms", "write": write}
+    watchdog = {"holding": 2, "every": "50 ms", "write": write}
     inverter.written(3, [10])  # it stops after 1 s without a word
-    with connected(server, watchdog=kept if write else None) as motor:
+    with connected(server, watchdog=watchdog if write else None) as motor:
         motor.set("frequency", 10.0)
         time.sleep(1.5)
         assert plant.frequency_hz == (10.0 if write else 0.0)
@@ -167,10 +167,10 @@ def test_a_watchdog_that_fails_is_told_with_its_reason(server):
 
 
 def test_threads_and_sockets_are_released(server):
-    kept = {"holding": 2, "every": "50 ms", "write": [0]}
+    watchdog = {"holding": 2, "every": "50 ms", "write": [0]}
     before = threading.active_count()
     for _ in range(3):
-        unit = device(settings(server, watchdog=kept))
+        unit = device(settings(server, watchdog=watchdog))
         unit.connect(2.0)
         unit.connect(2.0)
         unit.close()
@@ -191,11 +191,11 @@ def test_without_its_package_it_says_how_to_get_it(server, monkeypatch):
 
 def test_a_read_of_neighbours_is_one_request(server):
     with connected(server) as motor:
-        asked = []
+        requests = []
         line = motor._line
-        motor._opened.read = lambda span: asked.append(span) or type(line).read(line, span)
+        motor._opened.read = lambda span: requests.append(span) or type(line).read(line, span)
         motor.read(["frequency", "current", "running"])
-    assert asked == [Span("input", 0, 3)]
+    assert requests == [Span("input", 0, 3)]
 
 
 def test_several_units_share_a_line(server, plant):
@@ -219,8 +219,8 @@ def test_over_a_serial_line():
     plant = Plant(frequency_rate_hz_per_s=500.0)
     with modbus_line(Inverter(plant)) as port:
         rtu = {"port": port, "baud": 115200}
-        given = {"channels": CHANNELS, "drives": {"frequency": FREQUENCY}}
-        motor = device({"rtu": rtu, "timeout": "1500 ms", **given})
+        settings = {"channels": CHANNELS, "drives": {"frequency": FREQUENCY}}
+        motor = device({"rtu": rtu, "timeout": "1500 ms", **settings})
         motor.connect(2.0)
         motor.set("frequency", 20.0)
         assert motor.read(["running", "frequency"]) == {

@@ -107,8 +107,8 @@ def test_a_pulled_cable_leaves_the_motor_to_its_own_watchdog_and_the_run_says_so
     plant, cable, real_inverter
 ):
     real_inverter.written(WATCHDOG, [10])  # it stops after 1 s without a word
-    kept = {"holding": HEARTBEAT, "every": "50 ms", "write": [1]}
-    summary, reports = run_with(inverter(cable.port, watchdog=kept), cable.swallow)
+    watchdog = {"holding": HEARTBEAT, "every": "50 ms", "write": [1]}
+    summary, reports = run_with(inverter(cable.port, watchdog=watchdog), cable.swallow)
     assert summary.outcome is Outcome.ERROR
     assert "no answer from unit 1" in str(summary.error)
     assert not summary.safe
@@ -129,9 +129,9 @@ class Reset:
 
 
 def test_a_watchdog_whose_connection_was_reset_is_told_with_its_reason():
-    kept = {"holding": HEARTBEAT, "every": "50 ms", "write": [1]}
-    given = {"tcp": {"host": "127.0.0.1", "port": 502}, "drives": {"frequency": FREQUENCY}}
-    settings = ModbusSettings(**given, timeout="400 ms", watchdog=kept)
+    watchdog = {"holding": HEARTBEAT, "every": "50 ms", "write": [1]}
+    connection = {"tcp": {"host": "127.0.0.1", "port": 502}, "drives": {"frequency": FREQUENCY}}
+    settings = ModbusSettings(**connection, timeout="400 ms", watchdog=watchdog)
     line = Line(settings)
     line._client = Reset()
     beating = Heartbeat(settings.watchdog, line)
@@ -184,8 +184,8 @@ PROBE = "04 00 00 00 01"
 
 def connect_and_read(serving, retries=0):
     with serving as (_, where):
-        given = {**where, "timeout": "1 s", "retries": retries, "channels": CHANNELS}
-        unit = device(given)
+        settings = {**where, "timeout": "1 s", "retries": retries, "channels": CHANNELS}
+        unit = device(settings)
         try:
             unit.connect(1.0)
             return unit.read(["torque"])
@@ -197,7 +197,7 @@ FINE = "04 02 00 07"
 
 
 @pytest.mark.parametrize(
-    ("answer", "error", "told"),
+    ("answer", "error", "message"),
     [
         (SILENCE, DeviceTimeoutError, r"read input 0: no answer from unit 1 at .* within 1 s"),
         (HANG_UP, DeviceLostError, "closed the connection or was unplugged"),
@@ -216,14 +216,14 @@ FINE = "04 02 00 07"
         "another function", "too many", "another unit", "a late one", "cut short",
     ],
 )  # fmt: skip
-def test_an_answer_that_is_none_over_tcp(answer, error, told):
+def test_an_answer_that_is_none_over_tcp(answer, error, message):
     script = [(mbap(1, 1, PROBE), mbap(1, 1, FINE)), (mbap(2, 1, PROBE), answer)]
-    with pytest.raises(error, match=told):
+    with pytest.raises(error, match=message):
         connect_and_read(tcp_peer(script))
 
 
 @pytest.mark.parametrize(
-    ("answer", "error", "told"),
+    ("answer", "error", "message"),
     [
         (SILENCE, DeviceTimeoutError, "baud, parity and stop_bits correct"),
         (HANG_UP, DeviceLostError, "closed the connection or was unplugged"),
@@ -232,9 +232,9 @@ def test_an_answer_that_is_none_over_tcp(answer, error, told):
     ],
     ids=["silence", "unplugged", "wrong checksum", "another unit"],
 )
-def test_an_answer_that_is_none_over_a_serial_line(answer, error, told):
+def test_an_answer_that_is_none_over_a_serial_line(answer, error, message):
     script = [(rtu(1, PROBE), rtu(1, FINE)), (rtu(1, PROBE), answer)]
-    with pytest.raises(error, match=told):
+    with pytest.raises(error, match=message):
         connect_and_read(rtu_peer(script))
 
 
@@ -248,13 +248,13 @@ def test_a_request_that_was_lost_is_repeated():
 
 
 @pytest.mark.parametrize(
-    ("echo", "told"),
+    ("echo", "message"),
     [
         ("06 00 01 03 E9", r"write 1000 to holding 1: .* echo of \[1001"),
         ("06 00 02 03 E8", "write 1000 to holding 1: .* echo of address 2"),
     ],
 )
-def test_an_echo_of_something_else_is_no_confirmation(echo, told):
+def test_an_echo_of_something_else_is_no_confirmation(echo, message):
     probe = "03 00 01 00 01"
     script = [
         (mbap(1, 1, probe), mbap(1, 1, "03 02 00 00")),
@@ -264,7 +264,7 @@ def test_an_echo_of_something_else_is_no_confirmation(echo, told):
     with tcp_peer(script) as (_, where):
         unit = device({**where, "timeout": "2 s", "drives": {"frequency": drive}})
         unit.connect(1.0)
-        with pytest.raises(DeviceRejectedError, match=told):
+        with pytest.raises(DeviceRejectedError, match=message):
             unit.begin("frequency", 10.0)
         unit.close()
 

@@ -103,7 +103,7 @@ def test_where_a_number_stands(given_, table, address):
 
 
 @pytest.mark.parametrize(
-    ("given_", "told"),
+    ("given_", "message"),
     [
         ({}, "expected one of holding, input, coil, discrete and reference, got none"),
         ({"holding": 1, "input": 1}, "got holding and input"),
@@ -117,8 +117,8 @@ def test_where_a_number_stands(given_, table, address):
         ({"input": 65535, "type": "int32"}, "2 registers from 65535 end beyond 65535"),
     ],
 )
-def test_places_that_are_none(given_, told):
-    with pytest.raises(ValidationError, match=told):
+def test_places_that_are_none(given_, message):
+    with pytest.raises(ValidationError, match=message):
         Number.model_validate(given_)
 
 
@@ -134,10 +134,10 @@ def numbers(*places):
 
 
 def test_neighbours_are_read_together_and_no_others():
-    wanted = numbers(
+    places_ = numbers(
         {"input": 4}, {"input": 0, "type": "float32"}, {"input": 2}, {"holding": 3}, {"coil": 9}
     )
-    assert spans(wanted, together=True) == [
+    assert spans(places_, together=True) == [
         Span(Table.COIL, 9, 1),
         Span(Table.HOLDING, 3, 1),
         Span(Table.INPUT, 0, 3),
@@ -146,27 +146,27 @@ def test_neighbours_are_read_together_and_no_others():
 
 
 def test_each_unit_is_asked_for_its_own():
-    wanted = numbers({"input": 0}, {"input": 1, "unit_id": 2}, {"input": 1}, {"input": 2})
-    assert spans(wanted, together=True) == [
+    places_ = numbers({"input": 0}, {"input": 1, "unit_id": 2}, {"input": 1}, {"input": 2})
+    assert spans(places_, together=True) == [
         Span(Table.INPUT, 0, 3),
         Span(Table.INPUT, 1, 1, unit_id=2),
     ]
 
 
 def test_a_number_within_a_longer_one_is_read_with_it():
-    wanted = numbers({"input": 0, "type": "float64"}, {"input": 1}, {"input": 4})
-    assert spans(wanted, together=True) == [Span(Table.INPUT, 0, 5)]
+    places_ = numbers({"input": 0, "type": "float64"}, {"input": 1}, {"input": 4})
+    assert spans(places_, together=True) == [Span(Table.INPUT, 0, 5)]
 
 
 @pytest.mark.parametrize(("table", "most"), [("input", 125), ("coil", 2000)])
 def test_more_than_a_request_may_ask_for_is_asked_for_in_two(table, most):
-    wanted = numbers(*({table: address} for address in range(most + 1)))
-    assert [each.count for each in spans(wanted, together=True)] == [most, 1]
+    places_ = numbers(*({table: address} for address in range(most + 1)))
+    assert [span.count for span in spans(places_, together=True)] == [most, 1]
 
 
 def test_each_alone_where_the_unit_wants_it_so():
-    wanted = numbers({"input": 0, "bit": 1}, {"input": 0, "bit": 2}, {"input": 1})
-    assert spans(wanted, together=False) == [Span(Table.INPUT, 0, 1), Span(Table.INPUT, 1, 1)]
+    places_ = numbers({"input": 0, "bit": 1}, {"input": 0, "bit": 2}, {"input": 1})
+    assert spans(places_, together=False) == [Span(Table.INPUT, 0, 1), Span(Table.INPUT, 1, 1)]
 
 
 PLACES = st.builds(
@@ -179,13 +179,15 @@ PLACES = st.builds(
 
 @given(st.lists(PLACES, min_size=1, max_size=40), st.booleans())
 def test_each_number_lies_wholly_in_one_request_that_is_not_too_long(places, together):
-    wanted = numbers(*places)
-    asked = spans(wanted, together=together)
-    assert all(any(each.holds(number) for each in asked) for number in wanted)
-    assert all(each.count <= 125 for each in asked)
-    read = {(each.table, address) for each in asked for address in _addresses(each)}
-    assert read == {(each.table, address) for each in wanted for address in _addresses(each)}
+    numbers_ = numbers(*places)
+    requests = spans(numbers_, together=together)
+    assert all(any(span.holds(number) for span in requests) for number in numbers_)
+    assert all(span.count <= 125 for span in requests)
+    read = {(span.table, address) for span in requests for address in _addresses(span)}
+    assert read == {
+        (number.table, address) for number in numbers_ for address in _addresses(number)
+    }
 
 
-def _addresses(each):
-    return range(each.address, each.address + each.count)
+def _addresses(span):
+    return range(span.address, span.address + span.count)

@@ -30,7 +30,7 @@ def test_the_defaults_are_those_of_the_standards():
 
 
 @pytest.mark.parametrize(
-    ("given", "told"),
+    ("given", "message"),
     [
         ({"channels": CHANNEL}, "expected one of tcp, rtu and simulator"),
         (settings(rtu={"port": "COM3"}), "expected one of tcp, rtu and simulator"),
@@ -65,14 +65,14 @@ def test_the_defaults_are_those_of_the_standards():
         (drive(run=[{"holding": 0, "value": "0xG"}]), "valid integer"),
     ],
 )
-def test_what_cannot_be_is_told(given, told):
-    with pytest.raises(ValidationError, match=told):
+def test_what_cannot_be_is_told(given, message):
+    with pytest.raises(ValidationError, match=message):
         ModbusSettings.model_validate(given)
 
 
 def test_a_word_may_be_hexadecimal():
-    made = ModbusSettings.model_validate(drive(run=[{"holding": 0, "value": "0x047F"}]))
-    assert made.drives["frequency"].run[0].value == 0x047F
+    settings = ModbusSettings.model_validate(drive(run=[{"holding": 0, "value": "0x047F"}]))
+    assert settings.drives["frequency"].run[0].value == 0x047F
 
 
 def test_channels_and_drives_are_known_without_an_instrument():
@@ -85,9 +85,9 @@ def test_channels_and_drives_are_known_without_an_instrument():
 @pytest.mark.parametrize(("parity", "letter"), [("even", "E"), ("odd", "O"), ("none", "N")])
 def test_a_serial_line_is_opened_as_said(parity, letter):
     with rtu_peer([]) as (_, where):
-        given = {"rtu": {**where["rtu"], "parity": parity, "baud": 9600, "stop_bits": 2}}
-        made = ModbusSettings.model_validate({**given, "channels": CHANNEL})
-        client = open_client(made, 1.0, lambda _, data: data)
+        settings = {"rtu": {**where["rtu"], "parity": parity, "baud": 9600, "stop_bits": 2}}
+        model = ModbusSettings.model_validate({**settings, "channels": CHANNEL})
+        client = open_client(model, 1.0, lambda _, data: data)
         port = client.socket
         assert (port.parity, port.baudrate, port.stopbits) == (letter, 9600, 2)
         client.close()

@@ -47,8 +47,13 @@ def bench(tmp_path_factory):
 
 
 def settings(bench, **more):
-    given = {"endpoint": bench.endpoint, "timeout": "1 s", "channels": {"torque": TORQUE}, **more}
-    return {key: value for key, value in given.items() if value is not None}
+    settings = {
+        "endpoint": bench.endpoint,
+        "timeout": "1 s",
+        "channels": {"torque": TORQUE},
+        **more,
+    }
+    return {key: value for key, value in settings.items() if value is not None}
 
 
 @contextmanager
@@ -121,8 +126,8 @@ def test_it_says_who_it_is(bench):
     identity = unit.connect(5.0)
     unit.close()
     assert (identity.maker, identity.serial) == ("FreeOpcUa", "bench 7")
-    told = refused(bench, identification={**identification, "expect": {"serial": "bench 8"}})
-    assert "has the serial 'bench 7', expected 'bench 8'" in told
+    message = refused(bench, identification={**identification, "expect": {"serial": "bench 8"}})
+    assert "has the serial 'bench 7', expected 'bench 8'" in message
 
 
 @pytest.mark.parametrize("mode", ["sign", "sign_and_encrypt"])
@@ -144,31 +149,31 @@ def test_a_signed_channel_and_a_user(bench, mode):
 
 def test_who_may_not_log_in_is_told_so(bench):
     (bench.folder / "wrong").write_text("guess", encoding="utf-8")
-    told = refused(bench, user={"name": "lab", "password_file": "wrong"})
-    assert "refuses the connection: BadUserAccessDenied" in told or "BadIdentityToken" in told
-    told = refused(bench, user={"name": "lab", "password_file": "nowhere"})
-    assert "nowhere cannot be read" in told
+    message = refused(bench, user={"name": "lab", "password_file": "wrong"})
+    assert "refuses the connection: BadUserAccessDenied" in message or "BadIdentityToken" in message
+    message = refused(bench, user={"name": "lab", "password_file": "nowhere"})
+    assert "nowhere cannot be read" in message
 
 
 @pytest.mark.parametrize("name", ["/etc/hostname", "../secret"])
 def test_no_file_from_elsewhere_is_handed_to_a_server(bench, name):
-    told = refused(bench, user={"name": "lab", "password_file": name})
-    assert f"{name} is outside the station's folder" in told
+    message = refused(bench, user={"name": "lab", "password_file": name})
+    assert f"{name} is outside the station's folder" in message
     security = {"certificate": name, "private_key": name, "server_certificate": name}
     assert "is outside the station's folder" in refused(bench, security=security)
 
 
 def test_certificates_that_are_none(bench):
     files = {"certificate": "client.der", "private_key": "client.pem"}
-    told = refused(bench, security={**files, "server_certificate": "nowhere.der"})
-    assert "nowhere.der cannot be read: No such file" in told
+    message = refused(bench, security={**files, "server_certificate": "nowhere.der"})
+    assert "nowhere.der cannot be read: No such file" in message
     (bench.folder / "text.der").write_text("text", encoding="utf-8")
-    told = refused(bench, security={**files, "server_certificate": "text.der"})
-    assert "the certificates of `security` cannot be used" in told
+    message = refused(bench, security={**files, "server_certificate": "text.der"})
+    assert "the certificates of `security` cannot be used" in message
 
 
 @pytest.mark.parametrize(
-    ("more", "told"),
+    ("more", "message"),
     [
         ({"channels": {"torque": {**TORQUE, "unit": "N"}}}, "is in N·m, as its EngineeringUnits"),
         ({"channels": {"torque": {**TORQUE, "unit": "mN·m"}}}, "the station says mN·m"),
@@ -184,8 +189,10 @@ def test_certificates_that_are_none(bench):
         ),
     ],
 )
-def test_what_does_not_agree_with_the_station_is_refused_before_anything_moves(bench, more, told):
-    assert told in refused(bench, **more)
+def test_what_does_not_agree_with_the_station_is_refused_before_anything_moves(
+    bench, more, message
+):
+    assert message in refused(bench, **more)
     assert bench.value("Enable") is False
 
 
@@ -323,8 +330,10 @@ def test_a_pulled_cable_is_said_to_leave_an_unsafe_rig(bench, cable):
 
 @pytest.fixture
 def tried(bench):
-    given = settings(bench, drives={"frequency": DRIVE}, identification={"serial": "ns=2;s=Label"})
-    return subject("device", "opcua", given, registry=load_registry(), folder=bench.folder)
+    settings_ = settings(
+        bench, drives={"frequency": DRIVE}, identification={"serial": "ns=2;s=Label"}
+    )
+    return subject("device", "opcua", settings_, registry=load_registry(), folder=bench.folder)
 
 
 @pytest.mark.parametrize("check", applicable("device", "opcua"), ids=str)
@@ -337,7 +346,7 @@ def test_what_does_not_apply_says_why(tried):
 
 
 @pytest.mark.parametrize(
-    ("changes", "told"),
+    ("changes", "message"),
     [
         ({"endpoint": "http://127.0.0.1"}, "is not an endpoint; expected such as opc.tcp"),
         ({"endpoint": "opc.tcp://lab:pw@127.0.0.1"}, "without user and password"),
@@ -355,10 +364,10 @@ def test_what_does_not_apply_says_why(tried):
         ),
     ],
 )
-def test_settings_that_cannot_be(changes, told):
-    given = {"endpoint": "opc.tcp://plc:4840", "channels": {"torque": TORQUE}, **changes}
-    with pytest.raises(ValidationError, match=told):
-        OpcUaSettings.model_validate(given)
+def test_settings_that_cannot_be(changes, message):
+    settings = {"endpoint": "opc.tcp://plc:4840", "channels": {"torque": TORQUE}, **changes}
+    with pytest.raises(ValidationError, match=message):
+        OpcUaSettings.model_validate(settings)
 
 
 @pytest.mark.parametrize(

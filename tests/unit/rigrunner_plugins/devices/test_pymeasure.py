@@ -15,7 +15,7 @@ from rigrunner.api.errors import (
     PluginError,
 )
 from rigrunner.rig import Rig
-from rigrunner_plugins.devices.pymeasure.binding import instrument_class, unit_told
+from rigrunner_plugins.devices.pymeasure.binding import instrument_class, unit_in_description
 from unit.rigrunner_plugins.devices.helpers_instruments import REGISTRY, instrument, merged
 from unit.rigrunner_plugins.devices.helpers_peers import HANG_UP, SILENCE, Lines, SocketPeer, peer
 
@@ -107,14 +107,16 @@ class TestWhatASocketSays:
 
     @pytest.fixture
     def bench(self, answers):
-        with peer(SocketPeer, Lines(lambda line: answers.get(line, SILENCE))) as made:
-            yield made
+        with peer(SocketPeer, Lines(lambda line: answers.get(line, SILENCE))) as server:
+            yield server
 
     @pytest.fixture
     def device(self, bench):
-        made = instrument("pymeasure", merged(KEITHLEY, resource=bench.resource, timeout="1500 ms"))
-        yield made
-        made.close()
+        device = instrument(
+            "pymeasure", merged(KEITHLEY, resource=bench.resource, timeout="1500 ms")
+        )
+        yield device
+        device.close()
 
     def test_it_works(self, device):
         assert device.connect(2.0).model == "MODEL 2000"
@@ -162,17 +164,17 @@ class TestWhatASocketSays:
             device.read(["torque"])
 
     @pytest.mark.parametrize(
-        ("answer", "told"),
+        ("answer", "message"),
         [
             (b"OVERFLOW\n", "the property voltage gives 'OVERFLOW', which is not a number"),
             (b"+9.90000000E+37\n", r"gives 9\.9e\+37: overload"),
             (b"1,2,3\n", "gives 3 values.*`item`"),
         ],
     )
-    def test_no_number(self, device, answers, answer, told):
+    def test_no_number(self, device, answers, answer, message):
         device.connect(2.0)
         answers[":READ?"] = answer
-        with pytest.raises(DeviceRejectedError, match=told):
+        with pytest.raises(DeviceRejectedError, match=message):
             device.read(["torque"])
 
     def test_one_of_several_numbers(self, bench, answers):
@@ -250,15 +252,15 @@ class TestInARig:
             if line.startswith("FREQ "):
                 stands["FREQ"] = line.split()[1]
                 return SILENCE
-            known = {"FREQ?": stands["FREQ"], "SYST:ERR?": '+0,"No error"'}
-            return f"{known[line]}\n".encode() if line in known else SILENCE
+            answers = {"FREQ?": stands["FREQ"], "SYST:ERR?": '+0,"No error"'}
+            return f"{answers[line]}\n".encode() if line in answers else SILENCE
 
         return stands, Lines(answer)
 
     @pytest.fixture
     def bench(self, generator):
-        with peer(SocketPeer, generator[1]) as made:
-            yield made
+        with peer(SocketPeer, generator[1]) as server:
+            yield server
 
     @pytest.fixture
     def rig(self, bench):
@@ -298,7 +300,7 @@ def test_the_trial_of_the_record():
 
 
 @pytest.mark.parametrize(
-    ("changes", "told"),
+    ("changes", "message"),
     [
         ({"instrument": "os.system"}, "instrument"),
         ({"instrument": "pymeasure.instruments"}, "instrument"),
@@ -320,8 +322,8 @@ def test_the_trial_of_the_record():
         ({"instrument": "pymeasure.instruments.fakes.SwissArmyFake"}, "write 'simulated: yes'"),
     ],
 )
-def test_wrong_settings_are_told_before_anything_is_connected(changes, told):
-    with pytest.raises(PluginError, match=told):
+def test_wrong_settings_are_told_before_anything_is_connected(changes, message):
+    with pytest.raises(PluginError, match=message):
         instrument("pymeasure", merged(KEITHLEY, **changes))
 
 
@@ -340,8 +342,8 @@ class TestUnits:
         ],
     )
     def test_of_a_property(self, instrument_name, name, unit):
-        found = instrument_class(f"pymeasure.instruments.{instrument_name}")
-        assert unit_told(found, name) == unit
+        class_ = instrument_class(f"pymeasure.instruments.{instrument_name}")
+        assert unit_in_description(class_, name) == unit
 
     @pytest.mark.parametrize("unit", ["mV", "N·m", "A"])
     def test_another_one_without_a_scale_is_refused(self, unit):

@@ -34,9 +34,9 @@ def reading(text, **settings):
     ],
 )  # fmt: skip
 def test_what_is_understood(text, settings, expected):
-    found = reading(text, **settings)
-    assert found == (pytest.approx(expected) if isinstance(expected, tuple) else expected)
-    assert type(found) is type(expected)
+    value = reading(text, **settings)
+    assert value == (pytest.approx(expected) if isinstance(expected, tuple) else expected)
+    assert type(value) is type(expected)
 
 
 @pytest.mark.parametrize(
@@ -119,7 +119,7 @@ def test_modbus_tells_an_array_of_a_block_of_registers():
             found = device.observe(["spectrum"])["spectrum"]
         finally:
             device.close()
-    assert found == pytest.approx([(0.1 * each - 1) / 1000 for each in numbers], abs=1e-12)
+    assert found == pytest.approx([(0.1 * number - 1) / 1000 for number in numbers], abs=1e-12)
     (info,) = device.readings
     assert (info.kind, info.unit) == ("array", "V")
 
@@ -217,13 +217,13 @@ def test_a_composite_tells_the_readings_of_its_parts():
         {"guard": "plc.x", "spectrum": "scope.x"},
         plc=Told("text", "V1"), scope=Told("array", (1.0, 2.0)),
     )  # fmt: skip
-    assert [(each.name, each.kind) for each in device.readings] == [
+    assert [(info.name, info.kind) for info in device.readings] == [
         ("guard", "text"), ("spectrum", "array"),
     ]  # fmt: skip
     rig = Rig({"role": device}, SimulatedClock())
     rig.connect()
-    found = rig.observe("role", ["spectrum", "guard"])
-    assert found == {"role.spectrum": (1.0, 2.0), "role.guard": "V1"}
+    readings = rig.observe("role", ["spectrum", "guard"])
+    assert readings == {"role.spectrum": (1.0, 2.0), "role.guard": "V1"}
 
 
 @pytest.mark.parametrize("place", ["plc.y", "clock.x"])

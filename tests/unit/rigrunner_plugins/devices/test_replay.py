@@ -65,9 +65,9 @@ def write_csv(path, names, columns, delimiter=",", decimal="."):
 
 
 def make(station, **changes):
-    wanted = {"folder": "data", "rate": "1 kHz", "channels": CHANNELS} | changes
+    settings = {"folder": "data", "rate": "1 kHz", "channels": CHANNELS} | changes
     context = DeviceContext("tester", SimulatedClock(), station)
-    return Replay(ReplaySettings.model_validate(wanted), context)
+    return Replay(ReplaySettings.model_validate(settings), context)
 
 
 def connect(station, **changes):
@@ -246,7 +246,7 @@ def test_the_manifest_itself_stays_in_the_folder(folder):
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "message"),
     [
         ("", "Input should be a valid dictionary"),
         ("rigrunner: replay/1\nrigrunner: replay/1\n", ":2:1: the key 'rigrunner' is given twice"),
@@ -258,8 +258,8 @@ def test_the_manifest_itself_stays_in_the_folder(folder):
         ("a: " + "x" * 1_000_001, "is larger than"),
     ],
 )
-def test_odd_yaml_is_refused(folder, text, told):
-    assert told in problems(folder, text)
+def test_odd_yaml_is_refused(folder, text, message):
+    assert message in problems(folder, text)
 
 
 def test_a_manifest_that_is_not_utf_8_is_refused(folder):
@@ -269,7 +269,7 @@ def test_a_manifest_that_is_not_utf_8_is_refused(folder):
 
 
 @pytest.mark.parametrize(
-    ("content", "told"),
+    ("content", "message"),
     [
         ("angle,twist\n1,2\n", "csv:1: the column 'torque' of 'torque' is not there"),
         ("angle,torque,torque\n1,2,3\n", "csv:1: the column 'torque' of 'torque' is given"),
@@ -281,13 +281,13 @@ def test_a_manifest_that_is_not_utf_8_is_refused(folder):
         ("angle;torque\n1;2\n", "columns: angle;torque"),
     ],
 )
-def test_a_bad_csv_is_told_with_its_line(folder, content, told):
+def test_a_bad_csv_is_told_with_its_line(folder, content, message):
     (folder / "data" / "plain.csv").write_text(content)
     device = connect(folder)
     device.set("frequency", 10.0)
     with pytest.raises(DataError) as caught:
         device.read(["torque"])
-    assert told in str(caught.value)
+    assert message in str(caught.value)
 
 
 def test_a_thousands_separator_is_refused(folder):

@@ -27,7 +27,7 @@ from rigrunner.bus import Bus
 from rigrunner.clock import SimulatedClock
 from rigrunner.engine import UnattendedAnswers, run_plan
 from rigrunner.rig import Rig
-from rigrunner_plugins.devices.serial_ascii.hearing import Hearing
+from rigrunner_plugins.devices.serial_ascii.line_buffer import LineBuffer
 from rigrunner_plugins.devices.serial_ascii.settings import SerialAsciiSettings
 from unit.rigrunner_plugins.devices.helpers_instruments import REGISTRY, instrument, merged
 from unit.rigrunner_plugins.devices.helpers_peers import SILENCE, Lines, SerialPeer
@@ -139,21 +139,24 @@ def test_lines_that_are_no_measurement_are_passed_over():
 @given(st.lists(st.integers(0, 99), min_size=1, max_size=8), st.data())
 def test_lines_are_the_same_however_their_bytes_come(numbers, data):
     settings = SerialAsciiSettings.model_validate(merged(CELL, port="/dev/ttyUSB0"))
-    hearing = Hearing(settings, SimulatedClock())
+    buffer = LineBuffer(settings, SimulatedClock())
     sent = b"cut off\r\n" + b"".join(map(line, numbers))
-    hearing.record()
+    buffer.record()
     while sent:
         size = data.draw(st.integers(1, len(sent)))
-        hearing.hear(sent[:size])
+        buffer.feed(sent[:size])
         sent = sent[size:]
-    heard = [settings.values_in(each.text)["torque"] for each in hearing.recorded()]
-    assert heard == numbers
+    received = [settings.values_in(line.text)["torque"] for line in buffer.recorded()]
+    assert received == numbers
 
 
 class TestSilence:
     def test_no_line_at_all(self):
-        told = r"nothing came within 0.3 s.*`start`"
-        with cell(make=lambda _: SILENCE) as device, pytest.raises(DeviceTimeoutError, match=told):
+        message = r"nothing came within 0.3 s.*`start`"
+        with (
+            cell(make=lambda _: SILENCE) as device,
+            pytest.raises(DeviceTimeoutError, match=message),
+        ):
             device.connect(1.0)
 
     def test_a_value_that_is_too_old_is_not_given(self):
@@ -179,17 +182,17 @@ class TestSilence:
             assert device.read(["load"])
 
     def test_the_wrong_termination(self):
-        told = r"characters come, .* but no ETX.*baud rate"
-        with cell(termination="ETX") as device, pytest.raises(DeviceTimeoutError, match=told):
+        message = r"characters come, .* but no ETX.*baud rate"
+        with cell(termination="ETX") as device, pytest.raises(DeviceTimeoutError, match=message):
             device.connect(1.0)
 
 
 class TestRubbish:
     def test_another_unit(self):
         with cell(make=lambda n: line(n).replace(b"kN", b"lbf")) as device:
-            told = r"[3-9] lines in a row could not be read; the last: for load, a line is '.*':"
-            told += r" after the number is 'lbf', expected 'kN'"
-            with pytest.raises(DeviceRejectedError, match=told):
+            message = r"[3-9] lines in a row could not be read; the last: for load, a line is '.*':"
+            message += r" after the number is 'lbf', expected 'kN'"
+            with pytest.raises(DeviceRejectedError, match=message):
                 device.connect(1.0)
 
     def test_a_single_bad_line_does_not_matter_to_a_reading(self):
@@ -234,14 +237,14 @@ class TestInARunOnAnotherRig:
     """A load cell beside the tester: what it does not say any more ends the run, safely."""
 
     @pytest.mark.parametrize(
-        ("spoilt", "kind", "told"),
+        ("spoilt", "kind", "message"),
         [
             (lambda n: line(n).replace(b"kN", b"lbf"), DeviceRejectedError, "after the number"),
             (lambda _: SILENCE, DeviceTimeoutError, "no valid line within 0.3 s"),
         ],
         ids=["another unit", "silence"],
     )
-    def test_it_ends_the_run(self, spoilt, kind, told):
+    def test_it_ends_the_run(self, spoilt, kind, message):
         tester = FakeTester()
         with cell() as device:
             rig = Rig({"tester": tester, "cell": device}, SimulatedClock())
@@ -256,7 +259,7 @@ class TestInARunOnAnotherRig:
             summary = run_on(rig)
             rig.close()
         assert summary.outcome is Outcome.ERROR
-        with pytest.raises(kind, match=f"^cell: .*{told}"):
+        with pytest.raises(kind, match=f"^cell: .*{message}"):
             raise summary.error
         assert summary.safe
         assert tester.drives_at == {"load": 0.0, "frequency": 0.0}
@@ -338,12 +341,12 @@ class TestTalkingBack:
         far = SerialPeer()
         talker = []
 
-        def answer(said):
-            if said == "ID":
+        def answer(text):
+            if text == "ID":
                 return b"ACME LC-5 #77\r\n"
-            if said == "GO":
+            if text == "GO":
                 talker.append(Talker(far))
-            if said == "HALT":
+            if text == "HALT":
                 talker[0].quiet.set()
             return SILENCE
 
@@ -359,8 +362,8 @@ class TestTalkingBack:
     def test_one_that_talks_before_it_is_asked(self):
         """The end of a line, which comes before the answer, is no value: 7 N·m was 12347."""
 
-        def answer(said):
-            return b"7.000 kN; 7 Nm\r\nACME LC-5\r\n" + line(5) if said == "ID" else SILENCE
+        def answer(text):
+            return b"7.000 kN; 7 Nm\r\nACME LC-5\r\n" + line(5) if text == "ID" else SILENCE
 
         far = SerialPeer(Lines(answer, b"\r\n"))
         device = self.device(far, identification={"query": "ID", "expect": "ACME.*"})
@@ -370,8 +373,8 @@ class TestTalkingBack:
         far.close()
 
     def test_only_what_follows_the_answer_counts(self):
-        def answer(said):
-            return b"7.000 kN; 7 Nm\r\nACME LC-5\r\n" if said == "ID" else SILENCE
+        def answer(text):
+            return b"7.000 kN; 7 Nm\r\nACME LC-5\r\n" if text == "ID" else SILENCE
 
         far = SerialPeer(Lines(answer, b"\r\n"))
         device = self.device(far, identification={"query": "ID", "expect": "ACME.*"})
@@ -445,7 +448,7 @@ def test_the_trial_of_the_record():
 
 
 @pytest.mark.parametrize(
-    ("changes", "told"),
+    ("changes", "message"),
     [
         ({"port": "socket://10.0.0.1:4001"}, "port"),
         ({"port": "ttyUSB0"}, "port"),
@@ -458,7 +461,7 @@ def test_the_trial_of_the_record():
         ({"ignore": "("}, "not a regular expression"),
     ],
 )
-def test_wrong_settings_are_told(changes, told):
+def test_wrong_settings_are_told(changes, message):
     settings = merged(CELL, port="/dev/ttyUSB0")
-    with pytest.raises((PluginError, DeviceError), match=told):
+    with pytest.raises((PluginError, DeviceError), match=message):
         instrument("serial_ascii", merged(settings, **changes))

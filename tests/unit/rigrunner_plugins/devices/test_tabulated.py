@@ -18,7 +18,7 @@ ROWS = [
 ]
 
 
-def made(**changes):
+def tabulated(**changes):
     settings = {"title": "A table", "set_points": ["load", "frequency"], "rows": ROWS} | changes
     context = DeviceContext("tester", SimulatedClock(), Path())
     return load_registry().make("device", "tabulated", settings, context)
@@ -26,7 +26,7 @@ def made(**changes):
 
 @pytest.fixture
 def table():
-    device = made()
+    device = tabulated()
     device.connect(1.0)
     return device
 
@@ -42,7 +42,7 @@ def test_each_row_is_read_where_it_stands_in_si_units(table):
 
 def test_set_points_that_are_small_in_si_units_are_told_apart():
     rows = [{"wavelength": f"{nm} nm", "power": f"{nm} µW"} for nm in (400, 400.5, 401)]
-    device = made(set_points=["wavelength"], rows=rows)
+    device = tabulated(set_points=["wavelength"], rows=rows)
     device.connect(1.0)
     for nm in (400, 400.5, 401):
         device.set("wavelength", nm * 1e-9)
@@ -60,7 +60,7 @@ def test_where_there_is_no_row_it_names_those_that_are(table):
 
 def test_of_a_long_table_it_names_the_first_rows():
     rows = [{"load": f"{i} N", "frequency": "1 Hz", "torque": "1 N·m"} for i in range(1, 56)]
-    device = made(rows=rows)
+    device = tabulated(rows=rows)
     device.connect(1.0)
     with pytest.raises(DeviceRejectedError) as caught:
         device.read(["torque"])
@@ -68,7 +68,7 @@ def test_of_a_long_table_it_names_the_first_rows():
 
 
 def test_a_set_point_can_be_the_frequency_of_a_motion():
-    drives = made(cycle_frequency="frequency").drives
+    drives = tabulated(cycle_frequency="frequency").drives
     assert [(info.name, info.sets_cycle_frequency) for info in drives] == [
         ("load", False),
         ("frequency", True),
@@ -105,12 +105,12 @@ def test_a_set_point_can_be_the_frequency_of_a_motion():
 )
 def test_what_is_no_table_is_refused(changes, words):
     with pytest.raises(PluginError, match=words):
-        made(**changes)
+        tabulated(**changes)
 
 
 def test_a_temperature_does_not_rest_at_absolute_zero():
     rows = [{"bath": f"{celsius} °C", "resistance": "100 Ω"} for celsius in (-20, 50)]
-    device = made(set_points=["bath"], rows=rows)
+    device = tabulated(set_points=["bath"], rows=rows)
     device.connect(1.0)
     assert [info.range_text for info in device.drives] == ["-20 to 50 °C"]
     assert device.make_safe() == {"bath": pytest.approx(253.15)}

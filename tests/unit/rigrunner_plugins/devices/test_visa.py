@@ -64,13 +64,13 @@ class Instrument:
         if line.startswith("SOUR:SPE "):
             self.speed = line.split()[1]
             return SILENCE
-        known = {
+        answers = {
             "*IDN?": "ACME,T-10,0,1.2",
             "MEAS:TORQ?": "1500.0 mNm",
             "SOUR:SPE?": self.speed,
             "SYST:ERR?": self.errors.pop(0) if self.errors else '0,"No error"',
         }
-        return f"{known[line]}{self.ending}".encode() if line in known else SILENCE
+        return f"{answers[line]}{self.ending}".encode() if line in answers else SILENCE
 
 
 @pytest.fixture
@@ -85,15 +85,15 @@ def talk(acme):
 
 @pytest.fixture
 def bench(talk):
-    with peer(SocketPeer, talk) as made:
-        yield made
+    with peer(SocketPeer, talk) as server:
+        yield server
 
 
 @pytest.fixture
 def device(bench):
-    made = instrument("visa", merged(SOURCE, resource=bench.resource))
-    yield made
-    made.close()
+    device = instrument("visa", merged(SOURCE, resource=bench.resource))
+    yield device
+    device.close()
 
 
 @pytest.fixture
@@ -121,14 +121,14 @@ def test_what_is_no_number_is_asked_as_well(bench):
         "firmware": {"kind": "text", "query": "*IDN?", "pattern": ",([^,]*)$"},
         "quiet": {"kind": "boolean", "query": "SYST:ERR?", "yes": "0,.*", "no": "[^0].*"},
     }
-    made = instrument("visa", merged(SOURCE, resource=bench.resource, readings=readings))
-    made.connect(2.0)
+    device = instrument("visa", merged(SOURCE, resource=bench.resource, readings=readings))
+    device.connect(2.0)
     try:
-        assert made.observe(["firmware", "quiet"]) == {"firmware": "1.2", "quiet": True}
+        assert device.observe(["firmware", "quiet"]) == {"firmware": "1.2", "quiet": True}
         with pytest.raises(DeviceRejectedError, match="there is no reading 'torque'"):
-            made.observe(["torque"])
+            device.observe(["torque"])
     finally:
-        made.close()
+        device.close()
 
 
 def test_a_drive_is_told_in_its_own_unit_and_read_back(connected, talk):
@@ -177,10 +177,10 @@ class TestAnInstrumentThatWasOff:
     @pytest.fixture
     def device(self, bench, acme):
         acme.answers["UNIT?"] = "NM"
-        made = instrument("visa", merged(self.VERIFIED, resource=bench.resource))
-        made.connect(2.0)
-        yield made
-        made.close()
+        device = instrument("visa", merged(self.VERIFIED, resource=bench.resource))
+        device.connect(2.0)
+        yield device
+        device.close()
 
     @pytest.mark.parametrize("trouble", [SILENCE, HANG_UP], ids=["silence", "a lost connection"])
     def test_it_is_set_up_before_it_is_read(self, device, acme, talk, trouble):
@@ -254,7 +254,7 @@ class TestWhoAnswers:
 
 class TestAnswersThatAreWrong:
     @pytest.mark.parametrize(
-        ("answer", "told"),
+        ("answer", "message"),
         [
             (
                 "12.0 Nm",
@@ -268,9 +268,9 @@ class TestAnswersThatAreWrong:
             ("nan mNm", "'nan mNm' is not a decimal number"),
         ],
     )
-    def test_they_are_refused_and_shown(self, connected, acme, answer, told):
+    def test_they_are_refused_and_shown(self, connected, acme, answer, message):
         acme.answers["MEAS:TORQ?"] = answer
-        with pytest.raises(DeviceRejectedError, match=told) as caught:
+        with pytest.raises(DeviceRejectedError, match=message) as caught:
             connected.read(["torque"])
         assert "the answer to 'MEAS:TORQ?'" in str(caught.value)
 
@@ -304,15 +304,15 @@ class TestAnswersThatAreWrong:
         assert connected.read_back("speed") == 10.0
 
     @pytest.mark.parametrize(
-        ("ending", "told"),
+        ("ending", "message"),
         [
             ("\r", "LF, as `termination` says"),
             ("\n\r", r"had sent '.r' unasked.*is `termination` right"),
         ],
     )
-    def test_the_wrong_termination(self, device, acme, ending, told):
+    def test_the_wrong_termination(self, device, acme, ending, message):
         acme.ending = ending
-        with pytest.raises((DeviceTimeoutError, DeviceRejectedError), match=told):
+        with pytest.raises((DeviceTimeoutError, DeviceRejectedError), match=message):
             device.connect(2.0)
 
     def test_the_wrong_termination_of_two_characters(self, bench):
@@ -437,7 +437,7 @@ class TestAcknowledgedCommands:
 
 
 @pytest.mark.parametrize(
-    ("changes", "told"),
+    ("changes", "message"),
     [
         ({"resource": "COM3"}, "got 'COM3', expected a VISA name such as TCPIP::192"),
         ({"resource": "192.168.0.7:5025"}, "expected a VISA name"),
@@ -455,9 +455,9 @@ class TestAcknowledgedCommands:
         ({"channels": {"t": {"query": "T?", "unit": "K", "pattern": "(.*)", "field": 2}}}, "two"),
     ],
 )
-def test_wrong_settings_are_told(changes, told):
+def test_wrong_settings_are_told(changes, message):
     settings = {"resource": "TCPIP::127.0.0.1::5025::SOCKET", **SOURCE}
-    with pytest.raises(PluginError, match=told):
+    with pytest.raises(PluginError, match=message):
         instrument("visa", merged(settings, **changes))
 
 
@@ -472,7 +472,7 @@ def test_a_command_has_the_set_point_once(command):
 
 
 @pytest.mark.parametrize(
-    ("command", "tolerance", "told"),
+    ("command", "tolerance", "message"),
     [
         ("SPE {value:.0f}", "0.3 rpm", "rounds a set-point by 0.008"),  # 0.5 rpm are 0.0083 Hz
         ("SPE {value:.0f}", "0.6 rpm", ""),
@@ -480,11 +480,11 @@ def test_a_command_has_the_set_point_once(command):
         ("SPE {value}", "0.001 rpm", ""),
     ],
 )
-def test_a_command_that_rounds_beyond_the_tolerance_is_refused(command, tolerance, told):
+def test_a_command_that_rounds_beyond_the_tolerance_is_refused(command, tolerance, message):
     drive = {**SOURCE["drives"]["speed"], "command": command, "tolerance": tolerance}
     settings = merged(SOURCE, resource="GPIB0::5::INSTR", drives={"speed": drive})
-    if told:
-        with pytest.raises(PluginError, match=told):
+    if message:
+        with pytest.raises(PluginError, match=message):
             instrument("visa", settings)
     else:
         instrument("visa", settings)
@@ -518,9 +518,9 @@ class TestTheTrial:
 
     @pytest.fixture
     def device(self):
-        made = instrument("visa", REGISTRY.find("device", "visa").record.trial)
-        yield made
-        made.close()
+        device = instrument("visa", REGISTRY.find("device", "visa").record.trial)
+        yield device
+        device.close()
 
     def test_it_works_without_an_instrument(self, device):
         assert device.connect(1.0) == Identity(

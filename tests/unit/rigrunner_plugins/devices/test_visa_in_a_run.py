@@ -136,15 +136,15 @@ def tester():
 
 @pytest.fixture
 def bench(tester):
-    with peer(SocketPeer, Lines(tester)) as made:
-        yield made
+    with peer(SocketPeer, Lines(tester)) as server:
+        yield server
 
 
 @pytest.fixture
 def device(bench):
-    made = instrument("visa", merged(TESTER, resource=bench.resource), SimulatedClock())
-    yield made
-    made.close()
+    device = instrument("visa", merged(TESTER, resource=bench.resource), SimulatedClock())
+    yield device
+    device.close()
 
 
 def alarms(listener):
@@ -159,7 +159,7 @@ def test_without_trouble_the_run_completes(device, tester):
 
 
 @pytest.mark.parametrize(
-    ("trouble", "kind", "told"),
+    ("trouble", "kind", "message"),
     [
         pytest.param(
             Trouble("FETC?", 3, SILENCE),
@@ -206,13 +206,13 @@ def test_without_trouble_the_run_completes(device, tester):
     ],
 )
 def test_a_failure_ends_the_run_with_a_clear_message_and_a_safe_rig(
-    device, tester, trouble, kind, told
+    device, tester, trouble, kind, message
 ):
     tester.trouble = trouble
     summary = run(device)
     assert summary.outcome is Outcome.ERROR
     assert isinstance(summary.error, kind)
-    with pytest.raises(type(summary.error), match=told):
+    with pytest.raises(type(summary.error), match=message):
         raise summary.error
     assert summary.safe
     assert tester.safe

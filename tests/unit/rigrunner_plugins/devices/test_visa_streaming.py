@@ -87,7 +87,7 @@ class Digitizer:
 
     def sent(self, values):
         if self.code == "ascii":
-            return (",".join(f"{each:.6E}" for each in values.ravel()) + "\n").encode()
+            return (",".join(f"{value:.6E}" for value in values.ravel()) + "\n").encode()
         data = values.astype(self.code).tobytes()
         length = str(len(data)).encode()
         return b"#%d%s%s\n" % (len(length), length, data)
@@ -105,8 +105,8 @@ def talk(digitizer):
 
 @pytest.fixture
 def bench(talk):
-    with peer(SocketPeer, talk) as made:
-        yield made
+    with peer(SocketPeer, talk) as server:
+        yield server
 
 
 @pytest.fixture
@@ -239,7 +239,7 @@ OVERLOAD = struct.pack("<2f", 1, 9.9e37)
 
 
 @pytest.mark.parametrize(
-    ("block", "told"),
+    ("block", "message"),
     [
         (b"1.0,2.0\n", "begins with b'1.', a block begins with # and a digit"),
         (b"#0abcdefgh\n", "of indefinite length, whose end is not marked"),
@@ -252,9 +252,9 @@ OVERLOAD = struct.pack("<2f", 1, 9.9e37)
         (b"#18" + NAN_AND_ONE + b"\n", "angle is nan in sample 0"),
     ],
 )
-def test_blocks_that_are_wrong_are_told(make, digitizer, block, told):
+def test_blocks_that_are_wrong_are_told(make, digitizer, block, message):
     digitizer.spoil = lambda _block: block
-    with pytest.raises(DeviceError, match=told):
+    with pytest.raises(DeviceError, match=message):
         list(make().stream(["angle"], 0.1, Stop()))
 
 
@@ -343,7 +343,7 @@ def test_the_stream_of_the_page_records(bench, digitizer):
 
 
 @pytest.mark.parametrize(
-    ("changes", "told"),
+    ("changes", "message"),
     [
         ({"byte_order": None}, "float32 needs byte_order: little or big"),
         ({"samples": 10_000}, "10000 samples take 1 s, expected at most 0.5 s"),
@@ -352,7 +352,7 @@ def test_the_stream_of_the_page_records(bench, digitizer):
         ({"stop": None}, "stop: Field required"),
     ],
 )
-def test_wrong_settings_are_told(changes, told):
+def test_wrong_settings_are_told(changes, message):
     stream = merged(STREAM, **changes)
-    with pytest.raises(PluginError, match=told):
+    with pytest.raises(PluginError, match=message):
         instrument("visa", merged(SETTINGS, resource="GPIB0::5::INSTR", stream=stream))

@@ -20,13 +20,13 @@ TOLD = {
 UNITS = {"meter.voltage": "V", "meter.current": "A", "chamber.temperature": "K"}
 
 
-def told(**changes):
+def settings_of(**changes):
     return EquationSettings.model_validate({**TOLD, **changes})
 
 
 def refusal(**changes):
     with pytest.raises(ValidationError) as caught:
-        told(**changes)
+        settings_of(**changes)
     (error,) = caught.value.errors()
     return error
 
@@ -43,7 +43,7 @@ def refusal(**changes):
     ],
 )
 def test_models_that_are_understood(model):
-    assert not list(told(model=model).objections(UNITS))
+    assert not list(settings_of(model=model).objections(UNITS))
 
 
 HOSTILE = [
@@ -122,10 +122,10 @@ def test_hostile_models_are_refused_with_their_place_within_a_second(model, colu
 )
 def test_kinds_that_do_not_fit_are_told_with_the_place_of_the_first(model, column, message):
     used = "\nunused = U*I*alpha*(t - t0)"
-    (found,) = told(model=model + used).objections(UNITS)
-    assert found[0] == ("model",)
-    assert message in found[1]
-    assert found[3] == column
+    (objection,) = settings_of(model=model + used).objections(UNITS)
+    assert objection[0] == ("model",)
+    assert message in objection[1]
+    assert objection[3] == column
 
 
 @pytest.mark.parametrize(
@@ -137,11 +137,11 @@ def test_kinds_that_do_not_fit_are_told_with_the_place_of_the_first(model, colum
     ],
 )
 def test_the_unit_of_the_result_is_that_of_the_model(unit, model, message):
-    (found,) = told(result={"name": "r", "symbol": "R", "unit": unit}, model=model).objections(
-        UNITS
-    )
-    assert found[0] == ("result", "unit")
-    assert message in found[1]
+    (objection,) = settings_of(
+        result={"name": "r", "symbol": "R", "unit": unit}, model=model
+    ).objections(UNITS)
+    assert objection[0] == ("result", "unit")
+    assert message in objection[1]
 
 
 @pytest.mark.parametrize(
@@ -166,25 +166,25 @@ def test_the_unit_of_the_result_is_that_of_the_model(unit, model, message):
 )
 def test_kinds_go_through_the_model(unit, model):
     used = "\nunused = U*I*alpha*(t - t0)"
-    found = told(result={"name": "r", "symbol": "R", "unit": unit}, model=model + used)
-    assert not list(found.objections(UNITS))
+    settings = settings_of(result={"name": "r", "symbol": "R", "unit": unit}, model=model + used)
+    assert not list(settings.objections(UNITS))
 
 
 @pytest.mark.parametrize(("unit", "model"), [("Hz", "R = number(50, rad/s)"),
                                              ("rad/s", "R = number(50, Hz)")])  # fmt: skip
 def test_a_frequency_is_no_angular_velocity(unit, model):
     used = "\nunused = U*I*alpha*(t - t0)"
-    told_ = told(result={"name": "r", "symbol": "R", "unit": unit}, model=model + used)
-    (found,) = told_.objections(UNITS)
-    assert found[2] == "between 1/s and rad/s is 2*pi"
+    settings_ = settings_of(result={"name": "r", "symbol": "R", "unit": unit}, model=model + used)
+    (objection,) = settings_.objections(UNITS)
+    assert objection[2] == "between 1/s and rad/s is 2*pi"
 
 
 def test_a_temperature_in_kelvin_beside_a_channel_may_be_meant_as_either():
-    (found,) = told(
+    (objection,) = settings_of(
         constants={"alpha": "0.1 1/K", "t0": "273.15 K"}, model="R = U/I*alpha*(t - t0)/alpha/t0"
     ).objections(UNITS)
-    assert found[0] == ("constants", "t0")
-    assert found[2] == "write the temperature in °C: 0 °C"
+    assert objection[0] == ("constants", "t0")
+    assert objection[2] == "write the temperature in °C: 0 °C"
 
 
 @pytest.mark.parametrize(

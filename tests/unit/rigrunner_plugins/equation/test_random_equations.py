@@ -64,12 +64,12 @@ class Case:
         for name, (value, u, dof, shape) in self.known.items():
             if name == "x":
                 continue
-            told = {"value": value, "u": u}
+            constant = {"value": value, "u": u}
             if shape == "t":
-                told["degrees_of_freedom"] = dof
+                constant["degrees_of_freedom"] = dof
             elif shape in HALF_WIDTH:
-                told = {"value": value, "limits": u * HALF_WIDTH[shape], "distribution": shape}
-            constants[name] = told
+                constant = {"value": value, "limits": u * HALF_WIDTH[shape], "distribution": shape}
+            constants[name] = constant
         settings = {
             "result": {"name": "y", "unit": "1"}, "model": self.text, "second_order": "no",
             "inputs": {"x": {"of": "meter.ratio", "instrument": False}}, "constants": constants,

@@ -56,7 +56,7 @@ def started(monkeypatch, tmp_path):
 def held(tmp_path, *replacements):
     lab = SupplyLab(tmp_path / "lab", "bench")
     station = lab.add_station("guarded.yaml", "bench", GUARDED, *replacements)
-    with ready_station(station).held("jog psu") as ready:
+    with ready_station(station).hold("jog psu") as ready:
         yield ready
 
 

@@ -14,7 +14,7 @@ from helpers_workflow import station_file
 from rigrunner.api.devices import Identity
 from rigrunner.api.errors import DeviceLostError, DeviceTimeoutError, ExitCode
 from rigrunner.clock import SimulatedClock
-from rigrunner.tools.by_hand.devices import look_at
+from rigrunner.tools.by_hand.devices import device_reports
 from rigrunner.tools.by_hand.station import ready_station
 
 TWO = (
@@ -27,7 +27,7 @@ def looked_at(folder, *changes, **devices):
     """Look at the simulated station with changes, and with fakes in some roles."""
     ready = ready_station(station_file(folder, *changes))
     ready = dataclasses.replace(ready, devices={**ready.devices, **devices})
-    return {report.role: report for report in look_at(ready)}
+    return {report.role: report for report in device_reports(ready)}
 
 
 def failing(call, error):
@@ -43,7 +43,7 @@ def test_a_device_that_is_well_says_who_it_is_where_it_stands_and_what_it_reads(
     assert (report.state, report.connected, report.problems) == ("ok", True, ())
     assert report.who["tester"].serial == "SIM-0001"
     assert report.who["tester"].simulated
-    assert [(each.drive, each.found, each.safe) for each in report.drives] == [
+    assert [(drive.drive, drive.found, drive.safe) for drive in report.drives] == [
         ("frequency", 0.0, True), ("load", 0.0, True),
     ]  # fmt: skip
     assert report.values["tester.temperature"] == pytest.approx(296.15, abs=0.2)
@@ -54,7 +54,7 @@ def test_a_device_that_is_well_says_who_it_is_where_it_stands_and_what_it_reads(
 def test_a_device_that_fails_hides_no_other(tmp_path):
     tester = FakeTester(before=failing("connect", DeviceTimeoutError("silent", hint="is it on?")))
     reports = looked_at(tmp_path, TWO, tester=tester)
-    assert [(role, each.state) for role, each in reports.items()] == [
+    assert [(role, report.state) for role, report in reports.items()] == [
         ("other", "ok"), ("tester", "fail"),
     ]  # fmt: skip
     assert reports["tester"].problems == ("tester: silent",)
@@ -86,7 +86,7 @@ def test_a_drive_that_is_found_away_from_safe_is_told_and_made_safe(tmp_path):
     tester = FakeTester()
     report = looked_at(tmp_path, tester=tester)["tester"]
     assert report.state == "warn"
-    assert [(each.drive, each.found, each.safe) for each in report.drives] == [
+    assert [(drive.drive, drive.found, drive.safe) for drive in report.drives] == [
         ("load", 7.0, True), ("frequency", 3.0, False),
     ]  # fmt: skip
     assert set(tester.drives_at.values()) == {0.0}
@@ -117,30 +117,30 @@ def test_ctrl_c_leaves_nothing_energised(tmp_path):
 def test_the_register_says_until_when_it_is_calibrated(tmp_path, entry, state, text):
     ready = ready_station(station_file(tmp_path))
     (torque,) = ready.station.model.instruments
-    known = {"simulated": torque.calibration, "due": None}
+    original = {"simulated": torque.calibration, "due": None}
     changes = {"calibration": None}
     if entry.startswith("due"):
         changes["due"] = date.fromisoformat(entry[5:])
     if entry.startswith("calibration"):
-        changes = {"calibration": known["simulated"]}
+        changes = {"calibration": original["simulated"]}
     model = ready.station.model.model_copy(
         update={"instruments": (torque.model_copy(update=changes),)}
     )
     station = dataclasses.replace(ready.station, model=model)
     clock = SimulatedClock(datetime(2026, 3, 1, 12, tzinfo=UTC))
-    (report,) = look_at(dataclasses.replace(ready, station=station, clock=clock))
-    (found,) = report.calibrated
-    assert (found.channel, found.instrument) == ("tester.torque", "SIM-TQ-01")
-    assert (found.state, found.text) == (state, text)
+    (report,) = device_reports(dataclasses.replace(ready, station=station, clock=clock))
+    (status,) = report.calibrated
+    assert (status.channel, status.instrument) == ("tester.torque", "SIM-TQ-01")
+    assert (status.state, status.text) == (state, text)
     assert report.state == state
 
 
 def test_each_part_of_a_composite_says_who_it_is(tmp_path):
     class Parts(FakeTester):
         def connect(self, timeout_s):
-            whole = super().connect(timeout_s)
+            identity = super().connect(timeout_s)
             part = Identity("Fakes", "bridge", "7", "1.2")
-            return dataclasses.replace(whole, parts={"bridge": part})
+            return dataclasses.replace(identity, parts={"bridge": part})
 
     report = looked_at(tmp_path, tester=Parts())["tester"]
     assert list(report.who) == ["tester", "tester/bridge"]
@@ -163,7 +163,7 @@ def test_the_command_ends_with_4_where_one_fails_and_shows_the_others(tmp_path):
     assert "serial SIM-0002" in called.out
     assert called.out.endswith("2 devices, of which 1 failed: tester\n")
     document = json.loads(call("devices", station, "--json").out)
-    assert [(each["role"], each["state"]) for each in document] == [
+    assert [(report["role"], report["state"]) for report in document] == [
         ("other", "ok"), ("tester", "fail"),
     ]  # fmt: skip
 
@@ -185,9 +185,9 @@ def test_what_devices_said_can_be_played_back(tmp_path):
     station = station_file(tmp_path, ("{seed: 1}", "{seed: 1, simulate: unplugged}"), TWO)
     first = call("devices", station, "--record", tmp_path / "tape", "--json")
     again = call("devices", station, "--replay", tmp_path / "tape", "--json")
-    one, other = json.loads(first.out), json.loads(again.out)
-    for each in (*one, *other):
-        del each["read_s"]
-    assert one == other
+    first_reports, again_reports = json.loads(first.out), json.loads(again.out)
+    for report in (*first_reports, *again_reports):
+        del report["read_s"]
+    assert first_reports == again_reports
     assert again.code == first.code == ExitCode.DEVICE
     assert again.err == f"Replaying the tape {tmp_path}/tape: no instrument is asked.\n"

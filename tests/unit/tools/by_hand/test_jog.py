@@ -23,7 +23,7 @@ from rigrunner.api.errors import (
     ExitCode,
     UsageError,
 )
-from rigrunner.cli.jogging import converse
+from rigrunner.cli.jogging import run_prompt
 from rigrunner.cli.stopping import stop_on_signals
 from rigrunner.tools.by_hand.jog import jogging
 from rigrunner.tools.by_hand.station import ready_station
@@ -66,7 +66,7 @@ def test_a_drive_is_set_and_read_back_and_the_rig_ends_safe(tmp_path):
     tester = FakeTester()
     with by_hand(tmp_path, tester) as jog:
         assert jog.set("frequency", "5 Hz") == 5.0
-        assert jog.stands() == {"load": 7.0, "frequency": 5.0}
+        assert jog.read_backs() == {"load": 7.0, "frequency": 5.0}
         assert jog.read(["load"]) == {"load": 1000.0}
     assert "set frequency 5" in tester.calls
     assert tester.calls[-1] == "close"
@@ -202,7 +202,7 @@ def test_a_stop_from_outside_ends_it(tmp_path):
     with by_hand(tmp_path, tester, stop=stop) as jog:
         stop.set()
         with pytest.raises(AbortedError):
-            jog.look()
+            jog.check_interlocks()
     assert tester.calls[-2:] == ["make_safe", "close"]
 
 
@@ -250,16 +250,16 @@ def test_a_log_that_fails_ends_it_with_a_safe_rig(tmp_path, monkeypatch):
 
 
 def test_only_what_is_needed_is_connected(tmp_path):
-    other = ("devices:\n", "devices:\n  other: {type: t, plugin: swing_tester_sim}\n")
+    second_device = ("devices:\n", "devices:\n  other: {type: t, plugin: swing_tester_sim}\n")
     lock = locked("{name: hot, channel: tester.load, above: 9 kN, every: 1 s}")
-    tester, beside = FakeTester(), FakeTester()
-    with by_hand(tmp_path, tester, other, other=beside):
+    tester, second = FakeTester(), FakeTester()
+    with by_hand(tmp_path, tester, second_device, other=second):
         pass
-    assert beside.calls == []
+    assert second.calls == []
     tester = FakeTester()
-    with by_hand(tmp_path, tester, other, lock, other=beside, role="other"):
+    with by_hand(tmp_path, tester, second_device, lock, other=second, role="other"):
         pass
-    assert beside.calls[0] == tester.calls[0] == "connect"
+    assert second.calls[0] == tester.calls[0] == "connect"
 
 
 def test_a_role_that_is_not_there_gets_a_suggestion(tmp_path):
@@ -316,6 +316,28 @@ def test_a_conversation_goes_on_after_mistakes_and_ends_safe(tmp_path, monkeypat
 
 
 @pytest.mark.parametrize(
+    ("time", "says"),
+    [
+        ("soon", "watch: 'soon' is not a number with a unit"),
+        ("5 Hz", "watch: '5 Hz' is a frequency"),
+        ("0 s", "watch: got 0 s, expected more than 0 s"),
+        ("-1 s", "watch: got -1 s, expected more than 0 s"),
+    ],
+)
+def test_a_time_that_is_none_ends_nothing_and_says_nothing_of_the_rig(
+    tmp_path, monkeypatch, time, says
+):
+    lines = f"set frequency 5 Hz\nwatch torque {time}\nstands\nwatch torque 1e-10 s\n"
+    monkeypatch.setattr("sys.stdin", io.StringIO(lines))
+    called = once(tmp_path)
+    assert called.code == ExitCode.PASS, called.err
+    assert says in called.err
+    assert "The rig was made safe" not in called.err
+    assert called.out.count("frequency reads back 5 Hz\n") == 2  # it is still there
+    assert "1 readings in 1e-10 s" in called.out
+
+
+@pytest.mark.parametrize(
     ("offset", "says"),
     [
         (0.0, "The rig was made safe.\n"),
@@ -329,16 +351,16 @@ def test_after_an_error_the_prompt_says_truthfully_how_the_rig_is(
     tester = FakeTester(before=failing("set frequency", lost), read_back_offset=offset)
     monkeypatch.setattr("sys.stdin", io.StringIO("set frequency 5 Hz\n"))
     with by_hand(tmp_path, tester) as jog, stop_on_signals() as stop:
-        converse(jog, stop)
+        run_prompt(jog, stop)
         tester.read_back_offset = 0.0
     assert says in capsys.readouterr().err
 
 
 def test_what_was_done_by_hand_can_be_played_back(tmp_path):
-    asked = ("--set", "frequency=5 Hz", "--read", "torque")
-    first = once(tmp_path, *asked, "--record", tmp_path / "tape")
-    again = once(tmp_path, *asked, "--replay", tmp_path / "tape")
+    options = ("--set", "frequency=5 Hz", "--read", "torque")
+    first = once(tmp_path, *options, "--record", tmp_path / "tape")
+    again = once(tmp_path, *options, "--replay", tmp_path / "tape")
     assert (again.code, again.out) == (first.code, first.out)
-    other = once(tmp_path, "--set", "frequency=6 Hz", "--replay", tmp_path / "tape")
-    assert other.code == ExitCode.DEVICE
-    assert "has 'set frequency 5.0', asked was 'set frequency 6.0'" in other.err
+    different = once(tmp_path, "--set", "frequency=6 Hz", "--replay", tmp_path / "tape")
+    assert different.code == ExitCode.DEVICE
+    assert "has 'set frequency 5.0', asked was 'set frequency 6.0'" in different.err

@@ -21,17 +21,17 @@ def test_it_keeps_measurand_and_analysis_and_can_never_be_certified(name):
     planned = plan_run(
         find_procedure(name), find_station("simulated"), load_registry(), SimulatedClock()
     )
-    found = by_hand(planned)
-    model, before = found.procedure.model, planned.procedure.model
+    manual = by_hand(planned)
+    model, before = manual.procedure.model, planned.procedure.model
     assert model.analysis == before.analysis
     assert model.measurand == before.measurand
     assert model.acceptance is None
     assert model.id == f"{before.id}-by-hand"
-    assert before.id in found.procedure.text
-    assert found.plan.steps == ()
-    assert found.plan.interlocks == planned.plan.interlocks
-    assert found.approval.is_draft
-    assert not found.procedure.inputs
+    assert before.id in manual.procedure.text
+    assert manual.plan.steps == ()
+    assert manual.plan.interlocks == planned.plan.interlocks
+    assert manual.approval.is_draft
+    assert not manual.procedure.inputs
 
 
 def test_a_session_without_a_point_is_completed_without_a_result(tmp_path):

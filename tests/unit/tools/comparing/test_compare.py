@@ -103,19 +103,19 @@ EDITS = [
 ]  # fmt: skip
 
 
-def told(before, after, called=(), called_after=()):
+def listed_changes(before, after, called=(), called_after=()):
     pair = (
         ProcedureTexts("a.yaml", before, dict(called)),
         ProcedureTexts("b.yaml", after, dict(called_after)),
     )
-    return [(each.section, each.text) for each in procedure_changes(*pair)]
+    return [(change.section, change.text) for change in procedure_changes(*pair)]
 
 
 @pytest.mark.parametrize("edit", EDITS, ids=lambda edit: edit[1][:30])
 def test_one_edit_is_told_once(edit):
     old, new, section, text = edit
     assert TEXT.count(old) == 1
-    assert told(TEXT, TEXT.replace(old, new)) == [(section, text)]
+    assert listed_changes(TEXT, TEXT.replace(old, new)) == [(section, text)]
 
 
 @pytest.mark.parametrize(
@@ -130,12 +130,12 @@ def test_one_edit_is_told_once(edit):
 )
 def test_another_way_to_write_the_same_is_no_change(old, new):
     assert TEXT.count(old) == 1
-    assert told(TEXT, TEXT.replace(old, new)) == []
+    assert listed_changes(TEXT, TEXT.replace(old, new)) == []
 
 
 def test_what_is_called_is_compared_as_well():
     before, after = {"a.yaml": TEXT, "b.yaml": TEXT}, {"b.yaml": TEXT.replace("30}", "9}")}
-    assert told(TEXT, TEXT, before, after) == [
+    assert listed_changes(TEXT, TEXT, before, after) == [
         ("called procedures", "a.yaml is no longer called"),
         (
             "called procedures",
@@ -181,40 +181,40 @@ def test_results_are_compared_against_their_combined_uncertainty():
     # E_n = 0.05 / sqrt(0.03² + 0.04²) = 1: the limit, which still agrees (ISO 13528, 9.7)
     near, far = document(0.75, 0.04), document(0.7505, 0.04)
     agreeing = list(result_changes(document(0.7), near))
-    assert [each.matters for each in agreeing] == [False, False]
+    assert [change.matters for change in agreeing] == [False, False]
     assert "+0.0500 N·m, within their combined U of 0.0500 N·m (E_n = 1.00)" in agreeing[0].text
     assert agreeing[1].text.startswith("at 8 Hz: 1.7000 and 1.7500 N·m")
     apart = list(result_changes(document(0.7), far))
-    assert all(each.matters for each in apart)
+    assert all(change.matters for change in apart)
     assert "beyond their combined U" in apart[0].text
     assert list(result_changes(near, near)) == []
 
 
 def test_what_is_beyond_u_by_less_than_is_printed_does_not_agree():
     # E_n = 0.0502 / sqrt(0.03² + 0.04²) = 1.004, and 1.000004
-    (found, _) = result_changes(document(0.7), document(0.7502, 0.04))
-    assert found.matters
-    assert "+0.0502 N·m, beyond their combined U of 0.0500 N·m (E_n = 1.004)" in found.text
-    (found, _) = result_changes(document(0.7), document(0.7500002, 0.04))
-    assert found.matters
-    assert found.text.endswith(
+    (change, _) = result_changes(document(0.7), document(0.7502, 0.04))
+    assert change.matters
+    assert "+0.0502 N·m, beyond their combined U of 0.0500 N·m (E_n = 1.004)" in change.text
+    (change, _) = result_changes(document(0.7), document(0.7500002, 0.04))
+    assert change.matters
+    assert change.text.endswith(
         "+0.0500002 N·m, beyond their combined U of 0.0500000 N·m (E_n = 1.000004)"
     )
 
 
 def test_each_visit_of_a_frequency_is_compared_with_its_own():
     def twice(first, second):
-        made = document(0.7)
-        made["compensations"]["m"]["points"] = [
-            {**AT, "torque": estimate(each)} for each in (first, second)
+        content = document(0.7)
+        content["compensations"]["m"]["points"] = [
+            {**AT, "torque": estimate(value)} for value in (first, second)
         ]
-        return made | {"points": 2 * made["points"]}
+        return content | {"points": 2 * content["points"]}
 
-    (found,) = result_changes(twice(1.0, 1.5), twice(2.0, 1.5))
-    assert found.text.startswith("at 8 Hz: 1.0000 and 2.0000 N·m")
-    assert found.matters
-    (found,) = result_changes(twice(1.0, 1.5), twice(1.0, 2.5))
-    assert found.text.startswith("at 8 Hz (2): 1.5000 and 2.5000 N·m")
+    (change,) = result_changes(twice(1.0, 1.5), twice(2.0, 1.5))
+    assert change.text.startswith("at 8 Hz: 1.0000 and 2.0000 N·m")
+    assert change.matters
+    (change,) = result_changes(twice(1.0, 1.5), twice(1.0, 2.5))
+    assert change.text.startswith("at 8 Hz (2): 1.5000 and 2.5000 N·m")
 
 
 def test_that_u_is_from_scatter_alone_is_told_of_either_run():
@@ -222,9 +222,9 @@ def test_that_u_is_from_scatter_alone_is_told_of_either_run():
     raw = document(0.7) | {"compensations": {}}
     raw["points"] = [{**raw["points"][0], "raw_peak": peak}]
     for pair in ((raw, document(0.7)), (document(0.7), raw)):
-        (found,) = result_changes(*pair)
-        assert found.text.startswith("at 8 Hz: ")
-        assert "their combined U from scatter alone of" in found.text
+        (change,) = result_changes(*pair)
+        assert change.text.startswith("at 8 Hz: ")
+        assert "their combined U from scatter alone of" in change.text
 
 
 def test_a_missing_uncertainty_does_not_pass_for_agreement():
@@ -234,23 +234,23 @@ def test_a_missing_uncertainty_does_not_pass_for_agreement():
 
 
 def named(value, expanded, unit, at=None, name="gain"):
-    known = {"value": value, "unit": unit, "expanded_uncertainty_95": expanded}
+    estimated = {"value": value, "unit": unit, "expanded_uncertainty_95": expanded}
     places = (
         {} if at is None else {"coordinates": {"source.current": {"value": at[0], "unit": at[1]}}}
     )
-    return document(0.7) | {"results": [{"name": name, "estimate": known, **places}]}
+    return document(0.7) | {"results": [{"name": name, "estimate": estimated, **places}]}
 
 
 def test_results_in_two_units_of_one_quantity_are_compared_in_one():
     # 5.000 V and 5.001 V, U = 0.010 V each: E_n = 0.001 / (0.010 sqrt 2) = 0.0707
-    (found,) = result_changes(named(5.0, 0.01, "V"), named(5001.0, 10.0, "mV"))
-    assert found.text == (
+    (change,) = result_changes(named(5.0, 0.01, "V"), named(5001.0, 10.0, "mV"))
+    assert change.text == (
         "gain: 5000 and 5001 mV: +1 mV, within their combined U of 14 mV (E_n = 0.07)"
     )
-    assert not found.matters
+    assert not change.matters
     assert list(result_changes(named(20.0, 0.1, "°C"), named(293.15, 0.1, "K"))) == []
-    (found,) = result_changes(named(5.0, 0.01, "V"), named(5.0, 0.01, "A"))
-    assert found.text == "gain is in V and in A"
+    (change,) = result_changes(named(5.0, 0.01, "V"), named(5.0, 0.01, "A"))
+    assert change.text == "gain is in V and in A"
 
 
 def line(name, u, contribution, unit="V"):
@@ -271,11 +271,11 @@ def measured(value, unit="V"):
         line("offset of meter.voltage", 0.05 / width, 0.05 * volt / width, unit),
         line("resolution of meter.voltage", 0.01 / width, 0.01 * volt / width, unit),
     ]
-    u = hypot(*(each["contribution"]["value"] for each in lines))
-    found = named(value * volt, 1.7 * u, unit)
-    found["results"][0]["estimate"]["standard_uncertainty"] = u
-    found["results"][0]["budget"] = lines
-    return found
+    u = hypot(*(entry["contribution"]["value"] for entry in lines))
+    content = named(value * volt, 1.7 * u, unit)
+    content["results"][0]["estimate"]["standard_uncertainty"] = u
+    content["results"][0]["budget"] = lines
+    return content
 
 
 def test_gain_and_offset_of_one_meter_are_no_part_of_the_difference():
@@ -283,9 +283,9 @@ def test_gain_and_offset_of_one_meter_are_no_part_of_the_difference():
     rng, count = np.random.default_rng(1), 400_000
     gain, one, other = rng.uniform(-1, 1, (3, count)) * np.array([[0.01], [0.01], [0.01]])
     expanded = np.quantile(np.abs(10.05 * gain + other - 10 * gain - one), 0.95)
-    (found,) = result_changes(measured(10.0), measured(10.05), {"meter.voltage"})
-    assert found.matters
-    ratio = float(re.search(r"E_n = ([\d.]+); one error of both: gain of", found.text)[1])
+    (change,) = result_changes(measured(10.0), measured(10.05), {"meter.voltage"})
+    assert change.matters
+    ratio = float(re.search(r"E_n = ([\d.]+); one error of both: gain of", change.text)[1])
     assert ratio == pytest.approx(0.05 / expanded, rel=0.02)
     (in_millivolts,) = result_changes(measured(10.0), measured(10.05, "mV"), {"meter.voltage"})
     assert f"E_n = {ratio:.2f}" in in_millivolts.text
@@ -296,29 +296,29 @@ def test_gain_and_offset_of_one_meter_are_no_part_of_the_difference():
 
 def test_results_at_one_place_written_in_two_units_are_compared():
     first, second = named(1.0, 0.1, "V", (2.0, "A")), named(1.5, 0.1, "V", (2000.0, "mA"))
-    (found,) = result_changes(first, second)
-    assert found.text.startswith("gain at source.current = 2 A: 1.00 and 1.50 V")
-    assert "E_n = 3.54" in found.text  # 0.5 / (0.1 sqrt 2)
-    assert found.matters
+    (change,) = result_changes(first, second)
+    assert change.text.startswith("gain at source.current = 2 A: 1.00 and 1.50 V")
+    assert "E_n = 3.54" in change.text  # 0.5 / (0.1 sqrt 2)
+    assert change.matters
 
 
 def test_a_result_of_one_run_alone_matters():
     first, second = named(1.0, 0.1, "V", (2.0, "A")), named(1.0, 0.1, "V", (2.000001, "A"))
     changes = list(result_changes(first, second))
-    assert [each.text for each in changes] == [
+    assert [change.text for change in changes] == [
         "gain at source.current = 2 A is a result of the first run alone",
         "gain at source.current = 2 A is a result of the second run alone",
     ]
-    assert all(each.matters for each in changes)
+    assert all(change.matters for change in changes)
 
 
 def test_another_verdict_matters():
-    (found,) = result_changes(document(0.7), document(0.7, verdict="fail"))
-    assert found.text == "verdict was changed from 'pass' to 'fail'"
-    assert [each.text for each in result_changes(None, document(0.7))] == [
+    (change,) = result_changes(document(0.7), document(0.7, verdict="fail"))
+    assert change.text == "verdict was changed from 'pass' to 'fail'"
+    assert [change.text for change in result_changes(None, document(0.7))] == [
         "the second run alone has a result"
     ]
-    assert [each.text for each in result_changes(document(0.7), None)] == [
+    assert [change.text for change in result_changes(document(0.7), None)] == [
         "the first run alone has a result"
     ]
     assert list(result_changes(None, None)) == []
@@ -335,10 +335,10 @@ def test_measured_values_are_compared_by_their_judgement():
         values = [{"table": "cell", "row": 1, "of": "tester.load", "verdict": verdict}]
         return document(0.7) | {"limits": {"values": values}}
 
-    (found,) = result_changes(limited("pass"), limited("fail"))
-    assert found.text == "tester.load in cell 1 was changed from 'pass' to 'fail'"
-    (found,) = result_changes(limited("fail"), document(0.7))
-    assert found.text == "tester.load in cell 1 was changed from 'fail' to 'not measured'"
+    (change,) = result_changes(limited("pass"), limited("fail"))
+    assert change.text == "tester.load in cell 1 was changed from 'pass' to 'fail'"
+    (change,) = result_changes(limited("fail"), document(0.7))
+    assert change.text == "tester.load in cell 1 was changed from 'fail' to 'not measured'"
     assert list(result_changes(limited("fail"), limited("fail"))) == []
 
 
@@ -357,36 +357,36 @@ def runs(tmp_path_factory):
 
 def test_two_runs_are_compared_in_all_that_made_them(runs):
     folder, first, second = runs
-    found = compare(str(first), second.name, folder)
-    told = {(each.section, each.text) for each in found.changes}
-    assert ("main", "step 1 > sweep > step 2 > record > cycles was changed from 12 to 10") in told
+    comparison = compare(str(first), second.name, folder)
+    texts = {(change.section, change.text) for change in comparison.changes}
+    assert ("main", "step 1 > sweep > step 2 > record > cycles was changed from 12 to 10") in texts
     assert (
         "instruments", "tester.torque > accuracy > gain was raised from 0.3 % to 0.5 %"
-    ) in told  # fmt: skip
-    assert ("station, rig", "mandrel was changed from 'M-01' to 'M-02'") in told
-    assert ("station, devices", "tester > settings > seed was changed from 1 to 2") in told
-    assert any(section == "results" and "at 35 Hz" in text for section, text in told)
-    assert not found.same
+    ) in texts  # fmt: skip
+    assert ("station, rig", "mandrel was changed from 'M-01' to 'M-02'") in texts
+    assert ("station, devices", "tester > settings > seed was changed from 1 to 2") in texts
+    assert any(section == "results" and "at 35 Hz" in text for section, text in texts)
+    assert not comparison.same
 
 
 def test_the_results_come_first_and_then_what_matters(runs):
     folder, first, second = runs
-    found = compare(str(first), second.name, folder).changes
-    sections = list(dict.fromkeys(each.section for each in found))
+    differences = compare(str(first), second.name, folder).changes
+    sections = list(dict.fromkeys(change.section for change in differences))
     assert sections[0] == "results"
     assert len(sections) > 2
     for section in sections:
-        weights = [each.matters for each in found if each.section == section]
+        weights = [change.matters for change in differences if change.section == section]
         assert weights == sorted(weights, reverse=True)
-    heavy = [any(e.matters for e in found if e.section == s) for s in sections[1:]]
+    heavy = [any(e.matters for e in differences if e.section == s) for s in sections[1:]]
     assert heavy == sorted(heavy, reverse=True)
 
 
 def test_a_run_is_the_same_as_itself(runs):
     folder, first, _ = runs
-    found = compare(str(first), str(first / "run.h5"), folder)
-    assert (found.changes, found.same) == ((), True)
-    assert read(first).header.run_id in found.before
+    comparison = compare(str(first), str(first / "run.h5"), folder)
+    assert (comparison.changes, comparison.same) == ((), True)
+    assert read(first).header.run_id in comparison.before
 
 
 def test_what_cannot_be_compared_is_refused(runs, tmp_path):
@@ -400,10 +400,10 @@ def test_what_cannot_be_compared_is_refused(runs, tmp_path):
 
 
 def test_layout_alone_is_told_apart_from_identity(tmp_path):
-    other = tmp_path / "other.yaml"
+    copy = tmp_path / "other.yaml"
     shipped = LOADED.read_text(encoding="utf-8")
-    other.write_text(f"{shipped}\n# a remark\n", encoding="utf-8")
-    assert "layout" in compare(str(LOADED), str(other), tmp_path).verdict
+    copy.write_text(f"{shipped}\n# a remark\n", encoding="utf-8")
+    assert "layout" in compare(str(LOADED), str(copy), tmp_path).verdict
     assert "the texts are the same" in compare(str(LOADED), str(LOADED), tmp_path).verdict
 
 
@@ -418,4 +418,4 @@ def test_layout_alone_is_told_apart_from_identity(tmp_path):
 def test_a_value_that_is_listed_several_times_is_told_as_often_as_it_is_missing(
     before, after, text
 ):
-    assert [each.text for each in changes("main", before, after, ("over",))] == [text]
+    assert [change.text for change in changes("main", before, after, ("over",))] == [text]

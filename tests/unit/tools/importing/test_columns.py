@@ -10,13 +10,13 @@ import pytest
 
 from rigrunner.api.errors import PluginError
 from rigrunner.api.importing import Column
-from rigrunner.tools.importing.columns import Wanted, read_part
+from rigrunner.tools.importing.columns import MappedColumn, read_part
 
 TORQUE = "tester.torque"
 GOOD = np.arange(10.0)
 
 
-def _read(found):
+def _read(answer):
     """Return what is made of what an importer gave for one channel, at 1 kHz."""
     spec = SimpleNamespace(column="T", unit="mN·m", file_says="")
     mapping = SimpleNamespace(
@@ -27,20 +27,20 @@ def _read(found):
         file=Path,
     )
     part = SimpleNamespace(file="a.txt", group="", from_=None, to=None)
-    importer = SimpleNamespace(read=lambda *_: found)
-    wanted = {TORQUE: Wanted(spec, ("columns", TORQUE))}
-    return read_part(mapping, importer, part, ("recordings", 0), wanted)
+    importer = SimpleNamespace(read=lambda *_: answer)
+    mapped = {TORQUE: MappedColumn(spec, ("columns", TORQUE))}
+    return read_part(mapping, importer, part, ("recordings", 0), mapped)
 
 
 @pytest.mark.parametrize("values", [GOOD, GOOD.astype(int), GOOD.astype(">f4"), list(GOOD)])
 def test_real_numbers_become_float64_in_si(values):
-    (found,) = _read({TORQUE: Column(values)}).columns.values()
-    assert found.dtype == np.dtype("<f8")
-    assert np.array_equal(found, GOOD * 1e-3)
+    (values_si,) = _read({TORQUE: Column(values)}).columns.values()
+    assert values_si.dtype == np.dtype("<f8")
+    assert np.array_equal(values_si, GOOD * 1e-3)
 
 
 @pytest.mark.parametrize(
-    ("found", "said"),
+    ("answer", "message"),
     [
         (None, "NoneType, expected a Column for each name"),
         ({}, "None for 'tester.torque', expected a Column"),
@@ -56,7 +56,7 @@ def test_real_numbers_become_float64_in_si(values):
         ({TORQUE: Column(GOOD, interval_s=0.0)}, "an interval of 0.0 s"),
     ],
 )
-def test_what_is_no_row_of_numbers_is_the_importers_fault(found, said):
+def test_what_is_no_row_of_numbers_is_the_importers_fault(answer, message):
     with pytest.raises(PluginError, match="the importer 'strange' gave") as caught:
-        _read(found)
-    assert said in caught.value.message
+        _read(answer)
+    assert message in caught.value.message

@@ -170,8 +170,8 @@ def test_what_was_not_seen_is_on_record(lab):
     assert "as A. Jones states them" in log
     shown = call("show", folder)
     assert "recorded by Old.vi 1.0; read by csv" in shown.out
-    told = json.loads(call("show", folder, "--json").out)
-    assert told["imported"]["mapping"] == "map.yaml"
+    document = json.loads(call("show", folder, "--json").out)
+    assert document["imported"]["mapping"] == "map.yaml"
 
 
 def test_a_part_of_a_file_is_taken(lab):
@@ -188,7 +188,7 @@ def test_two_parts_of_a_file_may_be_two_recordings(lab):
     changes = (("{file: b.csv,", early), ("{file: a.csv,", late), *frequencies)
     called = bring_in(lab, *changes)
     assert called.code == 0, called.err
-    second, third = (each.channels["tester.torque"] for each in imported(lab).recordings)
+    second, third = (recording.channels["tester.torque"] for recording in imported(lab).recordings)
     np.testing.assert_allclose(np.r_[second, third], TORQUE_MNM / 1000)
 
 
@@ -261,18 +261,18 @@ def test_near_names_are_told(lab):
 
 
 @pytest.mark.parametrize(
-    ("spoil", "told"),
+    ("spoil", "message"),
     [
         (lambda path: write_recording(path, 540), "is only 0.54 s long; asked for is: Record"),
         (lambda path: path.write_text(""), "b.csv"),
         (lambda path: path.write_text(path.read_text()[:-20]), "b.csv:1201:"),
     ],
 )
-def test_a_recording_that_is_none_is_told_and_nothing_is_left(lab, spoil, told):
+def test_a_recording_that_is_none_is_told_and_nothing_is_left(lab, spoil, message):
     spoil(lab / "b.csv")
     called = bring_in(lab)
     assert called.code in {3, 5}
-    assert told in called.err
+    assert message in called.err
     assert not list((lab / "runs").iterdir())
 
 
@@ -375,17 +375,17 @@ def test_a_file_that_changes_meanwhile_is_refused(lab, monkeypatch):
 
 def test_what_is_left_is_removed_once_nobody_holds_it(lab, monkeypatch):
     """Windows removes no file that is open, such as the lock of the folder."""
-    held = []
+    in_progress = []
 
     def look(folder, **_):
-        held.append(is_in_progress(folder))
+        in_progress.append(is_in_progress(folder))
 
-    monkeypatch.setattr(importing, "_refuse_changed", lambda *_: 1 / 0)
+    monkeypatch.setattr(importing, "_check_unchanged", lambda *_: 1 / 0)
     monkeypatch.setattr(importing.shutil, "rmtree", look)
     checked = plan_import(load_mapping(lab / "map.yaml"), load_registry())
     with pytest.raises(ZeroDivisionError):
         importing.import_run(checked, runs=lab / "runs", partners={})
-    assert held == [False]
+    assert in_progress == [False]
 
 
 MEASURES = (
@@ -413,7 +413,7 @@ def test_single_values_and_several_zeros_are_imported(lab):
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "told"),
+    ("old", "new", "message"),
     [
         (
             "name: held",
@@ -429,11 +429,11 @@ def test_single_values_and_several_zeros_are_imported(lab):
         ("[10 mN·m, {file: rest.csv, to: 3 ms}]", "[10 mN·m, 60 mN·m]", "read 0.06 N·m at rest"),
     ],
 )
-def test_values_that_are_not_the_procedure_s_are_told(lab, old, new, told):
+def test_values_that_are_not_the_procedure_s_are_told(lab, old, new, message):
     (lab / "rest.csv").write_text("Torque (mNm)\n19\n21\n23\n25\n")
     bring_in(lab, MEASURES, file="short.yaml")
     called = bring_in(lab, TWICE, ("recordings:\n", f"{HELD}recordings:\n"), (old, new))
-    assert told in called.err
+    assert message in called.err
     assert called.code in (3, 5)
 
 
@@ -456,7 +456,7 @@ def test_what_is_stated_out_of_limits_is_kept_and_the_run_fails(lab):
     assert called.code == 1, called.err
     run = imported(lab)
     assert run.info.outcome == "completed"
-    judged = [one.passes for row in run.measurements for one in row.decisions]
+    judged = [decision.passes for row in run.measurements for decision in row.decisions]
     assert judged == [True, False, True]
     text = "tester.torque is 5.5 N·m (limit: 5 N·m or less)"
     assert text in called.out
@@ -493,19 +493,19 @@ def test_each_point_of_a_scan_is_stated(lab):
     assert called.code == 0, called.err
     run = imported(lab)
     assert [
-        (one.name, one.setpoints["tester.load"], round(one.values["tester.torque"], 9))
-        for one in run.measurements
+        (row.name, row.setpoints["tester.load"], round(row.values["tester.torque"], 9))
+        for row in run.measurements
     ] == [("held", 100.0, 0.415), ("held", 200.0, 4.5), ("held", 300.0, 0.617), ("after", 300, 7)]
     assert run.measurements[0].units == {"tester.load": "N", "tester.torque": "N·m"}
-    (near,) = [one for one in run.events if isinstance(one, Note) and "marginal" in one.text]
+    (near,) = [row for row in run.events if isinstance(row, Note) and "marginal" in row.text]
     assert near.step == "main[0].scan"
     assert near.text.startswith("at tester.load 200 N (point 2 of 3): tester.torque is 4.5 N·m")
-    scanned = [one.point for one in run.events if isinstance(one, Scanned)]
+    scanned = [row.point for row in run.events if isinstance(row, Scanned)]
     assert scanned == [0, 1, 2]
 
 
 @pytest.mark.parametrize(
-    ("line", "instead", "told"),
+    ("line", "instead", "message"),
     [
         (3, "", "measurements[2].name: the procedure measures 'held' here"),
         (4, "", "the measurement 'after' is missing, of tester.torque"),
@@ -514,10 +514,10 @@ def test_each_point_of_a_scan_is_stated(lab):
         (4, STATED[14:], "the procedure measures nothing"),
     ],
 )  # fmt: skip
-def test_points_that_are_not_the_scan_s_are_told(lab, line, instead, told):
+def test_points_that_are_not_the_scan_s_are_told(lab, line, instead, message):
     was = STATED.splitlines(keepends=True)[line]
     called = bring_scan_in(lab, (was, instead))
-    assert told in called.err
+    assert message in called.err
     assert called.code in (3, 5)
 
 
@@ -583,9 +583,9 @@ def test_columns_of_different_lengths_are_refused(lab):
     for name, count in (("a.tdms", 1200), ("b.tdms", 1199)):
         columns = {"Angle": TIME, "Torque (mNm)": TORQUE_MNM[:count]}
         with TdmsWriter(lab / name) as writer:
-            writer.write_segment([ChannelObject("r", *each) for each in columns.items()])
+            writer.write_segment([ChannelObject("r", *column) for column in columns.items()])
     csv = (": {column: Force, unit: kN}", ": 1 kN")
     called = bring_in(lab, ("format: csv", "format: tdms"), (".csv", ".tdms"), csv)
     assert called.code == 5
-    told = "b.tdms: error: the columns have different numbers of samples: 1200 of 'Angle', 1199 of"
-    assert told in called.err
+    text = "b.tdms: error: the columns have different numbers of samples: 1200 of 'Angle', 1199 of"
+    assert text in called.err

@@ -44,7 +44,7 @@ def test_times_give_the_rate_to_their_own_digits():
 
 
 @pytest.mark.parametrize(
-    ("columns", "times_s", "stated_hz", "told"),
+    ("columns", "times_s", "stated_hz", "message"),
     [
         (column(), None, None, "the sampling rate is missing"),
         (column(0.0001, 5e-7), None, None, "the rate may be 9950.25 Hz to 10050.3 Hz"),
@@ -59,10 +59,10 @@ def test_times_give_the_rate_to_their_own_digits():
         (column(), np.zeros(1001), 1000.0, "the times of the samples do not increase"),
     ],
 )
-def test_what_does_not_agree_is_refused(columns, times_s, stated_hz, told):
+def test_what_does_not_agree_is_refused(columns, times_s, stated_hz, message):
     with pytest.raises(DataError) as caught:
         rate_of(columns, times_s, stated_hz, "run.csv")
-    assert told in str(caught.value)
+    assert message in str(caught.value)
     assert str(caught.value).startswith("run.csv: ")
 
 
@@ -70,8 +70,8 @@ NOON = datetime(2026, 3, 2, 12, tzinfo=UTC)
 
 
 def started(*offsets_s):
-    at = [None if each is None else NOON + timedelta(seconds=each) for each in offsets_s]
-    return {f"c{i}": Column(VALUES, started=each) for i, each in enumerate(at)}
+    at = [None if s is None else NOON + timedelta(seconds=s) for s in offsets_s]
+    return {f"c{i}": Column(VALUES, started=start) for i, start in enumerate(at)}
 
 
 def test_the_first_sample_is_at_the_start_and_the_offset():

@@ -126,12 +126,12 @@ def test_models_inside_and_what_is_required_are_known():
 
 
 def test_a_model_without_source_has_no_texts():
-    made: dict[str, object] = {}
+    namespace: dict[str, object] = {}
     code = "class Made(Settings):\n    depth: int = 1\n    '''How deep.'''\n"
-    exec(compile(code, "<made>", "exec"), {"Settings": Settings, "__name__": "made"}, made)  # noqa: S102  (a class without a source file)
-    assert [field.help for field in fields_of(made["Made"])] == [""]
+    exec(compile(code, "<made>", "exec"), {"Settings": Settings, "__name__": "made"}, namespace)  # noqa: S102  (a class without a source file)
+    assert [field.help for field in fields_of(namespace["Made"])] == [""]
 
 
 def test_what_a_wrapper_takes_is_told_in_words():
-    told = {field.key: field.kind for field in fields_of(WrapperSettings)}
-    assert told == {"plugin": "text", "settings": "mapping of names to anything"}
+    kinds = {field.key: field.kind for field in fields_of(WrapperSettings)}
+    assert kinds == {"plugin": "text", "settings": "mapping of names to anything"}

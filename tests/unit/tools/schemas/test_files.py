@@ -52,8 +52,8 @@ def test_the_committed_schema_of_certificates_is_current():
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_the_schema_is_closed_in_itself(language, shipped):
     text = json.dumps(language_schema(language, shipped))
-    wanted = set(re.findall(r'"\$ref": "#/\$defs/([^"]+)"', text))
-    assert wanted == set(language_schema(language, shipped)["$defs"])
+    references = set(re.findall(r'"\$ref": "#/\$defs/([^"]+)"', text))
+    assert references == set(language_schema(language, shipped)["$defs"])
     for private in ("x-dimension", "x-plugin", '"null"'):
         assert private not in text
 
@@ -99,18 +99,18 @@ def test_a_station_knows_no_references(shipped):
 
 def test_a_limit_may_have_the_key_of_any_analysis(shipped):
     def keys(*analyses):
-        made = [Plugin("analysis", each, Provider("lab", "1")) for each in analyses]
-        others = [each for each in shipped.plugins if each.kind != "analysis"]
-        schema = language_schema("procedure", Registry([*others, *made]))
-        found = schema["$defs"]["Limit"]["properties"]["measurand"]
-        assert found.pop("description").startswith("The quantity that the limit applies to")
-        return found, schema["$defs"]
+        plugins = [Plugin("analysis", record, Provider("lab", "1")) for record in analyses]
+        others = [plugin for plugin in shipped.plugins if plugin.kind != "analysis"]
+        schema = language_schema("procedure", Registry([*others, *plugins]))
+        measurand = schema["$defs"]["Limit"]["properties"]["measurand"]
+        assert measurand.pop("description").startswith("The quantity that the limit applies to")
+        return measurand, schema["$defs"]
 
     none, _ = keys(analysis(model=None))
     assert none == {"type": "object", "additionalProperties": True}
-    one, known = keys(analysis(), analysis("hardness_again"))
-    assert one == {"$ref": "#/$defs/LimitOfHardness"}
-    assert set(known["LimitOfHardness"]["properties"]) == {"scale", "load"}
+    single, definitions = keys(analysis(), analysis("hardness_again"))
+    assert single == {"$ref": "#/$defs/LimitOfHardness"}
+    assert set(definitions["LimitOfHardness"]["properties"]) == {"scale", "load"}
     two, _ = keys(analysis(), analysis("colour", LimitOfColour))
     assert two["anyOf"] == [
         {"$ref": "#/$defs/LimitOfColour"},

@@ -44,7 +44,7 @@ def command(
     procedure: str,
     specimens: tuple[str, ...],
     station: str,
-    given: tuple[str, ...],
+    assigned: tuple[str, ...],
     *,
     runs: Path,
     listed: Path | None,
@@ -66,20 +66,20 @@ def command(
 
     loaded = load_procedure(find_procedure(procedure))
     find_station(station)
-    common, asked = named_values(given), loaded.inputs
+    common, expected = named_values(assigned), loaded.inputs
     invalid: list[Problem] = []
-    inputs = [accepted_inputs({**common, "specimen": each}, asked) for each in specimens]
+    inputs = [accepted_inputs({**common, "specimen": specimen}, expected) for specimen in specimens]
     if listed is not None:
-        items, invalid = read_list(_text(listed), asked, str(listed))
-        inputs += [{**accepted_inputs(common, asked), **item.inputs} for item in items]
+        items, invalid = read_list(_text(listed), expected, str(listed))
+        inputs += [{**accepted_inputs(common, expected), **item.inputs} for item in items]
     elif not specimens:
-        inputs = [accepted_inputs(common, asked)]
+        inputs = [accepted_inputs(common, expected)]
     drafts = [
-        Draft(procedure=procedure, station=PurePath(station).as_posix(), inputs=each, again=again)
-        for each in inputs
+        Draft(procedure=procedure, station=PurePath(station).as_posix(), inputs=values, again=again)
+        for values in inputs
     ]
     try:
-        made = Queue(runs).add(
+        entries = Queue(runs).add(
             drafts,
             by,
             WallClock().utc(),
@@ -90,10 +90,10 @@ def command(
     except InvalidFileError as error:  # some name a field of the screen
         hint = "give the reason with --again"
         raise InvalidFileError(
-            replace(each, field="", hint=hint) if each.field == "again" else each
-            for each in error.problems
+            replace(problem, field="", hint=hint) if problem.field == "again" else problem
+            for problem in error.problems
         ) from error
-    for entry in made:
+    for entry in entries:
         result(f"{entry.id}  {entry.specimen}  {entry.state}")
 
 
@@ -102,10 +102,10 @@ def _text(path: Path) -> str:
     from rigrunner.queue import list_text
 
     try:
-        if str(path) == "-":
-            return sys.stdin.read(LONGEST_FILE)
-        if path.stat().st_size > LONGEST_FILE:
+        is_stdin = str(path) == "-"
+        text = sys.stdin.read(LONGEST_FILE + 1) if is_stdin else ""
+        if (len(text) if is_stdin else path.stat().st_size) > LONGEST_FILE:
             raise DataError(f"{path} is longer than {LONGEST_FILE} bytes", hint="add it in parts")
-        return list_text(path.read_bytes(), str(path))
+        return text if is_stdin else list_text(path.read_bytes(), str(path))
     except (OSError, UnicodeDecodeError) as error:
         raise DataError(f"cannot read {path}: {error}") from error

@@ -21,25 +21,25 @@ def command(*, runs: Path, as_json: bool) -> None:
     """List the entries of the queue in the order of their runs."""
     from rigrunner.queue import Queue
 
-    shown = Queue(runs).shown()
+    items = Queue(runs).shown()
     if as_json:
         result_json(
             [
-                {**each.entry.model_dump(), "status": each.status, "outcome": each.outcome}
-                for each in shown
+                {**item.entry.model_dump(), "status": item.status, "outcome": item.outcome}
+                for item in items
             ]
         )
         return
-    if not shown:
+    if not items:
         message("The queue is empty.")
         return
     rows = [
         (
-            str(each.entry.id), each.entry.specimen, each.entry.procedure, each.entry.station,
-            each.outcome or each.status, each.entry.by,
-            each.entry.reason or each.entry.again or each.entry.run,
+            str(item.entry.id), item.entry.specimen, item.entry.procedure, item.entry.station,
+            item.outcome or item.status, item.entry.by,
+            item.entry.reason or item.entry.again or item.entry.run,
         )
-        for each in shown
+        for item in items
     ]  # fmt: skip
     header = ("entry", "specimen", "procedure", "station", "status", "by", "reason or run")
     result(table(header, rows, "r"))

@@ -32,7 +32,7 @@ def command(
     """
     from rigrunner.api.errors import UsageError
     from rigrunner.cli.attending import attended_run
-    from rigrunner.cli.finishing import tell_finished
+    from rigrunner.cli.finishing import show_finished
     from rigrunner.cli.left_rig import TerminalPerson
     from rigrunner.cli.output import message
     from rigrunner.queue import Queue
@@ -47,26 +47,26 @@ def command(
         raise UsageError("no entry of the queue is waiting", hint="see 'rigrunner queue list'")
     file = find_station(entry.station)
     planned = planned_run(find_procedure(entry.procedure), file, realtime=realtime)
-    here = TerminalPerson(attended=not unattended)
-    settle_left(file, here)
+    person = TerminalPerson(attended=not unattended)
+    settle_left(file, person)
     chosen = partners_for(planned, runs, entry.partners)
-    known = with_operator(entry.inputs, entry.operator or None, planned.procedure)
+    inputs = with_operator(entry.inputs, entry.operator or None, planned.procedure)
     message(f"Entry {entry.id}: {entry.specimen or entry.procedure} on {entry.station}")
     with queue.started(entry.id, by):
         try:
             finished = attended_run(
                 planned,
-                known,
+                inputs,
                 runs=runs,
                 partners=chosen,
                 operator=entry.operator,
                 unattended=unattended,
                 listeners=[queue.began(entry.id)],
-                person=here,
-                told=entry.remarks(),
+                person=person,
+                before=entry.remarks(),
             )
         except BaseException as error:
             queue.give_back(entry.id, f"the run did not start: {error}")
             raise
-    tell_finished(finished, as_json=as_json)
+    show_finished(finished, as_json=as_json)
     return finished.exit_code

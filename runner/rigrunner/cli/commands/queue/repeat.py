@@ -24,5 +24,5 @@ def command(entry: int, *, reason: str, by: str, runs: Path) -> None:
     from rigrunner.clock import WallClock
     from rigrunner.queue import Queue
 
-    made = Queue(runs).repeat(entry, by, reason, WallClock().utc())
-    result(f"{made.id}  {made.specimen}  {made.state}")
+    repeated = Queue(runs).repeat(entry, by, reason, WallClock().utc())
+    result(f"{repeated.id}  {repeated.specimen}  {repeated.state}")

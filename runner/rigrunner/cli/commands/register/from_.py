@@ -53,10 +53,10 @@ def command(
     """
     from rigrunner.run.lab_plugins import lab_registry
     from rigrunner.run.locate import find_run
-    from rigrunner.tools.registering import Wanted, entry_from
+    from rigrunner.tools.registering import EntryDetails, entry_from
 
-    wanted = Wanted(channel, due.date(), serial, laboratory, full_scale)
-    entry = entry_from(find_run(run, runs), wanted, lab_registry(station))
+    details = EntryDetails(channel, due.date(), serial, laboratory, full_scale)
+    entry = entry_from(find_run(run, runs), details, lab_registry(station))
     if as_json:
         result_json(entry.document)
     else:

@@ -11,10 +11,10 @@ import pytest
 
 from rigrunner.api.errors import AbortedError, DataError, UsageError
 from rigrunner.jobs import InProcess
-from rigrunner_bearings.study import going as module
+from rigrunner_bearings.study import case_runner as module
 from rigrunner_bearings.study.case import Case
+from rigrunner_bearings.study.case_runner import CaseRunner
 from rigrunner_bearings.study.coverage import Finding, Outcome
-from rigrunner_bearings.study.going import Going
 
 CASES = [Case("sim", "", 1, number) for number in range(5)]
 EXACT = Outcome((0.1 + 0.2, -inf), (pi, 1e-300), (1 / 3, 2.0), 0.1, 0.2)
@@ -28,7 +28,7 @@ def finding_of(case):
 class Study:
     """Records the examined cases and stops after `stop_after` of them."""
 
-    keep: object
+    journal_path: object
     stop_after: int = 99
 
     def __post_init__(self):
@@ -41,17 +41,17 @@ class Study:
         return finding_of(case)
 
     def run(self, cases=CASES):
-        going = Going(
-            InProcess(), self.stop, lambda *progress: self.progress.append(progress), self.keep
+        runner = CaseRunner(
+            InProcess(), self.stop, lambda *counts: self.progress.append(counts), self.journal_path
         )
-        return going.findings("name", self, Finding, cases)
+        return runner.findings("name", self, Finding, cases)
 
 
 def test_interrupted_study_resumes_and_examines_each_case_once(tmp_path):
     first = Study(tmp_path / "part", stop_after=2)
     with pytest.raises(AbortedError, match="stopped after 2 of 5 rigs") as stopped:
         first.run()
-    assert str(first.keep) in stopped.value.hint
+    assert str(first.journal_path) in stopped.value.hint
     second = Study(tmp_path / "part")
     assert second.run() == [finding_of(case) for case in CASES]
     assert (first.examined, second.examined) == ([0, 1], [2, 3, 4])
@@ -95,9 +95,9 @@ def breaks(_):
 
 @pytest.mark.parametrize(("examine", "error"), [(refuses, DataError), (breaks, RuntimeError)])
 def test_failing_case_ends_the_study(examine, error, tmp_path):
-    going = Going(InProcess(), threading.Event(), lambda *_: None, tmp_path / "part")
+    runner = CaseRunner(InProcess(), threading.Event(), lambda *_: None, tmp_path / "part")
     with pytest.raises(error, match=r"not this one|in breaks"):
-        going.findings("name", examine, Finding, CASES)
+        runner.findings("name", examine, Finding, CASES)
 
 
 def test_journal_is_lines_of_json(tmp_path):

@@ -32,13 +32,13 @@ class Commands:
         return {name for group in self.groups.values() for name in group}
 
 
-def brought() -> Iterator[Commands]:
+def package_commands() -> Iterator[Commands]:
     """Yield the commands of each installed package; one that cannot be imported is reported."""
     for name, entry in sorted(entries(GROUP).items()):
         try:
             groups = entry.load().COMMANDS
             yield Commands(entry.value, {title: dict(group) for title, group in groups.items()})
-        except Exception as error:  # noqa: BLE001  (a stranger's may raise anything)
+        except Exception as error:  # noqa: BLE001  (third-party code may raise anything)
             message(f"the commands of '{name}' cannot be loaded: {error}")
 
 

@@ -1,4 +1,4 @@
-"""Which results a limit is held against: each, their mean, or the worst."""
+"""The values that a limit applies to: each result, their mean, or the worst."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Chosen:
-    """What a limit is held against."""
+class LimitedValue:
+    """A value that a limit applies to."""
 
     words: str
     """Which result, and where: 'voltage at load.current = 2 A'; of the headline 'mean', '35 Hz'."""
@@ -33,73 +33,72 @@ class Chosen:
     uncorrected: Estimate | None = None
     coordinates: Mapping[str, CoordinateValue] = field(default_factory=dict)
     problem: str = ""
-    """Why there is none, as a sentence."""
+    """Why there is no estimate, as a sentence."""
     order: int = 0
-    """Where it stands among what the limits of one name are held against."""
+    """Its position among the values that limits of one name apply to."""
 
 
-def chosen_by(limit: Limit, evidence: Evidence) -> Iterator[Chosen]:
-    """Yield each value that a limit is held against, at least one."""
-    named = [each for each in evidence.results if each.name == limit.of]
-    found = [(number, each) for number, each in enumerate(named) if limit.is_of(each.coordinates)]
-    gone = [
+def limited_values(limit: Limit, evidence: Evidence) -> Iterator[LimitedValue]:
+    """Yield each value that a limit applies to, at least one."""
+    results = [result for result in evidence.results if result.name == limit.of]
+    matches = [(i, result) for i, result in enumerate(results) if limit.is_of(result.coordinates)]
+    missing = [
         each for each in evidence.missing if each.name == limit.of and limit.is_of(each.coordinates)
     ]
     short = limit.of in evidence.details
-    symbol = next((each.of.unit for each in (*named, *gone)), limit.written.unit.symbol)
+    symbol = next((result.of.unit for result in (*results, *missing)), limit.written.unit.symbol)
     mean = MEAN if short else f"mean {limit.of}"
     # A mean over the other places would be another measurand than the one that is limited.
-    if limit.mean and gone:
-        yield Chosen(mean, symbol, None, problem=gone[0].sentence, order=-1)
+    if limit.mean and missing:
+        yield LimitedValue(mean, symbol, None, problem=missing[0].sentence, order=-1)
         return
     # The mean that an analysis gives is of all its results, not of the places of a limit.
-    if limit.mean and len(found) == len(named):
-        for each in evidence.means:
-            if each.name == limit.of:
-                yield Chosen(mean, each.of.unit, each.estimate, each.uncorrected, order=-1)
+    if limit.mean and len(matches) == len(results):
+        for own in evidence.means:
+            if own.name == limit.of:
+                yield LimitedValue(mean, own.of.unit, own.estimate, own.uncorrected, order=-1)
                 return
-    if limit.mean and found:
-        yield Chosen(mean, symbol, mean_of([each for _, each in found]), order=-1)
+    if limit.mean and matches:
+        yield LimitedValue(mean, symbol, mean_of([result for _, result in matches]), order=-1)
         return
-    for number, each in found:
-        words = f"{limit.of} at {each.place}" if each.place else limit.of
-        if short and each.coordinates:
-            words = ", ".join(map(str, each.coordinates.values()))
-        yield Chosen(words, symbol, each.estimate, each.uncorrected, each.coordinates, order=number)
-    for lacking in gone:
-        words = f"{limit.of} at {lacking.place}" if lacking.place else limit.of
-        yield Chosen(
-            words, symbol, None, None, lacking.coordinates, lacking.sentence, order=len(named)
-        )
-    there = [each.coordinates for each in (*named, *gone)]
-    yield from _missing(limit, there, symbol, evidence)
+    for order, result in matches:
+        words, at = limit.of, result.coordinates
+        if at:
+            words = ", ".join(map(str, at.values())) if short else f"{limit.of} at {result.place}"
+        yield LimitedValue(words, symbol, result.estimate, result.uncorrected, at, order=order)
+    for gap in missing:
+        words = f"{limit.of} at {gap.place}" if gap.place else limit.of
+        at, why = gap.coordinates, gap.sentence
+        yield LimitedValue(words, symbol, None, None, at, why, order=len(results))
+    places = [result.coordinates for result in (*results, *missing)]
+    yield from _places_without_result(limit, places, symbol, evidence)
 
 
-def _missing(
+def _places_without_result(
     limit: Limit,
-    there: Sequence[Mapping[str, CoordinateValue]],
+    places: Sequence[Mapping[str, CoordinateValue]],
     symbol: str,
     evidence: Evidence,
-) -> Iterator[Chosen]:
+) -> Iterator[LimitedValue]:
     """Yield each place that the limit names and at which there is no result.
 
-    `there` are the places of those with a value, or with a reason why they have none.
+    `places` are the places of those with a value, or with a reason why they have none.
     """
     short = limit.of in evidence.details
     for place in each_of(limit.where):
-        if any(is_at(place, each) for each in there):
+        if any(is_at(place, other) for other in places):
             continue
         where = ", ".join(f"{name} = {value}" for name, value in place.items())
         words = f"{limit.of} at {where}" if where else limit.of
-        why = f"There is no result '{limit.of}'."
+        problem = f"There is no result '{limit.of}'."
         if where:
-            why = f"There is no result at {where}."
+            problem = f"There is no result at {where}."
         if short:
             shown = ", ".join(map(str, place.values()))
             words = shown or (MEAN if limit.mean else f"each {limit.each or 'result'}")
-            why = f"There is no result at {shown}." if shown else why
-        why = evidence.problems.get(limit.of) or why
-        yield Chosen(words, symbol, None, problem=why, order=len(there))
+            problem = f"There is no result at {shown}." if shown else problem
+        problem = evidence.problems.get(limit.of) or problem
+        yield LimitedValue(words, symbol, None, problem=problem, order=len(places))
 
 
 def mean_of(results: Sequence[MeasurementResult]) -> Estimate:
@@ -110,12 +109,12 @@ def mean_of(results: Sequence[MeasurementResult]) -> Estimate:
     cancels between values of both signs. Other lines are independent.
     """
     count = len(results)
-    value = sum(each.estimate.value for each in results) / count
+    value = sum(result.estimate.value for result in results) / count
     lines: list[Component] = []
-    for each in results:
-        lines += each.components
-    untold = any(each.estimate.u != 0 and not each.components for each in results)
-    if not lines or untold or any(isnan(each.u) for each in lines):
+    for result in results:
+        lines += result.components
+    unknown = any(result.estimate.u != 0 and not result.components for result in results)
+    if not lines or unknown or any(isnan(line.u) for line in lines):
         return Estimate(value, nan, nan, results[0].of.unit)
     common: dict[str, list[Component]] = {}
     combined: list[Component] = []
@@ -125,15 +124,15 @@ def mean_of(results: Sequence[MeasurementResult]) -> Estimate:
         else:
             combined.append(_scaled(line, line.u / count))
     combined += [
-        _scaled(same[0], abs(sum(map(_contribution, same))) / count) for same in common.values()
+        _scaled(group[0], abs(sum(map(_contribution, group))) / count) for group in common.values()
     ]
     u, dof = combine(combined)
-    kurtosis = excess_kurtosis(((each.u, each.distribution) for each in combined), u)
+    kurtosis = excess_kurtosis(((line.u, line.distribution) for line in combined), u)
     return Estimate(value, u, dof, results[0].of.unit, kurtosis)
 
 
 def _contribution(line: Component) -> float:
-    """Return u with the sign of the sensitivity; without one where that says nothing."""
+    """Return u with the sign of the sensitivity, where the error is known to be the same in all."""
     return -line.u if line.shared and line.sensitivity < 0 else line.u
 
 
