@@ -1,4 +1,4 @@
-"""Differences between two runs beside the bearing: gains, inertia, hum, support friction."""
+"""Differences between two runs other than the bearing: gains, inertia, hum, support friction."""
 
 from __future__ import annotations
 
@@ -124,7 +124,7 @@ def test_nothing_is_removed_without_hum(healthy):
 
 @pytest.mark.thorough
 def test_stated_growth_of_support_friction_is_removed():
-    """3 % of 0.76 N·m under the load of 1000 N, of which 19 mN·m are in the torque.
+    """3 % of 0.76 N·m under the load of 1000 N, 19 mN·m of it in the torque.
 
     Half of the possible effect of a growing slip, 6 mN·m, remains and is within U.
     """

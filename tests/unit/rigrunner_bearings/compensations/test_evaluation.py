@@ -14,7 +14,7 @@ def leave_one_out(noise):
 
 
 def cycles(seed, u):
-    """Return independent noise of which the mean over the cycles errs by u at each sample."""
+    """Return independent noise whose mean over the cycles has the uncertainty u at each sample."""
     return u * np.sqrt(CYCLES) * np.random.default_rng(seed).standard_normal((CYCLES, N))
 
 

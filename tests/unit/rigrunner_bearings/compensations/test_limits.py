@@ -1,4 +1,4 @@
-"""What a load adds to the support's friction is subtracted at each point by its own load."""
+"""The support's friction due to the load is subtracted at each point by its own load."""
 
 from __future__ import annotations
 

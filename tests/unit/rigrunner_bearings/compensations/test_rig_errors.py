@@ -1,4 +1,4 @@
-"""Drawn errors of the rig change the result by what the budget states."""
+"""Drawn errors of the rig change the result as stated in the budget."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def method(**settings):
 
 
 def torque_change(sweep, place, **settings):
-    """Return what one error at its limit does to the torques, shape (points,)."""
+    """Return the effect of one error at its limit on the torques, shape (points,)."""
     sweep = replace(sweep, rig=sweep.rig.model_copy(update={"support_load_dependence": None}))
     compensation = method(**settings)
     changed = compensation.perturbation(sweep)(sweep, Extreme(place))

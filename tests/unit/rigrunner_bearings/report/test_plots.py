@@ -47,7 +47,7 @@ def series_of(panel):
 def test_raw_and_compensated_torque_are_side_by_side(result, points):
     left, right = over_frequency(result, points).panels
     raw, compensated = (series_of(left)["raw peak"], series_of(left)[torque_of(result).primary])
-    # what the helper put in: 0.7262 - 0.003 at each frequency, far below the raw peaks
+    # the helper's torque: 0.7262 - 0.003 at each frequency, far below the raw peaks
     assert [p.x for p in raw.points] == [p.x for p in compensated.points]
     assert compensated.points[0].y == pytest.approx(TRUTH_NM - 0.003, abs=0.004)
     assert all(p.U > 0 for p in compensated.points)
@@ -112,7 +112,7 @@ def shifted(set_point, shift_nm, name):
 
 def test_alt_text_has_raw_and_compensated_torque(result, points):
     alt = over_frequency(result, points).alt
-    # the errors that the helper put in: 0.7262 - 0.003 and 0.7262 - 0.163 at 1 Hz
+    # the helper's torques: 0.7262 - 0.003 and 0.7262 - 0.163 at 1 Hz
     assert "template_inverse in N·m: 1 Hz 0.723 ± 0.015" in alt
     assert "paper_peak in N·m: 1 Hz 0.563 ±" in alt
 

@@ -100,7 +100,7 @@ def headline():
 
 @pytest.mark.parametrize("factor", [0.5, 2.0])
 def test_wrong_budget_does_not_agree_with_draws(factor):
-    """The trials of the equation cannot see it: they draw what the budget states."""
+    """The trials of the equation cannot show it: they draw from the budget."""
     validation = validation_of(mean_of_peaks(factor * U_GAIN, u_peaks=factor * U_PEAKS), sweep_of())
     assert not validation.pipeline.mean.agrees
     assert not validation.agrees
