@@ -1,4 +1,4 @@
-"""What a load adds to the support's friction is subtracted at each point by its own load."""
+"""The support's friction due to the load is subtracted at each point by its own load."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ MEASURED = SupportUnderLoad.model_validate(
 
 
 def under(loads_n, **stated):
-    """Return a sweep whose points are under these loads, on a rig of which this is stated."""
+    """Return a sweep whose points are under these loads, on a rig that states this."""
     sweep = sweep_of(RigParameters(), FEW)
     loaded = tuple(
         replace(point, load_n=load_n) for point, load_n in zip(sweep.loaded, loads_n, strict=True)
@@ -33,14 +33,14 @@ def under(loads_n, **stated):
     return replace(sweep, loaded=loaded, rig=RIG.model_copy(update=stated))
 
 
-def test_measured_torque_is_in_proportion_to_each_load():
+def test_measured_torque_is_proportional_to_each_load():
     support = support_under_load(SETTINGS, under(LOADS_N, support_under_load=MEASURED))
     # Readings of 1000 N and 1003 N are one nominal load.
     assert support.torques_nm == pytest.approx((0.005, 0.005, 0.005, 0.01003, 0.01003, 0.02))
     assert support.measured.u == pytest.approx(0.004)
 
 
-def test_growth_stated_for_a_load_is_in_proportion_to_each_load():
+def test_growth_stated_for_a_load_is_proportional_to_each_load():
     stated = {
         "support_load_growth": 0.02,
         "support_load_dependence": 0.004,
@@ -57,7 +57,7 @@ def test_assumed_growth_is_constant_below_the_reference_load():
     assert limits == pytest.approx([0.0125, 0.0125, 0.0125, 0.0125 * 1.003, 0.0125 * 1.003, 0.025])
 
 
-def test_growth_without_a_load_is_the_same_at_all_points():
+def test_growth_without_a_load_is_equal_at_all_points():
     stated = {"support_load_growth": 0.02, "support_load_dependence": 0.004}
     assert support_growth(SETTINGS, under(LOADS_N, **stated)).at_points == (1.0,) * len(FEW)
 
@@ -67,7 +67,7 @@ def test_readings_of_one_nominal_load_share_one_growth():
     assert support_under_load(SETTINGS, sweep).torques_nm == pytest.approx((0.01001,) * 6)
 
 
-def test_starting_torques_have_the_torque_of_their_own_load_subtracted():
+def test_starting_torques_are_corrected_by_their_own_load():
     loads_n = (500.0,) * 3 + (1000.0,) * 3
     none = MEASURED.model_copy(update={"torque": 0.0, "u": 0.0})
     method = TemplateInverse(SETTINGS)
@@ -81,7 +81,7 @@ def test_starting_torques_have_the_torque_of_their_own_load_subtracted():
     assert differences == pytest.approx(expected)
 
 
-def test_running_torques_have_the_growth_of_their_own_load_subtracted():
+def test_running_torques_are_corrected_by_their_own_load():
     loads_n = (500.0,) * 3 + (1000.0,) * 3
     stated = {"support_load_dependence": 0.0, "support_load": 1000.0}
     values = []
