@@ -469,12 +469,16 @@ def test_what_a_device_found_of_its_stream_is_named_by_its_role():
     assert rig_of(FakeTester()).stream_conditions("tester") == ({}, {})
 
 
-def test_a_value_of_a_stream_that_is_no_number_is_refused_with_the_role():
+@pytest.mark.parametrize(
+    "conditions",
+    [{"a": ("b", "s")}, {"a": (np.nan, "s")}, {"a": (np.inf, "s")}, {"a": 0.2}, {"a": "b"}, 5],
+)
+def test_wrong_stream_conditions_are_refused_and_name_the_role(conditions):
     class Wrong(FakeTester):
         def stream_conditions(self):
-            return {"alignment": ("good", "rad")}
+            return conditions
 
-    with pytest.raises(DeviceRejectedError, match=r"^tester: the driver gave 'good', which is not"):
+    with pytest.raises(DeviceRejectedError, match=r"^tester: the driver gave .* of its stream "):
         rig_of(Wrong()).stream_conditions("tester")
 
 
