@@ -1,4 +1,4 @@
-"""Somebody who pauses a run and decides as told, and devices that can and cannot pause."""
+"""A person who pauses a run and decides how it goes on, and a device that can pause."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ POINTS = 3
 
 @dataclass
 class Person:
-    """Asks for a pause when told, and gives decisions one after the other."""
+    """Requests a pause while `pausing`, and gives the decisions one after the other."""
 
     decisions: list[Decision]
     pausing: bool = False
@@ -72,7 +72,7 @@ def pausing_run(
     inside: bool = False,
     **more: object,
 ):
-    """Pause once, when the step `at` begins (or inside of its recording), and return all."""
+    """Pause once, when the step `at` begins (or inside its recording); return all objects."""
     person, listener = Person(list(decisions)), Listener()
 
     def notice(event: object) -> None:
@@ -90,7 +90,7 @@ def pausing_run(
 
 
 class Patient(FakeTester):
-    """A tester that can stand still."""
+    """A tester that can pause."""
 
     held = 0.0
 

@@ -9,7 +9,7 @@ from rigrunner.api.errors import DataError
 from rigrunner.engine.recorded import RecordedStatistics
 
 
-def test_statistics_are_those_of_all_blocks_of_their_own_channel():
+def test_statistics_cover_all_blocks_of_their_channel():
     names = ["tester.torque.mean", "tester.torque.maximum", "tester.load.rms"]
     statistics = RecordedStatistics(names)
     for torque, load in (([1.0, 2.0], [3.0, 3.0]), ([6.0, -1.0], [4.0, 4.0])):
@@ -25,6 +25,6 @@ def test_statistics_are_those_of_all_blocks_of_their_own_channel():
     }
 
 
-def test_without_a_sample_there_are_no_statistics():
+def test_statistics_without_samples_are_refused():
     with pytest.raises(DataError, match=r"tester\.torque: there is no sample"):
         RecordedStatistics(["tester.torque.mean"]).by_name()

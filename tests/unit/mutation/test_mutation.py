@@ -7,6 +7,7 @@ import os
 import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -103,6 +104,13 @@ def test_a_seed_gives_the_same_mutants_and_another_one_others(project):
     chosen = [sample(project, [source], 5, seed) for seed in (18, 18, 19)]
     assert chosen[0] == chosen[1] != chosen[2]
     assert len(set(chosen[0])) == 5
+
+
+def test_every_listed_equivalent_mutant_exists():
+    text = (REPOSITORY / "tests/mutation/equivalent.toml").read_text(encoding="utf-8")
+    for entry in tomllib.loads(text)["mutant"]:
+        mutants = mutants_of(REPOSITORY, REPOSITORY / entry["file"])
+        assert entry["change"] in {mutant.change for mutant in mutants}, entry
 
 
 def test_what_decides_nothing_is_left_alone(project):
