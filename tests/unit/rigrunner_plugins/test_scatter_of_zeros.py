@@ -35,16 +35,16 @@ def readings(run, **settings):
     return compared(run, run, **settings)
 
 
-def test_it_counts_once_in_a_mean_and_not_as_scatter():
+def test_scatter_of_zero_counts_once_in_a_mean():
     run = zeroed(voltages(5.1, 5.3), [0.2, 0.2])
     estimate, lines = only(readings(run))
     line = lines["scatter of zero of meter.voltage"]
     assert (line.u, line.dof, line.common) == (pytest.approx(U), DOF, True)
-    rest = hypot(0.1, 0.03 / sqrt(3))  # two readings, and the meter's 30 mV
-    assert estimate.u == pytest.approx(hypot(rest, U), rel=1e-6)
+    u_readings = hypot(0.1, 0.03 / sqrt(3))  # two readings, and the meter's 30 mV
+    assert estimate.u == pytest.approx(hypot(u_readings, U), rel=1e-6)
 
 
-def test_it_is_one_error_of_all_places():
+def test_scatter_of_zero_is_one_error_of_all_places():
     run = zeroed(voltages(5.1, 5.1, 7.1, 7.1), [0.2] * 4)
     measured = tuple(
         replace(row, coordinates={"phase": "ab"[i // 2]}) for i, row in enumerate(run.measurements)
@@ -56,20 +56,20 @@ def test_it_is_one_error_of_all_places():
 
 
 @pytest.mark.parametrize("statistic", ["range", "standard_deviation"])
-def test_it_cancels_in_a_spread(statistic):
+def test_scatter_of_zero_cancels_in_a_spread(statistic):
     run = zeroed(voltages(5.1, 5.3, 5.2), [0.2] * 3)
     _, lines = only(readings(run, statistic=statistic))
     assert lines["scatter of zero of meter.voltage"].u == pytest.approx(0, abs=1e-9)
 
 
-def test_of_two_zeros_each_moves_its_own_values():
+def test_each_of_two_zeros_moves_its_own_values():
     run = zeroed(voltages(5.1, 5.3, 5.2, 5.2, 5.2), [0.2] * 2 + [0.1] * 3)
     _, lines = only(readings(run))
     assert lines["scatter of zero 1 of meter.voltage"].u == pytest.approx(U * 2 / 5)
     assert lines["scatter of zero 2 of meter.voltage"].u == pytest.approx(U * 3 / 5)
 
 
-def test_a_zero_before_each_reading_is_in_their_scatter():
+def test_zero_before_each_reading_is_part_of_their_scatter():
     run = zeroed(voltages(5.1, 5.3), [0.2, 0.1])
     _, lines = only(readings(run))
     assert not [name for name in lines if "zero" in name]
@@ -77,16 +77,16 @@ def test_a_zero_before_each_reading_is_in_their_scatter():
     assert lines["scatter of zero of meter.voltage"].u == pytest.approx(U)
 
 
-def test_a_partner_run_has_a_zero_of_its_own():
+def test_partner_run_has_its_own_zero():
     run, dark = zeroed(voltages(5.1), [0.2]), zeroed(voltages(0.2), [0.1])
     estimate, lines = only(compared(run, dark, tare={"procedure": "DARK"}))
     assert lines["scatter of zero of meter.voltage"].u == pytest.approx(U)
     assert lines["scatter of zero of meter.voltage, tare run"].u == pytest.approx(U)
-    both = hypot(0.03 / sqrt(3), 0.03 / sqrt(3))
-    assert estimate.u == pytest.approx(hypot(U, U, both), rel=1e-6)
+    u_meters = hypot(0.03 / sqrt(3), 0.03 / sqrt(3))
+    assert estimate.u == pytest.approx(hypot(U, U, u_meters), rel=1e-6)
 
 
-def test_an_equation_carries_it_through():
+def test_equation_propagates_the_scatter_of_zero():
     columns = {CHANNEL: [5.1, 5.3]}
     run = helpers_equation.run_of(columns, {CHANNEL: "V"}, [meter()])
     settings = {
@@ -109,11 +109,11 @@ def curve(y, zeros, **settings):
     return results_of(zeroed(run, zeros, "cell.signal"), results, **settings)
 
 
-def test_a_curve_has_it_in_a_value_and_not_in_a_slope():
+def test_curve_value_has_the_scatter_of_zero_and_the_slope_has_not():
     results = curve([1.0, 2.1, 2.9, 4.0], [0.0] * 4)
     u = {
-        name: {line.name: line.u for line in each.components}.get("scatter of zero of cell.signal")
-        for name, each in results.items()
+        name: next(line.u for line in result.components if "zero" in line.name)
+        for name, result in results.items()
     }
     assert u == {"middle": pytest.approx(U), "slope": pytest.approx(0, abs=1e-6)}
 
@@ -125,6 +125,6 @@ def test_zeros_of_two_halves_of_a_line_move_its_slope():
     assert lines == [pytest.approx(U * 2 / 5), pytest.approx(U * 2 / 5)]
 
 
-def test_a_zero_of_one_point_is_in_the_scatter_about_the_curve():
+def test_zero_of_one_point_is_part_of_the_scatter_about_the_curve():
     result = curve([1.0, 2.1, 2.9, 4.0], [0.0, 0.1, 0.2, 0.3])["middle"]
     assert not [line for line in result.components if "zero" in line.name]
