@@ -1,7 +1,7 @@
 """200 random equations: value, u and degrees of freedom against GTC, k and coverage by trials.
 
 GTC (Measurement Standards Laboratory of New Zealand) takes the text of each equation as Python,
-with uncertain numbers of its own; the trials are plain numpy, written here.
+with its own uncertain numbers; the trials are plain numpy, written here.
 """
 
 from __future__ import annotations
@@ -103,7 +103,7 @@ class Case:
         )  # fmt: skip
 
 
-def test_value_u_and_degrees_of_freedom_are_those_of_gtc():
+def test_value_u_and_degrees_of_freedom_equal_those_of_gtc():
     for case in map(Case, range(examples(COUNT))):
         ours, y = case.ours(), case.by_gtc()
         assert ours.value == pytest.approx(y.x, rel=1e-12), case.text
@@ -113,12 +113,12 @@ def test_value_u_and_degrees_of_freedom_are_those_of_gtc():
 
 
 @pytest.mark.thorough
-def test_the_interval_holds_what_it_claims():
-    """y ± k u holds 95 % of plain trials, by the shape of the sum.
+def test_interval_covers_95_percent():
+    """y ± k u covers 95 % of plain trials, with k of the shape of the sum.
 
-    Of 30 and more degrees of freedom: of fewer, trials of a scaled t are wider than what Welch and
-    Satterthwaite find (JCGM 101:2008, 5.11.2). What is flatter than a rectangle, such as an arcsine
-    alone, is taken as one: the interval is then too wide.
+    From 30 degrees of freedom on: with fewer, trials of a scaled t are wider than by Welch and
+    Satterthwaite (JCGM 101:2008, 5.11.2). A shape flatter than a rectangle, such as an arcsine,
+    counts as a rectangle: the interval is then too wide.
     """
     shares, ks = [], []
     for seed in range(COUNT):

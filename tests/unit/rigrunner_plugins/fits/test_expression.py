@@ -20,7 +20,7 @@ def fitted(points, **settings):
 
 
 @pytest.mark.parametrize(
-    ("bad", "message"),
+    ("changes", "message"),
     [
         ({"model": "a*exp(b*g)"}, "column 9: 'g' is not known"),
         ({"model": "a + f"}, "it does not have 'b'"),
@@ -36,12 +36,12 @@ def fitted(points, **settings):
         ({"start": [1, 2]}, "dictionary|mapping"),
     ],
 )
-def test_settings_are_refused_where_they_are_wrong(bad, message):
+def test_invalid_settings_are_refused(changes, message):
     with pytest.raises(ValidationError, match=message):
-        ExpressionSettings(**(GROWTH | bad))
+        ExpressionSettings(**(GROWTH | changes))
 
 
-def test_start_values_have_their_units():
+def test_start_values_have_units():
     start = ExpressionSettings(model="a*f + b", start={"a": "-5e-4 N·m/Hz", "b": 3}).start
     assert start == {"a": Start(-5e-4, "N·m/Hz"), "b": Start(3.0, "1")}
     curve = fitted(Points(X, 2 * np.exp(0.3 * X)))
@@ -49,7 +49,7 @@ def test_start_values_have_their_units():
     assert curve.coefficients == pytest.approx([2, 0.3], rel=1e-13)
 
 
-def test_several_variables_in_the_order_of_the_points():
+def test_several_variables_are_in_the_order_of_the_points():
     x = np.random.default_rng(4).uniform(1, 2, (20, 2))
     y = 3 + 2 * x[:, 0] / x[:, 1] ** 2
     points = Points(x, y, regressors=("load", "speed"))
@@ -67,7 +67,7 @@ def test_several_variables_in_the_order_of_the_points():
         fitted(Points(X, X), over=["load", "speed"], **settings)
 
 
-def test_a_formula_that_is_linear_is_linear_least_squares():
+def test_linear_formula_is_linear_least_squares():
     """Against the normal equations, from any start; the prediction's u as x (X'X)^-1 x' s²."""
     y = 1 + 0.5 * X + np.random.default_rng(7).normal(0, 0.1, len(X))
     design = np.column_stack([np.ones(len(X)), X])
@@ -91,11 +91,11 @@ def test_a_formula_that_is_linear_is_linear_least_squares():
         ({"model": "a*exp(-f/b)", "start": {"a": 1, "b": 1}}, 1 + 0 * X, "converge|determine"),
     ],
 )
-def test_what_cannot_be_fitted_is_refused(settings, y, message):
+def test_formula_that_cannot_be_fitted_is_refused(settings, y, message):
     with pytest.raises(DataError, match=message):
         fitted(Points(X, y), **settings)
 
 
-def test_points_that_are_the_same_do_not_count():
+def test_repeated_points_do_not_count():
     with pytest.raises(DataError, match="need 3 different points, got 2"):
         fitted(Points(np.repeat([1.0, 2.0], 5), np.ones(10)))
