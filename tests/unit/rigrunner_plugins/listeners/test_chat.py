@@ -32,14 +32,14 @@ def short(monkeypatch):
 def to(monkeypatch):
     from rigrunner_plugins.listeners.chat import apprise  # noqa: PLC0415  (an extra)
 
-    def made(urls, **more):
+    def make(urls, **more):
         monkeypatch.setenv("URLS", urls)
         return apprise(AppriseSettings(urls={"env": "URLS"}, **{"attempts": 2, **more}))
 
-    return made
+    return make
 
 
-def test_each_service_gets_what_happened(to, tmp_path):
+def test_each_service_gets_the_messages(to, tmp_path):
     with web() as (receiver, port):
         sink = to(f"json://127.0.0.1:{port}/one\njson://127.0.0.1:{port}/two\n")
         for event in whole_run(tmp_path):
@@ -55,7 +55,7 @@ def test_each_service_gets_what_happened(to, tmp_path):
     }  # fmt: skip
 
 
-def test_a_service_that_fails_is_asked_again_and_its_address_is_not_said(to, caplog):
+def test_failing_service_is_retried_and_its_address_not_logged(to, caplog):
     with web(500) as (receiver, port):
         sink = to(f"json://rig:s3cret@127.0.0.1:{port}/")
         sink(alarm())
@@ -67,7 +67,7 @@ def test_a_service_that_fails_is_asked_again_and_its_address_is_not_said(to, cap
 
 
 @pytest.mark.parametrize("closes", [True, False])
-def test_a_service_that_hangs_or_closes_is_given_up(to, closes):
+def test_service_that_hangs_or_closes_is_given_up(to, closes):
     with unkind(closes=closes) as port:
         sink = to(f"json://127.0.0.1:{port}/?cto=0.2&rto=0.2", attempts=1)
         sink(alarm())
@@ -76,7 +76,7 @@ def test_a_service_that_hangs_or_closes_is_given_up(to, closes):
 
 
 @pytest.mark.parametrize("form", ["html", "text"])
-def test_a_service_of_html_gets_names_as_text(to, tmp_path, form):
+def test_html_service_gets_names_as_text(to, tmp_path, form):
     with web() as (receiver, port):
         sink = to(f"form://127.0.0.1:{port}/?format={form}")
         sink(planned(tmp_path))
@@ -86,7 +86,7 @@ def test_a_service_of_html_gets_names_as_text(to, tmp_path, form):
     assert ("<a" in parse_qs(body)["message"][0]) == (form == "text")
 
 
-def test_no_redirect_is_followed(to):
+def test_redirect_is_not_followed(to):
     with web(302) as (receiver, port):
         sink = to(f"json://127.0.0.1:{port}/", attempts=1)
         sink(alarm())
@@ -95,14 +95,14 @@ def test_no_redirect_is_followed(to):
     assert [path for path, _, _ in receiver.got] == ["/"]
 
 
-def test_an_address_that_apprise_does_not_know_is_refused_by_its_number(to):
-    with pytest.raises(PluginError, match="does not know address 2") as refused:
+def test_address_unknown_to_apprise_is_refused_by_its_number(to):
+    with pytest.raises(PluginError, match="does not know address 2") as raised:
         to("json://127.0.0.1/\nsecret-thing\n")
-    assert "secret-thing" not in str(refused.value)
+    assert "secret-thing" not in str(raised.value)
 
 
 @pytest.mark.conformance("event_sink", "apprise")
-def test_it_conforms(conformance):
+def test_apprise_sink_conforms(conformance):
     conformance()
 
 

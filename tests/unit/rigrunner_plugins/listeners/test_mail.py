@@ -44,7 +44,7 @@ def short(monkeypatch):
 
 
 class Handler:
-    """Keeps what comes, or refuses it."""
+    """Keeps received mail, or refuses it."""
 
     def __init__(self, *answers):
         self.got, self.attempts, self._answers = [], 0, list(answers)
@@ -59,19 +59,19 @@ class Handler:
 
 @pytest.fixture
 def served():
-    running = []
+    controllers_ = []
 
     def serve(handler, **more):
         controller = controllers.Controller(
             handler, hostname="127.0.0.1", port=free_port(), ready_timeout=30, **more
         )
         controller.start()
-        running.append(controller)
+        controllers_.append(controller)
         return controller.port
 
     yield serve
-    for server in running:
-        server.stop()
+    for controller in controllers_:
+        controller.stop()
     with warnings.catch_warnings(action="ignore", category=ResourceWarning):
         gc.collect()  # asyncio does not close the socket of a handshake that failed
 
@@ -82,7 +82,7 @@ def to(port, **more):
     return mail(MailSettings(**{**base, **people, **more}))
 
 
-def test_a_mail_comes_with_what_happened(served, tmp_path):
+def test_mail_has_the_messages_of_the_run(served, tmp_path):
     handler = Handler()
     sink = to(served(handler))
     for event in whole_run(tmp_path):
@@ -97,7 +97,7 @@ def test_a_mail_comes_with_what_happened(served, tmp_path):
     assert handler.got[0].mail_from == "rig@example.org"
 
 
-def test_a_specimen_cannot_add_a_header(served, tmp_path):
+def test_specimen_cannot_add_a_header(served, tmp_path):
     handler = Handler()
     sink = to(served(handler), on=["run_ended"])
     sink(planned(tmp_path, inputs={"specimen": "SN\r\nBcc: all@example.org"}))
@@ -109,14 +109,14 @@ def test_a_specimen_cannot_add_a_header(served, tmp_path):
 
 
 @pytest.mark.filterwarnings("ignore:Requiring AUTH while not requiring TLS")
-def test_the_account_is_told_to_the_server_alone(served):
+def test_account_is_sent_to_the_server(served):
     logins = []
 
-    def known(_server, _session, _envelope, _mechanism, data):
+    def authenticate(_server, _session, _envelope, _mechanism, data):
         logins.append((data.login.decode(), data.password.decode()))
         return smtp.AuthResult(success=data.password.decode() == SECRET)
 
-    more = {"authenticator": known, "auth_require_tls": False, "auth_required": True}
+    more = {"authenticator": authenticate, "auth_require_tls": False, "auth_required": True}
     port = served(Handler(), **more)
     sink = to(port, user="rig", password={"env": "MAIL_WORD"})
     sink(alarm())
@@ -124,14 +124,14 @@ def test_the_account_is_told_to_the_server_alone(served):
     assert (sink.lost, logins) == (0, [("rig", SECRET)])
 
 
-def test_a_wrong_password_is_tried_once_and_not_said(served, caplog):
+def test_wrong_password_is_tried_once_and_not_logged(served, caplog):
     attempts = []
 
-    def unknown(*_):
+    def refuse(*_):
         attempts.append(1)
         return smtp.AuthResult(success=False, handled=False)
 
-    port = served(Handler(), authenticator=unknown, auth_require_tls=False)
+    port = served(Handler(), authenticator=refuse, auth_require_tls=False)
     sink = to(port, user="rig", password={"env": "MAIL_WORD"})
     sink(alarm())
     until(lambda: sink.lost)
@@ -139,7 +139,7 @@ def test_a_wrong_password_is_tried_once_and_not_said(served, caplog):
     assert SECRET not in caplog.text
 
 
-def test_a_server_that_is_busy_is_asked_again_and_one_that_refuses_is_not(served):
+def test_busy_server_is_retried_and_a_refusing_one_is_not(served):
     busy = Handler("451 later")
     sink = to(served(busy))
     sink(alarm())
@@ -153,7 +153,7 @@ def test_a_server_that_is_busy_is_asked_again_and_one_that_refuses_is_not(served
 
 @pytest.mark.parametrize("closes", [True, False])
 @pytest.mark.parametrize("security", ["none", "starttls", "tls"])
-def test_a_server_that_hangs_or_closes_is_given_up(closes, security):
+def test_server_that_hangs_or_closes_is_given_up(closes, security):
     with unkind(closes=closes) as port:
         sink = to(port, timeout="0.1 s", attempts=2, security=security)
         sink(alarm())
@@ -166,7 +166,7 @@ def test_a_server_that_hangs_or_closes_is_given_up(closes, security):
     ("first", "again", "pause_s"),
     [(b"220 mx\r\n", b"250-x\r\n" * 1000, 0.0), (b"", b"220-x\r\n", 0.02)],
 )
-def test_an_answer_that_never_ends_is_given_up(first, again, pause_s):
+def test_endless_answer_is_given_up(first, again, pause_s):
     with unending(first, again, pause_s) as port:
         sink = to(port, timeout="0.3 s", attempts=1)
         sink(alarm())
@@ -177,14 +177,14 @@ def test_an_answer_that_never_ends_is_given_up(first, again, pause_s):
 
 @pytest.fixture
 def own_certificate(tmp_path):
-    """A certificate that the laboratory made itself, and a context of a server that has it."""
+    """A self-signed certificate, and the context of a server that has it."""
     key = ec.generate_private_key(ec.SECP256R1())
     name = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, "127.0.0.1")])
     now = datetime.now(UTC)
-    named = x509.SubjectAlternativeName([x509.IPAddress(IPv4Address("127.0.0.1"))])
+    alternative_name = x509.SubjectAlternativeName([x509.IPAddress(IPv4Address("127.0.0.1"))])
     certificate = (
         x509.CertificateBuilder(name, name, key.public_key(), 1, now - DAY, now + DAY)
-        .add_extension(named, critical=False)
+        .add_extension(alternative_name, critical=False)
         .add_extension(x509.BasicConstraints(ca=True, path_length=None), critical=True)
         .sign(key, hashes.SHA256())
     )
@@ -198,17 +198,17 @@ def own_certificate(tmp_path):
 
 
 @pytest.mark.parametrize("security", ["starttls", "tls"])
-def test_a_mail_goes_over_tls_to_a_server_whose_certificate_is_trusted(
+def test_mail_is_sent_over_tls_to_a_server_with_a_trusted_certificate(
     served, own_certificate, monkeypatch, caplog, security
 ):
     path, context = own_certificate
     handler = Handler()
     of_tls = {"tls_context": context, "require_starttls": True}
     port = served(handler, **(of_tls if security == "starttls" else {"ssl_context": context}))
-    stranger = to(port, security=security, attempts=1, timeout="30 s")
-    stranger(alarm())
+    untrusting = to(port, security=security, attempts=1, timeout="30 s")
+    untrusting(alarm())
     until(lambda: "was not delivered" in caplog.text)
-    assert (handler.got, stranger.lost) == ([], 1)
+    assert (handler.got, untrusting.lost) == ([], 1)
     monkeypatch.setenv("SSL_CERT_FILE", str(path))
     sink = to(port, security=security, attempts=1, timeout="30 s")
     sink(alarm())
@@ -216,7 +216,7 @@ def test_a_mail_goes_over_tls_to_a_server_whose_certificate_is_trusted(
     assert (len(handler.got), sink.lost) == (1, 0)
 
 
-def test_a_server_without_tls_gets_nothing_in_clear(served):
+def test_server_without_tls_gets_nothing_in_clear_text(served):
     handler = Handler()
     sink = to(served(handler), security="starttls", attempts=1)
     sink(alarm())
@@ -227,7 +227,7 @@ def test_a_server_without_tls_gets_nothing_in_clear(served):
 @pytest.mark.parametrize(
     "more", [{"to": []}, {"to": ["nobody"]}, {"sender": "a@b\nc"}, {"password": "x"}]
 )
-def test_what_cannot_be_is_refused(more):
+def test_contradictory_settings_are_refused(more):
     settings = {"host": "h", "sender": "a@b", "to": ["c@d"], **more}
     with pytest.raises(PluginError):
         load_registry().validated("event_sink", "mail", settings)
