@@ -1,4 +1,4 @@
-"""The other end of a wire, in a thread: it sends the bytes that a test specifies."""
+"""The other end of a wire, in a thread: it sends the bytes that a test states."""
 
 from __future__ import annotations
 

@@ -130,7 +130,7 @@ class Cell:
         return dict.fromkeys(channels, self.force)
 
 
-class StreamsAlone:
+class StreamingCard:
     """A card that streams and has no single readings."""
 
     channels = CHANNELS[:2]
@@ -447,12 +447,12 @@ def test_channel_without_samples_cannot_be_recorded():
 
 
 def test_part_that_only_streams_is_read_as_a_short_mean():
-    values = Bench(daq=StreamsAlone()).connected().read(["torque"])
+    values = Bench(daq=StreamingCard()).connected().read(["torque"])
     assert values["torque"] == pytest.approx(-0.01 + 1e-6 * 49.5)
 
 
 def test_part_that_only_streams_is_not_read_while_it_records():
-    device = Bench(daq=StreamsAlone()).connected()
+    device = Bench(daq=StreamingCard()).connected()
     blocks = device.stream(["torque"], 1.0, threading.Event())
     next(blocks)
     with pytest.raises(DeviceRejectedError, match="daq: angle cannot be read while it records"):

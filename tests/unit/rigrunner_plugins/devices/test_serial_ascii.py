@@ -330,7 +330,7 @@ def test_thread_ends_with_the_connection():
             device.read(["load"])
 
 
-class TestTalkingBack:
+class TestCommands:
     """An instrument with identification, start and stop commands, or a request for each line."""
 
     def device(self, far, **changes):

@@ -169,7 +169,7 @@ def test_query_does_not_wait_for_the_acknowledgement_of_a_command(connected):
     assert min(took_s) < 0.03
 
 
-class TestAnInstrumentThatWasOff:
+class TestSetupAfterFailure:
     """After silence or a lost connection its settings are unknown: it is set up again."""
 
     VERIFIED = merged(SOURCE, verify=[{"query": "UNIT?", "good": "NM"}])
@@ -223,7 +223,7 @@ class TestAnInstrumentThatWasOff:
         device.close()
 
 
-class TestWhoAnswers:
+class TestIdentity:
     def test_another_instrument_is_refused_before_anything_is_sent(self, device, acme, talk):
         acme.answers["*IDN?"] = "OTHER,PSU,1,2"
         with pytest.raises(DeviceNotFoundError, match=r"'OTHER,PSU,1,2'.*does not fit 'ACME,\.\*'"):
@@ -356,7 +356,7 @@ def test_safe_commands_are_sent_even_if_a_drive_does_not_move(bench, acme, talk)
     device.close()
 
 
-class TestConnectionsThatBreak:
+class TestLostConnections:
     def test_closed_connection_is_reported_as_lost(self, connected, acme):
         acme.answers["MEAS:TORQ?"] = HANG_UP
         with pytest.raises(
@@ -390,7 +390,7 @@ class TestConnectionsThatBreak:
             connected.read(["torque"])
 
 
-class TestASerialLine:
+class TestSerialLine:
     SERIAL = merged(SOURCE, termination="CRLF", serial={"baud": 115200})
 
     def test_instrument_on_a_serial_line_reads_and_sets(self, acme):
@@ -513,7 +513,7 @@ def test_serial_port_is_set_up_from_its_settings():
     device.close()
 
 
-class TestTheTrial:
+class TestTrial:
     """The trial in the plugin's record: a simulation of pyvisa-sim."""
 
     @pytest.fixture

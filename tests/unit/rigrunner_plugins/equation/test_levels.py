@@ -101,7 +101,7 @@ def test_constant_in_dbm_has_its_uncertainty_in_db(width: str) -> None:
 OF_A, OF_B = [-10.02, -9.97, -10.01, -10.04], [-13.11, -13.07, -13.10, -13.04]
 
 
-def one_of(model: str, unit: str, of: str, constants=None):
+def result_of(model: str, unit: str, of: str, constants=None):
     """Return the result of a model of two power meters of ±0.2 dB and ±0.1 dB."""
     run = run_of(
         {"in.level": OF_A, "out.level": OF_B},
@@ -136,7 +136,7 @@ def trials(of, *, seed: int = 1, n: int = 1_000_000):
 
 def test_loss_is_a_difference_of_levels() -> None:
     """-13.08 dBm less -10.01 dBm is -3.07 dB; u² = s²/4 of the differences + 0.2²/3 + 0.1²/3."""
-    result = one_of("R = b - a", "dB", "ab")
+    result = result_of("R = b - a", "dB", "ab")
     differences = np.subtract(OF_B, OF_A)
     assert result.estimate.unit == "dB"
     assert [line.unit for line in result.components[1:]] == ["dB", "dB"]
@@ -150,7 +150,7 @@ def test_loss_is_a_difference_of_levels() -> None:
 
 def test_level_shifted_by_a_loss_is_a_level() -> None:
     constants = {"c": {"value": "10 dB", "U": "0.3 dB", "k": 2}}
-    result = one_of("R = a + c", "dBm", "a", constants)
+    result = result_of("R = a + c", "dBm", "a", constants)
     assert result.estimate.value == pytest.approx(np.mean(OF_A) + 10)
     u = sqrt(np.var(OF_A, ddof=1) / 4 + 0.04 / 3 + 0.15**2)
     assert result.estimate.u == pytest.approx(u, rel=1e-9)
@@ -160,7 +160,7 @@ def test_level_shifted_by_a_loss_is_a_level() -> None:
 
 def test_power_of_a_level_has_its_relative_uncertainty() -> None:
     """-10.01 dBm is 99.77 µW, and 0.1 dB of it 2.3 %."""
-    result = one_of("R = number(1, mW)*10^((a - number(0, dBm))/10)", "mW", "a")
+    result = result_of("R = number(1, mW)*10^((a - number(0, dBm))/10)", "mW", "a")
     assert result.estimate.value == pytest.approx(10 ** (np.mean(OF_A) / 10))
     values = trials(lambda a, *_: 10 ** (a / 10))
     inside = np.abs(values - result.estimate.value) <= expanded(result.estimate)

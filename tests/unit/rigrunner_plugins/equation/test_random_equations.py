@@ -53,15 +53,15 @@ class Case:
         )
         n = len(self.readings)
         x = (self.readings.mean(), self.readings.std(ddof=1) / sqrt(n), n - 1, "t")
-        self.known = {"x": x}
+        self.inputs = {"x": x}
         for name in names[1:]:
             shape = str(rng.choice(SHAPES))
             dof = float(rng.integers(0, 25) + least_dof) if shape == "t" else inf
-            self.known[name] = (rng.uniform(1, 3), rng.uniform(0.0005, 0.01), dof, shape)
+            self.inputs[name] = (rng.uniform(1, 3), rng.uniform(0.0005, 0.01), dof, shape)
 
     def ours(self):
         constants = {}
-        for name, (value, u, dof, shape) in self.known.items():
+        for name, (value, u, dof, shape) in self.inputs.items():
             if name == "x":
                 continue
             constant = {"value": value, "u": u}
@@ -78,7 +78,7 @@ class Case:
         return findings(settings, run).results[0].estimate
 
     def by_gtc(self):
-        numbers = {name: GTC.ureal(v, u, dof) for name, (v, u, dof, _) in self.known.items()}
+        numbers = {name: GTC.ureal(v, u, dof) for name, (v, u, dof, _) in self.inputs.items()}
         functions = {name: getattr(GTC, name) for name in
                      ("sqrt", "exp", "log", "log10", "sin", "cos", "tan", "atan")}  # fmt: skip
         return eval(self.text, {"__builtins__": {}}, functions | numbers)  # noqa: S307  (made here)
@@ -86,7 +86,7 @@ class Case:
     def by_trials(self):
         rng = np.random.default_rng(7)
         drawn = {}
-        for name, (value, u, dof, shape) in self.known.items():
+        for name, (value, u, dof, shape) in self.inputs.items():
             unit = {
                 "normal": lambda: rng.standard_normal(TRIALS),
                 "t": lambda dof=dof: rng.standard_t(dof, TRIALS),

@@ -35,7 +35,7 @@ def finished():
     return event(RunFinished, outcome=Outcome.COMPLETED, verdict="pass")
 
 
-def whole_run(folder):
+def run_events(folder):
     return [planned(folder), alarm(), ended(), finished()]
 
 
@@ -45,7 +45,7 @@ def free_port():
         return free.getsockname()[1]
 
 
-def until(condition, patience_s=30.0):
+def wait_until(condition, patience_s=30.0):
     end_s = time.monotonic() + patience_s
     while not condition():
         assert time.monotonic() < end_s, "nothing came"
@@ -94,7 +94,7 @@ def web(*statuses):
 
 
 @contextmanager
-def unkind(*, closes):
+def unresponsive(*, closes):
     """Listen on loopback and never answer, or close each connection at once."""
     with socket.create_server(("127.0.0.1", 0)) as listener:
         listener.settimeout(0.05)
@@ -122,7 +122,7 @@ def unkind(*, closes):
 
 
 @contextmanager
-def unending(first, again, pause_s=0.0):
+def endless_answers(first, again, pause_s=0.0):
     """Answer each connection on loopback with `first`, and then with `again` for ever."""
     with socket.create_server(("127.0.0.1", 0)) as listener:
         listener.settimeout(0.05)

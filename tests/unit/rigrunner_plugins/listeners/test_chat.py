@@ -13,10 +13,10 @@ from rigrunner_plugins.listeners.settings import AppriseSettings
 from unit.rigrunner_plugins.listeners.helpers_listeners import (
     alarm,
     planned,
-    unkind,
-    until,
+    run_events,
+    unresponsive,
+    wait_until,
     web,
-    whole_run,
 )
 
 pytest.importorskip("apprise")
@@ -42,7 +42,7 @@ def to(monkeypatch):
 def test_each_service_gets_the_messages(to, tmp_path):
     with web() as (receiver, port):
         sink = to(f"json://127.0.0.1:{port}/one\njson://127.0.0.1:{port}/two\n")
-        for event in whole_run(tmp_path):
+        for event in run_events(tmp_path):
             sink(event)
         sink.close()
     assert sink.lost == 0
@@ -59,7 +59,7 @@ def test_failing_service_is_retried_and_its_address_not_logged(to, caplog):
     with web(500) as (receiver, port):
         sink = to(f"json://rig:s3cret@127.0.0.1:{port}/")
         sink(alarm())
-        until(lambda: sink.lost)
+        wait_until(lambda: sink.lost)
         sink.close()
     assert len(receiver.got) == 2
     assert "a service did not accept it" in caplog.text
@@ -68,10 +68,10 @@ def test_failing_service_is_retried_and_its_address_not_logged(to, caplog):
 
 @pytest.mark.parametrize("closes", [True, False])
 def test_service_that_hangs_or_closes_is_given_up(to, closes):
-    with unkind(closes=closes) as port:
+    with unresponsive(closes=closes) as port:
         sink = to(f"json://127.0.0.1:{port}/?cto=0.2&rto=0.2", attempts=1)
         sink(alarm())
-        until(lambda: sink.lost)
+        wait_until(lambda: sink.lost)
     assert sink.lost == 1
 
 
@@ -90,7 +90,7 @@ def test_redirect_is_not_followed(to):
     with web(302) as (receiver, port):
         sink = to(f"json://127.0.0.1:{port}/", attempts=1)
         sink(alarm())
-        until(lambda: sink.lost)
+        wait_until(lambda: sink.lost)
         sink.close()
     assert [path for path, _, _ in receiver.got] == ["/"]
 

@@ -22,13 +22,13 @@ from rigrunner_plugins.listeners.settings import MailSettings
 from unit.rigrunner_plugins.listeners.helpers_listeners import (
     SECRET,
     alarm,
+    endless_answers,
     finished,
     free_port,
     planned,
-    unending,
-    unkind,
-    until,
-    whole_run,
+    run_events,
+    unresponsive,
+    wait_until,
 )
 
 controllers = pytest.importorskip("aiosmtpd.controller")
@@ -85,7 +85,7 @@ def to(port, **more):
 def test_mail_has_the_messages_of_the_run(served, tmp_path):
     handler = Handler()
     sink = to(served(handler))
-    for event in whole_run(tmp_path):
+    for event in run_events(tmp_path):
         sink(event)
     sink.close()
     assert sink.lost == 0
@@ -134,7 +134,7 @@ def test_wrong_password_is_tried_once_and_not_logged(served, caplog):
     port = served(Handler(), authenticator=refuse, auth_require_tls=False)
     sink = to(port, user="rig", password={"env": "MAIL_WORD"})
     sink(alarm())
-    until(lambda: sink.lost)
+    wait_until(lambda: sink.lost)
     assert "the mail server said 535" in caplog.text
     assert SECRET not in caplog.text
 
@@ -143,21 +143,21 @@ def test_busy_server_is_retried_and_a_refusing_one_is_not(served):
     busy = Handler("451 later")
     sink = to(served(busy))
     sink(alarm())
-    until(lambda: busy.got)
+    wait_until(lambda: busy.got)
     refusing = Handler("554 no", "554 no", "554 no")
     other = to(served(refusing))
     other(alarm())
-    until(lambda: other.lost)
+    wait_until(lambda: other.lost)
     assert (sink.lost, busy.attempts, refusing.attempts) == (0, 2, 1)
 
 
 @pytest.mark.parametrize("closes", [True, False])
 @pytest.mark.parametrize("security", ["none", "starttls", "tls"])
 def test_server_that_hangs_or_closes_is_given_up(closes, security):
-    with unkind(closes=closes) as port:
+    with unresponsive(closes=closes) as port:
         sink = to(port, timeout="0.1 s", attempts=2, security=security)
         sink(alarm())
-        until(lambda: sink.lost)
+        wait_until(lambda: sink.lost)
         sink.close()
     assert sink.lost == 1
 
@@ -167,10 +167,10 @@ def test_server_that_hangs_or_closes_is_given_up(closes, security):
     [(b"220 mx\r\n", b"250-x\r\n" * 1000, 0.0), (b"", b"220-x\r\n", 0.02)],
 )
 def test_endless_answer_is_given_up(first, again, pause_s):
-    with unending(first, again, pause_s) as port:
+    with endless_answers(first, again, pause_s) as port:
         sink = to(port, timeout="0.3 s", attempts=1)
         sink(alarm())
-        until(lambda: sink.lost)
+        wait_until(lambda: sink.lost)
         sink.close()
     assert sink.lost == 1
 
@@ -207,12 +207,12 @@ def test_mail_is_sent_over_tls_to_a_server_with_a_trusted_certificate(
     port = served(handler, **(of_tls if security == "starttls" else {"ssl_context": context}))
     untrusting = to(port, security=security, attempts=1, timeout="30 s")
     untrusting(alarm())
-    until(lambda: "was not delivered" in caplog.text)
+    wait_until(lambda: "was not delivered" in caplog.text)
     assert (handler.got, untrusting.lost) == ([], 1)
     monkeypatch.setenv("SSL_CERT_FILE", str(path))
     sink = to(port, security=security, attempts=1, timeout="30 s")
     sink(alarm())
-    until(lambda: handler.got or sink.lost)
+    wait_until(lambda: handler.got or sink.lost)
     assert (len(handler.got), sink.lost) == (1, 0)
 
 
@@ -220,7 +220,7 @@ def test_server_without_tls_gets_nothing_in_clear_text(served):
     handler = Handler()
     sink = to(served(handler), security="starttls", attempts=1)
     sink(alarm())
-    until(lambda: sink.lost)
+    wait_until(lambda: sink.lost)
     assert handler.attempts == 0
 
 

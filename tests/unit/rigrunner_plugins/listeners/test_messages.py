@@ -16,7 +16,7 @@ from unit.rigrunner_plugins.listeners.helpers_listeners import (
     event,
     finished,
     planned,
-    whole_run,
+    run_events,
 )
 
 
@@ -35,7 +35,7 @@ def reported(events, **settings):
 
 
 def test_end_of_a_run_is_reported_once_with_its_verdict(tmp_path):
-    messages = reported(whole_run(tmp_path))
+    messages = reported(run_events(tmp_path))
     assert [message.kind for message in messages] == ["alarm", "run_ended"]
     assert messages[1].title == "rig-1: run ended (completed, pass) - SN-042"
     assert messages[1].document()["verdict"] == "pass"
@@ -52,7 +52,7 @@ def test_run_cut_off_after_its_end_is_reported_without_a_verdict():
 
 
 def test_only_configured_kinds_are_reported(tmp_path):
-    (message,) = reported(whole_run(tmp_path), on=["run_ended"])
+    (message,) = reported(run_events(tmp_path), on=["run_ended"])
     assert message.kind == "run_ended"
     assert reported([alarm()], on=["disk_low"]) == []
 

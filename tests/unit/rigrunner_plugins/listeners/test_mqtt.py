@@ -18,9 +18,9 @@ from unit.rigrunner_plugins.listeners.helpers_listeners import (
     SECRET,
     alarm,
     free_port,
-    unkind,
-    until,
-    whole_run,
+    run_events,
+    unresponsive,
+    wait_until,
 )
 
 paho = pytest.importorskip("paho.mqtt.client")
@@ -46,7 +46,7 @@ def broker(folder, *lines):
     )
     process = subprocess.Popen([BROKER, "-c", str(file)], stderr=subprocess.DEVNULL)
     try:
-        until(lambda: answers(port))
+        wait_until(lambda: answers(port))
         yield port
     finally:
         process.terminate()
@@ -91,11 +91,11 @@ def to(port, **more):
 def test_broker_forwards_the_messages(tmp_path):
     with broker(tmp_path, "allow_anonymous true") as port, subscribed(port) as messages:
         sink = to(port)
-        for event in whole_run(tmp_path):
+        for event in run_events(tmp_path):
             sink(event)
         sink.close()
         assert sink.lost == 0
-        until(lambda: len(messages) == 2)
+        wait_until(lambda: len(messages) == 2)
     topics = [message.topic for message in messages]
     assert topics == ["rigrunner/rig-1/alarm", "rigrunner/rig-1/run_ended"]
     document = json.loads(messages[1].payload)
@@ -111,11 +111,11 @@ def test_account_is_required_and_not_logged(tmp_path, caplog):
     with broker(tmp_path, *lines) as port, subscribed(port, "rig", SECRET) as messages:
         without_account = to(port)
         without_account(alarm())
-        until(lambda: without_account.lost)
+        wait_until(lambda: without_account.lost)
         sink = to(port, user="rig", password={"env": "MQTT_WORD"})
         sink(alarm())
         sink.close()
-        until(lambda: len(messages) == 1)
+        wait_until(lambda: len(messages) == 1)
     assert (sink.lost, without_account.lost) == (0, 1)
     assert "the broker refused the connection: Not authorized" in caplog.text
     assert SECRET not in caplog.text
@@ -131,7 +131,7 @@ def test_broker_that_returns_gets_the_message(tmp_path, monkeypatch):
     file.write_text(f"listener {port} 127.0.0.1\nallow_anonymous true\n", encoding="utf-8")
     process = subprocess.Popen([BROKER, "-c", str(file)], stderr=subprocess.DEVNULL)
     try:
-        until(lambda: not sink._works)
+        wait_until(lambda: not sink._works)
     finally:
         process.terminate()
         process.wait()
@@ -140,10 +140,10 @@ def test_broker_that_returns_gets_the_message(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("closes", [True, False])
 def test_broker_that_hangs_or_closes_is_given_up(closes):
-    with unkind(closes=closes) as port:
+    with unresponsive(closes=closes) as port:
         sink = to(port, timeout="0.2 s")
         sink(alarm())
-        until(lambda: sink.lost)
+        wait_until(lambda: sink.lost)
         sink.close()
     assert sink.lost == 1
 
@@ -166,7 +166,7 @@ def test_broker_that_accepts_and_closes_is_retried(caplog):
         thread.start()
         sink = to(listener.getsockname()[1], timeout="3 s", attempts=2)
         sink(alarm())
-        until(lambda: sink.lost)
+        wait_until(lambda: sink.lost)
         sink.close()
         thread.join()
     assert len(addresses) == 2

@@ -12,7 +12,7 @@ from rigrunner.api.events import Answer, Prompt
 from rigrunner_plugins.listeners import notifier
 from rigrunner_plugins.listeners.notifier import MOST_WAITING, DeliveryError, Notifier
 from rigrunner_plugins.listeners.settings import RuleSettings
-from unit.rigrunner_plugins.listeners.helpers_listeners import alarm, event, until, whole_run
+from unit.rigrunner_plugins.listeners.helpers_listeners import alarm, event, run_events, wait_until
 
 
 @pytest.fixture(autouse=True)
@@ -45,12 +45,12 @@ class Flaky:
 def test_messages_are_sent_in_order_and_the_thread_ends(tmp_path):
     flaky = Flaky(0, None)
     sink = notifier_of(flaky)
-    for run_event in whole_run(tmp_path):
+    for run_event in run_events(tmp_path):
         sink(run_event)
     sink.close()
     assert flaky.got == ["interlock hot: too hot", "The run ended: completed. Verdict: pass."]
     assert sink.lost == 0
-    until(lambda: not [thread for thread in threading.enumerate() if thread.name == "to test"])
+    wait_until(lambda: not [thread for thread in threading.enumerate() if thread.name == "to test"])
 
 
 @pytest.mark.parametrize("error", [DeliveryError("500"), ConnectionRefusedError(), TimeoutError()])
@@ -58,7 +58,7 @@ def test_failed_message_is_sent_again(error):
     flaky = Flaky(3, error)
     sink = notifier_of(flaky, attempts=4)
     sink(alarm())
-    until(lambda: flaky.got)
+    wait_until(lambda: flaky.got)
     sink.close()
     assert (flaky.attempts, sink.lost) == (4, 0)
 
@@ -66,7 +66,7 @@ def test_failed_message_is_sent_again(error):
 def test_end_of_the_run_is_retried_too(tmp_path):
     flaky = Flaky(3, DeliveryError("the receiver answered 503"))
     sink = notifier_of(flaky)
-    for run_event in whole_run(tmp_path)[-1:]:
+    for run_event in run_events(tmp_path)[-1:]:
         sink(run_event)
     sink.close()
     assert (flaky.attempts, sink.lost) == (4, 0)
@@ -88,7 +88,7 @@ def test_lost_message_is_counted_and_logged_after_the_last_attempt(caplog):
     sink = notifier_of(flaky, attempts=3)
     with caplog.at_level(logging.WARNING):
         sink(alarm())
-        until(lambda: sink.lost)
+        wait_until(lambda: sink.lost)
         sink.close()
     assert flaky.attempts == 3
     assert "test: 'alarm' was not delivered: the receiver answered 503" in caplog.text
@@ -101,7 +101,7 @@ def test_permanent_failure_is_not_retried_and_the_next_message_is_sent(error):
     sink = notifier_of(flaky)
     sink(alarm("first"))
     sink(alarm("second"))
-    until(lambda: flaky.got)
+    wait_until(lambda: flaky.got)
     assert (flaky.attempts, sink.lost, flaky.got) == (2, 1, ["interlock hot: second"])
 
 
@@ -110,7 +110,7 @@ def test_text_of_a_library_error_is_not_logged(caplog):
     sink = notifier_of(flaky)
     with caplog.at_level(logging.DEBUG):
         sink(alarm())
-        until(lambda: sink.lost)
+        wait_until(lambda: sink.lost)
     assert "ValueError" in caplog.text
     assert "s3cret" not in caplog.text
 
@@ -145,9 +145,9 @@ def test_prompt_is_sent_after_a_time_unless_it_is_answered():
     sink(event(Prompt, step="b", text="second"))
     time.sleep(0.05)
     assert flaky.got == []
-    until(lambda: flaky.got)
+    wait_until(lambda: flaky.got)
     sink(alarm())
-    until(lambda: len(flaky.got) == 2)
+    wait_until(lambda: len(flaky.got) == 2)
     assert flaky.got == ["The run waits for an answer: second (b)", "interlock hot: too hot"]
     sink.close()
 

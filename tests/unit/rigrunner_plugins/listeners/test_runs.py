@@ -13,7 +13,7 @@ from rigrunner.api import PluginError
 from rigrunner.api.events import Alarm, Outcome, Samples
 from rigrunner.runfile import read
 from rigrunner_plugins.listeners import notifier
-from unit.rigrunner_plugins.listeners.helpers_listeners import SECRET, unkind, web
+from unit.rigrunner_plugins.listeners.helpers_listeners import SECRET, unresponsive, web
 
 pytestmark = pytest.mark.usefixtures("tester")
 
@@ -61,7 +61,7 @@ def test_receiver_gets_messages_of_a_run_and_its_secret_is_in_no_file(tmp_path):
 def test_receiver_that_hangs_or_closes_does_not_affect_the_run(tmp_path, closes, caplog):
     (tmp_path / "quiet").mkdir()
     expected = run(procedure_file(tmp_path / "quiet", "idle"), tmp_path / "q")
-    with unkind(closes=closes) as port:
+    with unresponsive(closes=closes) as port:
         mail = (
             f"{{plugin: mail, settings: {{host: 127.0.0.1, port: {port}, security: none,"
             " sender: a@b, to: [c@d], disk_low_gb: 1e9}}"

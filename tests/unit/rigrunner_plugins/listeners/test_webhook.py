@@ -17,11 +17,11 @@ from rigrunner_plugins.listeners.webhook import signature, signing_key, webhook
 from unit.rigrunner_plugins.listeners.helpers_listeners import (
     SECRET,
     alarm,
-    unending,
-    unkind,
-    until,
+    endless_answers,
+    run_events,
+    unresponsive,
+    wait_until,
     web,
-    whole_run,
 )
 
 
@@ -47,7 +47,7 @@ def test_signature_is_that_of_the_standard():
 def test_receiver_gets_signed_json(tmp_path):
     with web() as (receiver, port):
         sink = to(port, secret={"env": "HOOK_KEY"})
-        for event in whole_run(tmp_path):
+        for event in run_events(tmp_path):
             sink(event)
         sink.close()
     assert sink.lost == 0
@@ -68,7 +68,7 @@ def test_failing_receiver_is_retried_with_the_same_id():
     with web(500, 429, 200) as (receiver, port):
         sink = to(port)
         sink(alarm())
-        until(lambda: len(receiver.got) == 3)
+        wait_until(lambda: len(receiver.got) == 3)
         sink.close()
     assert sink.lost == 0
     assert len({headers["webhook-id"] for _, headers, _ in receiver.got}) == 1
@@ -80,17 +80,17 @@ def test_refused_message_is_not_retried_and_no_redirect_is_followed(status):
     with web(status) as (receiver, port):
         sink = to(port)
         sink(alarm())
-        until(lambda: sink.lost)
+        wait_until(lambda: sink.lost)
         sink.close()
     assert [path for path, _, _ in receiver.got] == ["/hook?rig=1"]
 
 
 @pytest.mark.parametrize("closes", [True, False])
 def test_receiver_that_hangs_or_closes_is_given_up(closes):
-    with unkind(closes=closes) as port:
+    with unresponsive(closes=closes) as port:
         sink = to(port, timeout="0.1 s", attempts=2)
         sink(alarm())
-        until(lambda: sink.lost)
+        wait_until(lambda: sink.lost)
         sink.close()
     assert sink.lost == 1
 
@@ -104,16 +104,16 @@ def test_receiver_that_hangs_or_closes_is_given_up(closes):
     ],
 )
 def test_endless_answer_is_given_up(first, again, pause_s):
-    with unending(first, again, pause_s) as port:
+    with endless_answers(first, again, pause_s) as port:
         sink = to(port, timeout="0.3 s", attempts=1)
         sink(alarm())
-        until(lambda: sink.lost)
+        wait_until(lambda: sink.lost)
         sink.close()
     assert sink.lost == 1
 
 
 def test_body_of_the_answer_is_not_read():
-    with unending(b"HTTP/1.1 200 OK\r\n\r\n", b"x" * 1000) as port:
+    with endless_answers(b"HTTP/1.1 200 OK\r\n\r\n", b"x" * 1000) as port:
         sink = to(port, attempts=1)
         sink(alarm())
         sink.close()
