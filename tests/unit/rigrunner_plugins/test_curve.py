@@ -562,14 +562,14 @@ def spring(labels=(), force=FORCE_N):
     return [replace(measurement, written_in={"lever.travel": "mm"}) for measurement in measured]
 
 
-def shown(measured, fit=LINE, results=LENGTH, **settings):
+def spring_findings(measured, fit=LINE, results=LENGTH, **settings):
     channels = {"of": "cell.force", "over": "lever.travel"}
     return findings(run_of(measured), results, fit, **channels | settings)
 
 
 def test_formula_and_parameters_are_in_the_units_of_the_procedure():
     """Newton over millimetres by numpy, whose covariance is that of the scatter (H.3)."""
-    got = shown(spring())
+    got = spring_findings(spring())
     (c1, c0), covariance = np.polyfit(STROKE_MM, FORCE_N, 1, cov=True)
     by_name, by_value = got.formulas
     assert (by_name.symbol, by_name.text, by_name.quantities) == ("force", "c0 + c1*travel", {})
@@ -592,7 +592,7 @@ def test_formula_and_parameters_are_in_the_units_of_the_procedure():
 def test_quadratic_shows_its_powers_and_a_stated_parameter_its_unit():
     fit = {"polynomial": {"degree": 2}}
     results = {"parameters": {"c1": {"name": "c", "unit": "kN/m"}}}
-    got = shown(spring(), fit, results)
+    got = spring_findings(spring(), fit, results)
     c2, c1, _ = np.polyfit(STROKE_MM, FORCE_N, 2)
     assert got.formulas[0].text == "c0 + c1*travel + c2*travel**2"
     units = {row[0]: (row[1], row[3]) for row in got.tables[0].rows}
@@ -604,7 +604,7 @@ def test_expression_keeps_its_names_and_counts_x_from_its_reference():
     fit = {
         "expression": {"over": ["s"], "model": "F0 + k*s", "start": {"F0": "1 N", "k": "9 N/mm"}}
     }
-    got = shown(spring(), fit, reference="2 mm")
+    got = spring_findings(spring(), fit, reference="2 mm")
     by_name, _ = got.formulas
     assert by_name.text == "F0 + k*(travel - origin)"
     assert by_name.quantities == {"origin": "2 mm"}
@@ -614,7 +614,7 @@ def test_expression_keeps_its_names_and_counts_x_from_its_reference():
 def test_curves_at_several_places_share_a_formula():
     labels = [{"way": "up"}] * 5 + [{"way": "down"}] * 5
     measured = spring(labels[:5]) + spring(labels[5:], FORCE_N + 1)
-    got = shown(measured, per="way")
+    got = spring_findings(measured, per="way")
     assert len(got.formulas) == 1
     (table,) = got.tables
     assert [row[:2] for row in table.rows] == [
@@ -705,7 +705,7 @@ def weighted_line(x, y, u):
 
 
 @pytest.mark.parametrize("i", [1, 6])
-def test_scatter_of_x_at_y_of_a_weighted_curve_is_that_of_the_points_near_it(i):
+def test_x_at_of_a_weighted_curve_scatters_as_nearby_points(i):
     """u²(x) = (u²(curve) + s² u²(y))/c1²: the noise at 2 N·m is not that at 64 N·m."""
     torques = 2.0 ** np.arange(8)
     calibration = noisy(torques)

@@ -298,7 +298,7 @@ def test_constants_of_equal_name_and_value_in_two_units_are_two_errors():
     assert got.estimate.u == pytest.approx(sqrt(50**2 + (100 * 0.2) ** 2), rel=1e-5)
 
 
-def test_u_of_an_equation_of_curve_parameters_is_not_below_that_of_their_covariance():
+def test_u_of_curve_parameters_in_an_equation_is_conservative():
     """x at y = 0 of a line: by the covariance 0.0568 A, as independent errors 0.0428 A."""
     off = np.array([6122.6, -7668.0, 1254.7, -1703.3, -1357.9, -646.6])
     columns = {"rig.outlet": 2e5 + 1e5 * np.array(VALVE) + off}
@@ -347,7 +347,7 @@ def test_scatter_of_three_readings_keeps_its_degrees_of_freedom_between_points()
         findings_of_fit({"polynomial": {"degree": 1, "weighted": True}})
 
 
-def test_errors_that_differ_at_each_point_do_not_cancel_between_two_values_of_a_curve():
+def test_per_point_errors_do_not_cancel_between_curve_values():
     """Each value has its greatest effect; in a difference they are independent, as in readings."""
     run = {
         "columns": {"rig.outlet": np.full(6, 1e5)},

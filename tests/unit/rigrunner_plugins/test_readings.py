@@ -60,7 +60,7 @@ def run_of(*rows: Measurement, recordings=(), instruments=(), zeros=None) -> Run
     )
 
 
-def recorded(values, channel="meter.voltage", *, current=1.0, rate_hz=100.0, second=0) -> Recording:
+def record(values, channel="meter.voltage", *, current=1.0, rate_hz=100.0, second=0) -> Recording:
     return Recording(
         f"rec {second}",
         rate_hz,
@@ -71,13 +71,13 @@ def recorded(values, channel="meter.voltage", *, current=1.0, rate_hz=100.0, sec
     )
 
 
-def analysed(run: RunData, unit="V", **settings):
+def analyse(run: RunData, unit="V", **settings):
     common = {"of": "meter.voltage", "result": {"name": "found", "unit": unit}}
     return load_registry().make("analysis", "readings", common | settings)(run)
 
 
-def only(run: RunData, unit="V", **settings):
-    (result,) = analysed(run, unit, **settings).results
+def result_of(run: RunData, unit="V", **settings):
+    (result,) = analyse(run, unit, **settings).results
     return result
 
 
@@ -86,7 +86,7 @@ ROWS = tuple(row(at, 2.0, meter__voltage=value) for at, value in enumerate(VALUE
 
 
 def test_mean_of_independent_rows_has_s_over_root_n_and_the_instrument() -> None:
-    result = only(run_of(*ROWS, instruments=[meter()]), "mV")
+    result = result_of(run_of(*ROWS, instruments=[meter()]), "mV")
     mean, scatter, b = np.mean(VALUES), stats.sem(VALUES), 0.03 / sqrt(3)
     assert result.estimate.value == pytest.approx(1e3 * mean)
     assert result.estimate.unit == "mV"
@@ -99,16 +99,16 @@ def test_mean_of_independent_rows_has_s_over_root_n_and_the_instrument() -> None
 
 def test_equal_readings_have_no_scatter() -> None:
     rows = [row(at, 2.0, meter__voltage=5.732e-6) for at in range(3)]  # their mean is rounded
-    result = only(run_of(*rows, instruments=[meter()]))
+    result = result_of(run_of(*rows, instruments=[meter()]))
     assert result.components[0].u == 0.0
 
 
 @pytest.mark.parametrize("value", [0.1, 3.3, 1e9 + 0.1])
 @pytest.mark.parametrize("statistic", ["mean", "standard_deviation", "range", "slope"])
 def test_equal_samples_have_no_scatter(value: float, statistic: str) -> None:
-    run = run_of(recordings=[recorded(np.full(1000, value))], instruments=[meter(accuracy="0 V")])
+    run = run_of(recordings=[record(np.full(1000, value))], instruments=[meter(accuracy="0 V")])
     unit = "V/s" if statistic == "slope" else "V"
-    (result,) = analysed(run, statistic=statistic, result={"name": "result", "unit": unit}).results
+    (result,) = analyse(run, statistic=statistic, result={"name": "result", "unit": unit}).results
     assert result.estimate.u == 0
     if statistic != "mean":
         assert result.estimate.value == 0
@@ -120,10 +120,10 @@ def test_gain_acts_on_a_small_change_of_a_large_value(statistic: str) -> None:
     steps = np.array([0, 3, 1, 5, 2, 8, 4, 9, 7, 6])
     values = 1e9 + steps / 1024  # exact in binary
     run = run_of(
-        recordings=[recorded(values)], instruments=[meter(accuracy={"gain": {"limit": "1 %"}})]
+        recordings=[record(values)], instruments=[meter(accuracy={"gain": {"limit": "1 %"}})]
     )
     unit = "V/s" if statistic == "slope" else "V"
-    (result,) = analysed(run, statistic=statistic, result={"name": "result", "unit": unit}).results
+    (result,) = analyse(run, statistic=statistic, result={"name": "result", "unit": unit}).results
     times = np.arange(10)
     exact = {
         "standard_deviation": sqrt(sum((steps - 4.5) ** 2) / 9) / 1024,
@@ -136,21 +136,21 @@ def test_gain_acts_on_a_small_change_of_a_large_value(statistic: str) -> None:
 
 
 def test_single_reading_has_the_instrument_alone_with_a_note() -> None:
-    findings = analysed(run_of(ROWS[0], instruments=[meter()]))
+    findings = analyse(run_of(ROWS[0], instruments=[meter()]))
     assert findings.results[0].estimate.u == pytest.approx(0.03 / sqrt(3))
     assert findings.results[0].estimate.dof == inf
     assert "single reading" in findings.notes[0]
 
 
 def test_unregistered_instrument_makes_u_unknown() -> None:
-    result = only(run_of(*ROWS))
+    result = result_of(run_of(*ROWS))
     assert result.estimate.value == pytest.approx(np.mean(VALUES))
     assert np.isnan(result.estimate.u)
 
 
 def test_results_per_set_point_are_in_the_order_of_the_set_points() -> None:
     rows = [row(at, i, meter__voltage=12 - 0.01 * i) for at, i in enumerate((0, 1, 2, 1))]
-    results = analysed(run_of(*rows, instruments=[meter()]), per=["load.current"]).results
+    results = analyse(run_of(*rows, instruments=[meter()]), per=["load.current"]).results
     assert [result.place for result in results] == [f"load.current = {i} A" for i in (0, 1, 2)]
     assert [result.readings for result in results] == [1, 2, 1]
     assert [result.estimate.value for result in results] == pytest.approx([12.0, 11.99, 11.98])
@@ -158,19 +158,19 @@ def test_results_per_set_point_are_in_the_order_of_the_set_points() -> None:
 
 def test_where_selects_one_place_in_any_unit() -> None:
     rows = [row(at, i, meter__voltage=12 - 0.01 * i) for at, i in enumerate((0, 1, 2))]
-    result = only(run_of(*rows, instruments=[meter()]), where={"load.current": "2000 mA"})
+    result = result_of(run_of(*rows, instruments=[meter()]), where={"load.current": "2000 mA"})
     assert result.estimate.value == pytest.approx(11.98)
 
 
 def test_unmeasured_place_is_refused() -> None:
     with pytest.raises(DataError, match=r"not measured at load\.current = 3 A"):
-        only(run_of(*ROWS), where={"load.current": "3 A"})
+        result_of(run_of(*ROWS), where={"load.current": "3 A"})
     with pytest.raises(DataError, match="'phase' does not distinguish values"):
-        only(run_of(*ROWS), per=["phase"])
+        result_of(run_of(*ROWS), per=["phase"])
 
 
 def test_range_has_the_error_of_two_readings() -> None:
-    result = only(run_of(*ROWS, instruments=[meter()]), "mV", statistic="range")
+    result = result_of(run_of(*ROWS, instruments=[meter()]), "mV", statistic="range")
     assert result.estimate.value == pytest.approx(60.0)
     assert result.estimate.u == pytest.approx(30 / sqrt(3) * sqrt(2))
     triangle = 60 * (1 - sqrt(0.05))  # the difference of two rectangles: half of its 95 % interval
@@ -191,12 +191,12 @@ def test_gain_and_offset_act_through_the_statistic() -> None:
         for v in (2.0, 5.0)
     ]
     run = run_of(*rows, instruments=[torque])
-    spread = only(run, "N·m", of="meter.torque", statistic="range")
+    spread = result_of(run, "N·m", of="meter.torque", statistic="range")
     assert spread.estimate.u == pytest.approx(0.01 * 3 / sqrt(3), rel=1e-6)  # the offset cancels
-    highest = only(run, "N·m", of="meter.torque", statistic="maximum")
+    highest = result_of(run, "N·m", of="meter.torque", statistic="maximum")
     assert highest.estimate.u == pytest.approx(sqrt((0.01 * 5) ** 2 + 1) / sqrt(3), rel=1e-6)
     zeroed = replace(run, zeros={"meter.torque": 0.5})
-    again = only(zeroed, "N·m", of="meter.torque", statistic="maximum")
+    again = result_of(zeroed, "N·m", of="meter.torque", statistic="maximum")
     assert again.estimate.value == 4.5
     assert again.estimate.u == pytest.approx(0.01 * 4.5 / sqrt(3), rel=1e-6)
 
@@ -207,7 +207,7 @@ def test_difference_is_taken_value_by_value() -> None:
     pairs = [(12 + h + e, 1 + h) for h, e in zip(hum, rng.normal(0, 0.001, 20), strict=True)]
     rows = [row(0, 1.0, meter__voltage=a, shunt__voltage=b) for a, b in pairs]
     meters = [meter(), meter("shunt.voltage", accuracy="40 mV")]
-    result = only(run_of(*rows, instruments=meters), minus="shunt.voltage")
+    result = result_of(run_of(*rows, instruments=meters), minus="shunt.voltage")
     differences = [a - b for a, b in pairs]
     assert result.estimate.value == pytest.approx(np.mean(differences))
     u = sqrt(stats.sem(differences) ** 2 + (0.03**2 + 0.04**2) / 3)
@@ -220,19 +220,19 @@ def test_ratio_has_the_unit_of_the_quotient() -> None:
         for v, i in ((10.0, 2.0), (10.2, 2.0))
     ]
     meters = [meter(), meter("load.current", "current", "10 mA")]
-    result = only(run_of(*rows, instruments=meters), "Ω", divided_by="load.current")
+    result = result_of(run_of(*rows, instruments=meters), "Ω", divided_by="load.current")
     assert result.estimate.value == pytest.approx(5.05)
     scatter = stats.sem([5.0, 5.1])
     a, b = 0.03 / sqrt(3) / 2, 0.01 / sqrt(3) * 10.1 / 4  # dR = dU/I, dR = mean U dI/I²
     assert result.estimate.u == pytest.approx(sqrt(scatter**2 + a**2 + b**2), rel=1e-4)
 
 
-def test_error_in_one_figure_moves_a_mean_quotient_by_the_mean_of_its_effects() -> None:
+def test_error_in_one_figure_moves_a_mean_quotient_by_its_mean_effect() -> None:
     """10 V over 1 A and over 4 A: 2 mA change each quotient by at most U/I² times 2 mA."""
     rows = [row(0, 1.0, meter__voltage=10.0, load__shunt=shunt) for shunt in (1.0, 4.0)]
     rows = [replace(row_, units={**UNITS, "load.shunt": "A"}) for row_ in rows]
     meters = [meter(accuracy="0 V"), meter("load.shunt", "current", "2 mA")]
-    result = only(run_of(*rows, instruments=meters), "Ω", divided_by="load.shunt")
+    result = result_of(run_of(*rows, instruments=meters), "Ω", divided_by="load.shunt")
     (line,) = (line for line in result.components if line.name == "reading of load.shunt")
     assert line.u == pytest.approx((10 + 10 / 16) / 2 * 0.002 / sqrt(3), rel=1e-4)
 
@@ -242,7 +242,7 @@ def test_divisor_of_0_makes_one_result_missing_and_keeps_the_others() -> None:
     rows = [row(0, set_a, meter__voltage=u, load__shunt=i) for set_a, u, i in pairs]
     rows = [replace(row_, units={**UNITS, "load.shunt": "A"}) for row_ in rows]
     settings = {"per": "load.current", "unit": "Ω", "divided_by": "load.shunt"}
-    findings_ = analysed(run_of(*rows), **settings)
+    findings_ = analyse(run_of(*rows), **settings)
     assert [result.estimate.value for result in findings_.results] == [5.0]
     (missing,) = findings_.missing
     why = "load.shunt is 0, and nothing can be divided by it"
@@ -254,9 +254,11 @@ def test_temperatures_are_in_celsius_and_their_range_in_kelvin() -> None:
         Measurement("t", START, {}, {"room.temperature": t + 273.15}, UNITS) for t in (20.0, 23.0)
     ]
     meters = [meter("room.temperature", "temperature", "0.3 K")]
-    mean = only(run_of(*rows, instruments=meters), "°C", of="room.temperature")
+    mean = result_of(run_of(*rows, instruments=meters), "°C", of="room.temperature")
     assert mean.estimate.value == pytest.approx(21.5)
-    spread = only(run_of(*rows, instruments=meters), "K", of="room.temperature", statistic="range")
+    spread = result_of(
+        run_of(*rows, instruments=meters), "K", of="room.temperature", statistic="range"
+    )
     assert spread.estimate.value == pytest.approx(3.0)
 
 
@@ -269,7 +271,7 @@ def test_difference_of_power_levels_is_in_decibel(statistic: str) -> None:
     ]
     meters = [meter("meter.level", "power level", "0 dB")]
     settings = {"of": "meter.level", "statistic": statistic}
-    spread = only(run_of(*rows, instruments=meters), "dB", **settings)
+    spread = result_of(run_of(*rows, instruments=meters), "dB", **settings)
     assert spread.estimate.value == pytest.approx(3.0 if statistic == "range" else 3 / sqrt(2))
     registry, units = load_registry(), {"meter.level": "dBm"}
     for symbol, is_right in (("dB", True), ("dBm", False)):
@@ -289,7 +291,7 @@ def test_scatter_of_samples_includes_their_correlation(phi: float) -> None:
     rng, n = np.random.default_rng(7), 40_000
     u = []
     for _ in range(20):
-        result = only(run_of(recordings=[recorded(autoregressive(n, phi, rng))]))
+        result = result_of(run_of(recordings=[record(autoregressive(n, phi, rng))]))
         u.append(result.components[0].u)
     assert np.sqrt(np.mean(np.square(u))) == pytest.approx(1 / ((1 - phi) * sqrt(n)), rel=0.15)
 
@@ -298,10 +300,10 @@ def mean_of_recordings(levels, *, noise: float = 1.0, seed: int = 1):
     """Return the mean of recordings of 300 samples about each level, with its lines."""
     rng = np.random.default_rng(seed)
     recordings = [
-        recorded(level + noise * rng.normal(size=300), second=10 * at)
+        record(level + noise * rng.normal(size=300), second=10 * at)
         for at, level in enumerate(levels)
     ]
-    return only(run_of(recordings=recordings, instruments=[meter(accuracy="0 V")]))
+    return result_of(run_of(recordings=recordings, instruments=[meter(accuracy="0 V")]))
 
 
 def test_differing_recordings_scatter_as_their_means() -> None:
@@ -374,8 +376,8 @@ def test_interval_of_a_slope_covers_if_recordings_differ(levels, recordings) -> 
 def test_slope_through_two_recordings_has_an_unknown_uncertainty() -> None:
     """Nothing tells a drift from two levels: U of the samples alone covered 5 to 16 of 100."""
     assert count_inside(STATISTICS["slope"], 0.0, of_levels(1.0, 2)) == (0, 100)
-    recordings = [recorded(np.arange(20.0) % 3, second=10 * at) for at in range(2)]
-    findings_ = analysed(
+    recordings = [record(np.arange(20.0) % 3, second=10 * at) for at in range(2)]
+    findings_ = analyse(
         run_of(recordings=recordings, instruments=[meter()]),
         statistic="slope", result={"name": "drift", "unit": "V/s"},
     )  # fmt: skip
@@ -421,34 +423,36 @@ def test_interval_of_a_percentile_of_readings_is_that_of_order_statistics(percen
 
 def test_very_many_samples_are_reduced_to_means_of_neighbours() -> None:
     rng, phi, n = np.random.default_rng(8), 0.99, 1 << 20
-    result = only(run_of(recordings=[recorded(autoregressive(n, phi, rng), rate_hz=1e4)]))
+    result = result_of(run_of(recordings=[record(autoregressive(n, phi, rng), rate_hz=1e4)]))
     assert result.components[0].u == pytest.approx(1 / ((1 - phi) * sqrt(n)), rel=0.25)
     assert result.readings == n
 
 
 def test_other_statistics_of_samples_equal_numpy_and_theory() -> None:
     values = np.random.default_rng(9).normal(3.0, 2.0, 5000)
-    run = run_of(recordings=[recorded(values)], instruments=[meter(accuracy="1 uV")])
-    rms = only(run, statistic="rms")
+    run = run_of(recordings=[record(values)], instruments=[meter(accuracy="1 uV")])
+    rms = result_of(run, statistic="rms")
     assert rms.estimate.value == pytest.approx(np.sqrt(np.mean(values**2)))
     # of normal values var(x²) = 4 mu² sigma² + 2 sigma⁴
     assert rms.estimate.u == pytest.approx(
         sqrt(4 * 9 * 4 + 2 * 16) / sqrt(5000) / 2 / sqrt(13), rel=0.1
     )
-    spread = only(run, statistic="standard_deviation")
+    spread = result_of(run, statistic="standard_deviation")
     assert spread.estimate.value == pytest.approx(np.std(values, ddof=1))
     assert spread.estimate.u == pytest.approx(2.0 / sqrt(2 * 4999), rel=0.1)
-    high = only(run, statistic="percentile", percent="90 %")
+    high = result_of(run, statistic="percentile", percent="90 %")
     assert high.estimate.value == pytest.approx(np.quantile(values, 0.9))
     density = stats.norm.pdf(stats.norm.ppf(0.9)) / 2.0
     assert high.estimate.u == pytest.approx(sqrt(0.9 * 0.1 / 5000) / density, rel=0.3)
-    assert only(run, statistic="minimum").estimate.value == values.min()
+    assert result_of(run, statistic="minimum").estimate.value == values.min()
 
 
 def test_slope_of_rows_equals_a_straight_line_fit() -> None:
     values = [1.0, 1.2, 1.5, 1.55, 1.9]
     rows = [row(at, 1.0, meter__voltage=v) for at, v in enumerate(values)]
-    result = only(run_of(*rows, instruments=[meter(accuracy="1 nV")]), "mV/s", statistic="slope")
+    result = result_of(
+        run_of(*rows, instruments=[meter(accuracy="1 nV")]), "mV/s", statistic="slope"
+    )
     line = stats.linregress(range(5), values)
     assert result.estimate.value == pytest.approx(1e3 * line.slope)
     assert result.estimate.u == pytest.approx(1e3 * line.stderr, rel=1e-6)
@@ -459,7 +463,7 @@ def test_integral_of_rows_is_that_of_the_lines_between_them() -> None:
     at, values = (0, 1, 3, 4, 7), [1.0, 1.2, 1.5, 1.55, 0.9]
     rows = [row(second, 1.0, meter__voltage=v) for second, v in zip(at, values, strict=True)]
     voltmeter = meter(accuracy={"overall": "30 mV", "gain": "0.3 %", "offset": "12 mV"})
-    result = only(run_of(*rows, instruments=[voltmeter]), "mV·min", statistic="integral")
+    result = result_of(run_of(*rows, instruments=[voltmeter]), "mV·min", statistic="integral")
     area = float(np.trapezoid(values, at))
     assert result.estimate.value == pytest.approx(1e3 / 60 * area)
     scatter, reading, gain, offset = (1e-3 * 60 * line.u for line in result.components)
@@ -487,22 +491,22 @@ def test_interval_of_an_integral_covers_while_the_value_changes() -> None:
 def test_integral_with_a_gap_in_the_readings_is_missing(seconds) -> None:
     """A run that was interrupted, or the time between two recordings."""
     rows = [row(second, 1.0, meter__voltage=1.0) for second in seconds]
-    (missing,) = analysed(run_of(*rows), "V·s", statistic="integral").missing
+    (missing,) = analyse(run_of(*rows), "V·s", statistic="integral").missing
     assert "nothing was read for" in missing.why
-    (single,) = analysed(run_of(rows[0]), "V·s", statistic="integral").missing
+    (single,) = analyse(run_of(rows[0]), "V·s", statistic="integral").missing
     assert single.why == "one value has no integral over time"
 
 
 def test_increasing_intervals_between_readings_are_no_gap() -> None:
     rows = [row(second, 1.0, meter__voltage=1.0) for second in (0, 1, 3, 8, 20, 50)]
-    result = only(run_of(*rows), "V·s", statistic="integral")
+    result = result_of(run_of(*rows), "V·s", statistic="integral")
     assert result.estimate.value == pytest.approx(50.0)
 
 
 def test_settling_time_equals_its_definition() -> None:
     times = np.arange(500) / 100.0
-    run = run_of(recordings=[recorded(5 * (1 - np.exp(-times / 0.5)))])
-    result = only(run, "ms", statistic="settling_time", within="50 mV")
+    run = run_of(recordings=[record(5 * (1 - np.exp(-times / 0.5)))])
+    result = result_of(run, "ms", statistic="settling_time", within="50 mV")
     last = 5 * (1 - np.exp(-times[-1] / 0.5))
     due = next(t for t in times if abs(5 * (1 - np.exp(-t / 0.5)) - last) <= 0.05)
     assert result.estimate.value == pytest.approx(1e3 * due)
@@ -511,7 +515,7 @@ def test_settling_time_equals_its_definition() -> None:
 
 def test_nan_is_refused() -> None:
     with pytest.raises(DataError, match="not a finite number"):
-        only(run_of(row(0, 1.0, meter__voltage=nan)))
+        result_of(run_of(row(0, 1.0, meter__voltage=nan)))
 
 
 LEVEL = {"of": "in.level", "result": {"name": "x", "unit": "dBm"}}
@@ -580,7 +584,7 @@ def test_difference_of_two_meters_in_dbm_is_in_db() -> None:
         meter("in.level", "power level", "0.2 dB"),
         meter("out.level", "power level", {"offset": "0.1 dB"}),
     ]
-    loss = only(run_of(measured, instruments=meters), "dB", of="in.level", minus="out.level")
+    loss = result_of(run_of(measured, instruments=meters), "dB", of="in.level", minus="out.level")
     assert loss.estimate.value == pytest.approx(3.0)
     assert loss.estimate.u == pytest.approx(sqrt(0.04 / 3 + 0.01 / 3))
     assert {line.unit for line in loss.components} == {"dB"}
@@ -592,12 +596,12 @@ def test_peak_to_peak_value_of_a_temperature_is_a_difference() -> None:
     name = "room.temperature.peak_to_peak"
     rows = [Measurement("t", START, {}, {name: value}, {name: "K"}) for value in (0.5, 0.7)]
     meters = [meter("room.temperature", "temperature", "0.2 K")]
-    result = only(run_of(*rows, instruments=meters), "°C", of=name)
+    result = result_of(run_of(*rows, instruments=meters), "°C", of=name)
     assert result.estimate.value == pytest.approx(0.6)  # not -272.55
 
 
 @pytest.mark.parametrize("statistic", ["rms", "peak_to_peak"])
-def test_u_of_a_stored_statistic_includes_the_uncorrected_deviation_of_the_certificate(
+def test_u_of_a_stored_statistic_includes_the_uncorrected_deviation(
     statistic,
 ) -> None:
     """The meter shows 10 % too much: for a sine from 0 V to 10 V it stores a span of 11 V."""
@@ -615,7 +619,7 @@ def test_u_of_a_stored_statistic_includes_the_uncorrected_deviation_of_the_certi
         {"channel": "meter.voltage", "measures": "voltage", "serial": "M-1", "points": points,
          "interpolation": "linear"}
     )  # fmt: skip
-    result = only(
+    result = result_of(
         run_of(Measurement("t", START, {}, {name: stored}, {name: "V"}), instruments=[corrected]),
         of=name,
     )
@@ -630,7 +634,7 @@ def test_row_is_corrected_by_the_zero_in_force_when_it_was_read() -> None:
         for at, (value, zero) in enumerate([(5.1, 0.1), (5.4, 0.4)])
     ]
     run = run_of(*rows, instruments=[meter()], zeros={"meter.voltage": 0.4})
-    assert only(run).estimate.value == pytest.approx(5.0)
+    assert result_of(run).estimate.value == pytest.approx(5.0)
 
 
 def labelled(means: Iterable[float], label: str = "specimen", times: int = 3) -> RunData:
@@ -649,18 +653,18 @@ def labelled(means: Iterable[float], label: str = "specimen", times: int = 3) ->
 def test_readings_of_several_specimens_scatter_by_their_means() -> None:
     """Nine readings of three specimens are three values of their scatter (GUM H.5)."""
     means = (10.0, 12.0, 11.2)
-    result = only(labelled(means)).estimate
+    result = result_of(labelled(means)).estimate
     assert result.u == pytest.approx(np.std(means, ddof=1) / sqrt(3))
     assert result.dof == pytest.approx(2)
-    alike = only(labelled((10.0, 10.0005, 9.9995))).estimate
+    alike = result_of(labelled((10.0, 10.0005, 9.9995))).estimate
     assert alike.dof == pytest.approx(8)
-    per_specimen = analysed(labelled(means), per="specimen").results
+    per_specimen = analyse(labelled(means), per="specimen").results
     assert [result.estimate.u for result in per_specimen] == pytest.approx([0.01 / sqrt(3)] * 3)
 
 
 def test_two_values_of_a_label_may_differ_on_purpose() -> None:
     """Rising and falling: two levels do not show how such levels scatter."""
-    result = only(labelled((10.0, 12.0), "way")).estimate
+    result = result_of(labelled((10.0, 12.0), "way")).estimate
     assert result.dof == pytest.approx(5)
 
 

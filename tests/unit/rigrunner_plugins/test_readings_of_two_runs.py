@@ -16,7 +16,7 @@ from rigrunner.api.errors import DataError, PluginError
 from rigrunner.api.instruments import Instrument
 from rigrunner.procedure import AnalysisRef
 from rigrunner.registry import load_registry
-from unit.rigrunner_plugins.test_readings import analysed, row, run_of
+from unit.rigrunner_plugins.test_readings import analyse, row, run_of
 
 SQRT3 = sqrt(3)
 
@@ -31,11 +31,11 @@ def voltages(*values, instrument=None):
     return run_of(*rows, instruments=[instrument or meter()])
 
 
-def compared(run, partner, name="tare", **settings):
-    return analysed(replace(run, partners={name: partner}), **settings)
+def compare(run, partner, name="tare", **settings):
+    return analyse(replace(run, partners={name: partner}), **settings)
 
 
-def only(findings):
+def budget(findings):
     (result,) = findings.results
     return result.estimate, {line.name: line for line in result.components}
 
@@ -43,7 +43,7 @@ def only(findings):
 def test_tare_is_subtracted_and_the_offset_of_the_same_meter_cancels():
     instrument = meter(offset="30 mV", gain="0.1 %")
     run, dark = voltages(5.1, 5.3, instrument=instrument), voltages(0.2, 0.2, instrument=instrument)
-    estimate, lines = only(compared(run, dark, tare={"procedure": "DARK"}))
+    estimate, lines = budget(compare(run, dark, tare={"procedure": "DARK"}))
     assert estimate.value == pytest.approx(5.0)
     assert lines["offset of meter.voltage"].u == pytest.approx(0.0, abs=1e-9)
     # the gain is off by 0.1 % of the difference, rectangular (GUM 4.3.7)
@@ -56,8 +56,8 @@ def test_tare_is_subtracted_and_the_offset_of_the_same_meter_cancels():
 def test_gain_of_the_same_meter_cancels_over_a_reference():
     instrument = meter(offset="30 mV", gain="1 %")
     run, reference = voltages(6.0, instrument=instrument), voltages(2.0, instrument=instrument)
-    findings_ = compared(run, reference, "reference", unit="1", relative_to={"procedure": "REF"})
-    estimate, lines = only(findings_)
+    findings_ = compare(run, reference, "reference", unit="1", relative_to={"procedure": "REF"})
+    estimate, lines = budget(findings_)
     assert estimate.value == pytest.approx(3.0)
     assert lines["gain of meter.voltage"].u == pytest.approx(0.0, abs=1e-9)
     # d(a/b) of one offset e of both: e/b - a e/b^2 = e (1/2 - 6/4)
@@ -66,14 +66,14 @@ def test_gain_of_the_same_meter_cancels_over_a_reference():
 
 def test_reference_of_0_makes_the_result_missing_with_the_reason():
     settings = {"unit": "1", "relative_to": {"procedure": "REF"}}
-    findings_ = compared(voltages(6.0), voltages(0.0), "reference", **settings)
+    findings_ = compare(voltages(6.0), voltages(0.0), "reference", **settings)
     assert findings_.results == ()
     (missing,) = findings_.missing
     assert missing.why == "the value of the reference run is 0, and nothing can be divided by it"
 
 
 def test_accuracy_in_one_figure_counts_in_both_runs():
-    estimate, lines = only(compared(voltages(5.0), voltages(1.0), tare={"procedure": "DARK"}))
+    estimate, lines = budget(compare(voltages(5.0), voltages(1.0), tare={"procedure": "DARK"}))
     assert set(lines) == {"reading of meter.voltage", "reading of meter.voltage, tare run"}
     assert estimate.u == pytest.approx(sqrt(2) * 0.030 / SQRT3, rel=1e-6)
 
@@ -83,7 +83,7 @@ def test_another_meter_or_calibration_shares_no_error(change):
     instrument = meter(offset="30 mV")
     run = voltages(5.0, instrument=instrument)
     dark = voltages(1.0, instrument=instrument.model_copy(update=change))
-    estimate, lines = only(compared(run, dark, tare={"procedure": "DARK"}))
+    estimate, lines = budget(compare(run, dark, tare={"procedure": "DARK"}))
     assert len(lines) == 2
     assert estimate.u == pytest.approx(sqrt(2) * 0.030 / SQRT3, rel=1e-5)
 
@@ -92,13 +92,13 @@ def test_values_are_compared_at_equal_places_in_any_order():
     run = run_of(row(0, 1.0, meter__voltage=5.0), row(1, 2.0, meter__voltage=7.0))
     dark = run_of(row(0, 2.0, meter__voltage=2.0), row(1, 1.0, meter__voltage=1.0))
     tare = {"procedure": "DARK", "per": "load.current"}
-    results = compared(run, dark, per="load.current", tare=tare).results
+    results = compare(run, dark, per="load.current", tare=tare).results
     assert [result.estimate.value for result in results] == [4.0, 5.0]
-    common_tare = compared(run, dark, per="load.current", tare={"procedure": "DARK"}).results
+    common_tare = compare(run, dark, per="load.current", tare={"procedure": "DARK"}).results
     assert [result.estimate.value for result in common_tare] == [3.5, 5.5]
     incomplete = run_of(row(0, 2.0, meter__voltage=2.0))
     with pytest.raises(DataError, match=r"the tare run, r, has nothing at load.current = 1"):
-        compared(run, incomplete, per="load.current", tare=tare)
+        compare(run, incomplete, per="load.current", tare=tare)
 
 
 ZERO = (0.2, -0.1, 0.3)
@@ -164,7 +164,7 @@ def test_scatter_of_a_reference_acts_through_each_quotient():
     settings = {"of": "meter.voltage", "per": "load.current", "relative_to": {"procedure": "REF"}}
     rows = [row(i, at, meter__voltage=at - 2.5) for i, at in enumerate(AMPERES)]
     run = run_of(*rows, instruments=[meter(offset="0 V")])
-    results = compared(run, reference, "reference", unit="1", **settings).results
+    results = compare(run, reference, "reference", unit="1", **settings).results
     effects = [(at - 2.5) / 2.0**2 * 0.1 / SQRT3 for at in AMPERES]
     assert [result.estimate.u for result in results] == pytest.approx(
         [abs(effect) for effect in effects]
@@ -179,9 +179,9 @@ def test_tare_of_another_specimen_is_reported():
     )
     settings = {"tare": {"procedure": "DARK"}}
     note = "found: the tare run, SN-2, is of specimen SN-2, and this run of SN-1."
-    assert note in compared(run, dark, **settings).notes
+    assert note in compare(run, dark, **settings).notes
     same = replace(dark, inputs=run.inputs)
-    assert not [note for note in compared(run, same, **settings).notes if "specimen" in note]
+    assert not [note for note in compare(run, same, **settings).notes if "specimen" in note]
 
 
 def test_required_partner_run_is_known_from_the_settings():

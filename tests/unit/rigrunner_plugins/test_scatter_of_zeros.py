@@ -11,12 +11,12 @@ from rigrunner.analysis.verdict.limited_values import mean_of
 from rigrunner.api.data import ZeroScatter
 from unit.rigrunner_plugins.equation import helpers_equation
 from unit.rigrunner_plugins.test_curve import EXACT, results_of, rows, run_of
-from unit.rigrunner_plugins.test_readings_of_two_runs import compared, meter, only, voltages
+from unit.rigrunner_plugins.test_readings_of_two_runs import budget, compare, meter, voltages
 
 CHANNEL, U, DOF = "meter.voltage", 0.3, 4.0
 
 
-def zeroed(run, zeros, channel=CHANNEL, u=U):
+def with_zeros(run, zeros, channel=CHANNEL, u=U):
     """Return a run with a zero for each row; each zero scatters by u."""
     scatters = {zero: ZeroScatter(u, DOF, i + 1) for i, zero in enumerate(dict.fromkeys(zeros))}
     measured = tuple(
@@ -32,12 +32,12 @@ def zeroed(run, zeros, channel=CHANNEL, u=U):
 
 
 def readings(run, **settings):
-    return compared(run, run, **settings)
+    return compare(run, run, **settings)
 
 
 def test_scatter_of_zero_counts_once_in_a_mean():
-    run = zeroed(voltages(5.1, 5.3), [0.2, 0.2])
-    estimate, lines = only(readings(run))
+    run = with_zeros(voltages(5.1, 5.3), [0.2, 0.2])
+    estimate, lines = budget(readings(run))
     line = lines["scatter of zero of meter.voltage"]
     assert (line.u, line.dof, line.common) == (pytest.approx(U), DOF, True)
     u_readings = hypot(0.1, 0.03 / sqrt(3))  # two readings, and the meter's 30 mV
@@ -45,7 +45,7 @@ def test_scatter_of_zero_counts_once_in_a_mean():
 
 
 def test_scatter_of_zero_is_one_error_of_all_places():
-    run = zeroed(voltages(5.1, 5.1, 7.1, 7.1), [0.2] * 4)
+    run = with_zeros(voltages(5.1, 5.1, 7.1, 7.1), [0.2] * 4)
     measured = tuple(
         replace(row, coordinates={"phase": "ab"[i // 2]}) for i, row in enumerate(run.measurements)
     )
@@ -57,29 +57,29 @@ def test_scatter_of_zero_is_one_error_of_all_places():
 
 @pytest.mark.parametrize("statistic", ["range", "standard_deviation"])
 def test_scatter_of_zero_cancels_in_a_spread(statistic):
-    run = zeroed(voltages(5.1, 5.3, 5.2), [0.2] * 3)
-    _, lines = only(readings(run, statistic=statistic))
+    run = with_zeros(voltages(5.1, 5.3, 5.2), [0.2] * 3)
+    _, lines = budget(readings(run, statistic=statistic))
     assert lines["scatter of zero of meter.voltage"].u == pytest.approx(0, abs=1e-9)
 
 
 def test_each_of_two_zeros_moves_its_own_values():
-    run = zeroed(voltages(5.1, 5.3, 5.2, 5.2, 5.2), [0.2] * 2 + [0.1] * 3)
-    _, lines = only(readings(run))
+    run = with_zeros(voltages(5.1, 5.3, 5.2, 5.2, 5.2), [0.2] * 2 + [0.1] * 3)
+    _, lines = budget(readings(run))
     assert lines["scatter of zero 1 of meter.voltage"].u == pytest.approx(U * 2 / 5)
     assert lines["scatter of zero 2 of meter.voltage"].u == pytest.approx(U * 3 / 5)
 
 
 def test_zero_before_each_reading_is_part_of_their_scatter():
-    run = zeroed(voltages(5.1, 5.3), [0.2, 0.1])
-    _, lines = only(readings(run))
+    run = with_zeros(voltages(5.1, 5.3), [0.2, 0.1])
+    _, lines = budget(readings(run))
     assert not [name for name in lines if "zero" in name]
-    _, lines = only(readings(zeroed(voltages(5.1), [0.2])))  # one reading has no scatter
+    _, lines = budget(readings(with_zeros(voltages(5.1), [0.2])))  # one reading has no scatter
     assert lines["scatter of zero of meter.voltage"].u == pytest.approx(U)
 
 
 def test_partner_run_has_its_own_zero():
-    run, dark = zeroed(voltages(5.1), [0.2]), zeroed(voltages(0.2), [0.1])
-    estimate, lines = only(compared(run, dark, tare={"procedure": "DARK"}))
+    run, dark = with_zeros(voltages(5.1), [0.2]), with_zeros(voltages(0.2), [0.1])
+    estimate, lines = budget(compare(run, dark, tare={"procedure": "DARK"}))
     assert lines["scatter of zero of meter.voltage"].u == pytest.approx(U)
     assert lines["scatter of zero of meter.voltage, tare run"].u == pytest.approx(U)
     u_meters = hypot(0.03 / sqrt(3), 0.03 / sqrt(3))
@@ -94,7 +94,7 @@ def test_equation_propagates_the_scatter_of_zero():
         "model": "twice = 2 * u",
         "result": {"name": "twice", "unit": "V"},
     }
-    (twice,) = helpers_equation.findings(settings, zeroed(run, [0.2, 0.2])).results
+    (twice,) = helpers_equation.findings(settings, with_zeros(run, [0.2, 0.2])).results
     lines = {line.name: line for line in twice.components}
     line = lines["scatter of zero of meter.voltage"]
     assert (line.u, line.common, line.dof) == (pytest.approx(2 * U), True, pytest.approx(DOF))
@@ -106,7 +106,7 @@ def curve(y, zeros, **settings):
         "value": [{"name": "middle", "at": "1.5 N·m", "unit": "V"}],
         "slope": {"name": "slope", "unit": "V/(N·m)"},
     }
-    return results_of(zeroed(run, zeros, "cell.signal"), results, **settings)
+    return results_of(with_zeros(run, zeros, "cell.signal"), results, **settings)
 
 
 def test_curve_value_has_the_scatter_of_zero_and_the_slope_has_not():

@@ -140,7 +140,7 @@ class Bench:
         device.connect(1.0)
         return device
 
-    def recorded(self, seconds=0.9):
+    def record(self, seconds=0.9):
         """Return channels, by how much the angle is late in s, and the stated conditions."""
         device = self.device()
         blocks = list(device.stream(["angle", "torque"], seconds, threading.Event()))
@@ -150,8 +150,8 @@ class Bench:
             name: np.concatenate([block.channels[name] for block in blocks])
             for name in ("angle", "torque")
         }
-        stated = {name: value for name, (value, _) in device.stream_conditions().items()}
-        return channels, late_s(channels), stated
+        conditions = {name: value for name, (value, _) in device.stream_conditions().items()}
+        return channels, late_s(channels), conditions
 
 
 def late_s(channels):
@@ -164,27 +164,27 @@ def late_s(channels):
 def test_common_signal_aligns_to_microseconds_with_a_true_u(hz):
     errors_in_u = []
     for seed in range(12):
-        _, late, stated = Bench(hz, seed=seed).recorded()
-        assert stated["angle_alignment_u"] < 10e-6
-        errors_in_u.append(late / stated["angle_alignment_u"])
+        _, late, conditions = Bench(hz, seed=seed).record()
+        assert conditions["angle_alignment_u"] < 10e-6
+        errors_in_u.append(late / conditions["angle_alignment_u"])
     assert np.mean(np.abs(errors_in_u) < 2) >= 0.9
     assert max(map(abs, errors_in_u)) < 3
 
 
 def test_rate_of_the_other_clock_is_estimated():
-    _, _, stated = Bench().recorded(3.0)
-    assert stated["angle_clock_rate"] == pytest.approx(5e-5, abs=2e-6)
+    _, _, conditions = Bench().record(3.0)
+    assert conditions["angle_clock_rate"] == pytest.approx(5e-5, abs=2e-6)
 
 
 def test_without_a_common_signal_arrival_times_align_to_the_latency():
     errors_in_u = []
     for seed in range(12):
-        _, late, stated = Bench(hz=3.0, seed=seed, clocks={}).recorded()
-        assert 4e-3 < stated["angle_alignment_u"] < 6e-3  # 10 ms / sqrt(6) = 4.1 ms, and jitter
-        errors_in_u.append(late / stated["angle_alignment_u"])
+        _, late, conditions = Bench(hz=3.0, seed=seed, clocks={}).record()
+        assert 4e-3 < conditions["angle_alignment_u"] < 6e-3  # 10 ms / sqrt(6) = 4.1 ms, and jitter
+        errors_in_u.append(late / conditions["angle_alignment_u"])
     assert max(map(abs, errors_in_u)) < 2
     closer = Bench(hz=3.0, clocks={"latency": "1 ms"}, latency_s=0.001)
-    assert closer.recorded()[2]["angle_alignment_u"] < 1.5e-3
+    assert closer.record()[2]["angle_alignment_u"] < 1.5e-3
 
 
 def test_common_signal_that_differs_or_is_constant_is_not_used():
@@ -192,17 +192,17 @@ def test_common_signal_that_differs_or_is_constant_is_not_used():
         bench = Bench(seed=seed)
         rng = np.random.default_rng(seed)
         bench.enc.signals = {**bench.enc.signals, "sync": lambda t: rng.standard_normal(len(t))}  # noqa: B023
-        assert bench.recorded()[2]["angle_alignment_u"] > 4e-3
+        assert bench.record()[2]["angle_alignment_u"] > 4e-3
     still = Bench()
     still.daq.signals = {**still.daq.signals, "sync": np.zeros_like}
-    assert still.recorded()[2]["angle_alignment_u"] > 4e-3
+    assert still.record()[2]["angle_alignment_u"] > 4e-3
 
 
 @pytest.mark.parametrize("rate_hz", [2000.0, 9999.0])
 def test_other_nominal_rate_is_resampled_to_that_of_the_reference(rate_hz):
-    channels, late, stated = Bench(sample_rate_hz=rate_hz).recorded()
+    channels, late, conditions = Bench(sample_rate_hz=rate_hz).record()
     assert len(channels["angle"]) == len(channels["torque"]) == 9000
-    assert abs(late) < 4 * stated["angle_alignment_u"] < 30e-6
+    assert abs(late) < 4 * conditions["angle_alignment_u"] < 30e-6
     assert np.abs(channels["angle"] - channels["torque"]).max() < 5e-3
 
 
@@ -263,7 +263,7 @@ def test_closing_the_stream_ends_both():
 def test_part_whose_stream_ends_early_is_named():
     bench = Bench(lost=14)
     with pytest.raises(DeviceLostError, match="the stream of enc ended before its time"):
-        bench.recorded()
+        bench.record()
     assert not bench.daq.is_open
 
 
@@ -278,10 +278,10 @@ def test_part_with_a_gap_or_a_wrong_rate_is_named():
 
     bench.enc.stream = skipping
     with pytest.raises(DeviceLostError, match="enc: sample 6000 came, 5000 was due"):
-        bench.recorded()
+        bench.record()
     bench.enc.stream = lambda *arguments: (replace(b, rate_hz=9000.0) for b in plain(*arguments))
     with pytest.raises(DeviceRejectedError, match="enc: the stream has 9000 samples per second"):
-        bench.recorded()
+        bench.record()
 
 
 @pytest.mark.parametrize("part", ["daq", "enc"])
@@ -298,15 +298,15 @@ def test_part_with_complex_samples_is_named(part):
 
     sampler.stream = imaginary
     with pytest.raises(DeviceRejectedError, match="the samples are complex128, expected real"):
-        bench.recorded()
+        bench.record()
 
 
 def test_threads_and_the_wall_clock_give_the_true_offset():
     bench = Bench(hz=3.0, clocks={"lead": "0.5 s"}, clock=WallClock(), non_blocking=False)
     bench.daq.non_blocking = False
-    _, late, stated = bench.recorded(0.4)
+    _, late, conditions = bench.record(0.4)
     # A busy machine delivers blocks late, which increases the stated u; 8 ms on an idle one.
-    assert abs(late) < 2 * stated["angle_alignment_u"] < 0.1
+    assert abs(late) < 2 * conditions["angle_alignment_u"] < 0.1
 
 
 def test_hanging_part_is_reported_in_time_and_can_be_closed():

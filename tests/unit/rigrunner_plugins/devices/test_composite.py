@@ -500,7 +500,7 @@ def test_part_lost_in_a_recording_ends_the_run_with_the_others_safe():
     assert event.problems == ()
 
 
-def test_part_that_cannot_be_made_safe_leaves_a_rig_that_is_not_safe():
+def test_part_that_cannot_be_made_safe_leaves_the_rig_unsafe():
     inverter = Inverter(raising("make_safe", DeviceLostError("no answer")))
     bench = Bench(inverter=inverter)
     bench.daq.spoil = lost_after(1)
@@ -557,7 +557,7 @@ def test_stations_of_the_manual_are_valid():
     )
 
 
-def test_drives_are_read_back_while_one_part_streams_but_not_during_clock_comparison():
+def test_drives_are_read_back_in_a_stream_of_one_part_only():
     """With several streaming parts the arrival time of samples is itself measured."""
     device = Bench().device
     assert device.reads_back_while_streaming

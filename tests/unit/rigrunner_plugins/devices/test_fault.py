@@ -43,7 +43,7 @@ def faulty(*faults, plugin="swing_tester_sim", seed=5, connect=True):
     return device
 
 
-def streamed(device, hz=10.0, seconds=1.0):
+def stream(device, hz=10.0, seconds=1.0):
     device.set("frequency", hz)
     return list(device.stream(NAMES, seconds, STOP))
 
@@ -52,12 +52,12 @@ def torque(blocks):
     return np.concatenate([block.channels["torque"] for block in blocks])
 
 
-def clean(hz=10.0, seconds=1.0):
-    return torque(streamed(faulty(), hz, seconds))
+def clean_torque(hz=10.0, seconds=1.0):
+    return torque(stream(faulty(), hz, seconds))
 
 
-def spoilt(**fault):
-    return torque(streamed(faulty(fault)))
+def faulty_torque(**fault):
+    return torque(stream(faulty(fault)))
 
 
 def test_without_faults_it_equals_the_wrapped_device():
@@ -65,8 +65,8 @@ def test_without_faults_it_equals_the_wrapped_device():
     wrapped = REGISTRY.make_device("swing_tester_sim", {"seed": 3}, context)
     wrapped.connect(1.0)
     device = faulty()
-    assert [list(b.channels["torque"]) for b in streamed(device)] == [
-        list(b.channels["torque"]) for b in streamed(wrapped)
+    assert [list(b.channels["torque"]) for b in stream(device)] == [
+        list(b.channels["torque"]) for b in stream(wrapped)
     ]
     assert device.truth() == wrapped.truth()
     assert (device.channels, device.drives) == (wrapped.channels, wrapped.drives)
@@ -105,16 +105,16 @@ def test_complex_samples_of_the_wrapped_device_are_refused(monkeypatch):
     device = faulty({"kind": "noise", "channel": "torque", "extent": "0.1 N·m"})
     monkeypatch.setattr(Block, "__init__", imaginary)
     with pytest.raises(DeviceRejectedError, match="torque: the samples are complex128"):
-        streamed(device, seconds=0.1)
+        stream(device, seconds=0.1)
 
 
 def test_share_of_the_samples_is_nan():
-    assert np.isnan(spoilt(kind="nan")).sum() == 1
-    assert np.isnan(spoilt(kind="nan", share="1 %")).sum() == 100
+    assert np.isnan(faulty_torque(kind="nan")).sum() == 1
+    assert np.isnan(faulty_torque(kind="nan", share="1 %")).sum() == 100
 
 
 def test_spikes_have_the_configured_number_and_size():
-    change = spoilt(kind="spikes", extent="3 N·m", share="0.5 %") - clean()
+    change = faulty_torque(kind="spikes", extent="3 N·m", share="0.5 %") - clean_torque()
     sizes = np.abs(change[change != 0])
     assert len(sizes) == 50
     assert sizes.min() >= 1.5
@@ -122,41 +122,43 @@ def test_spikes_have_the_configured_number_and_size():
 
 
 def test_stuck_value_lasts_for_its_share_of_the_recording_across_blocks():
-    samples = spoilt(kind="stuck", share="30 %")
+    samples = faulty_torque(kind="stuck", share="30 %")
     equal = np.flatnonzero(np.diff(samples) == 0)
-    changed = np.flatnonzero(samples != clean())
+    changed = np.flatnonzero(samples != clean_torque())
     assert changed[-1] - changed[0] < 3000
     assert len(equal) >= 2990
     assert len(set(samples[changed])) == 1
 
 
 def test_clipped_channel_ends_at_its_level():
-    samples = spoilt(kind="clipped", extent="0.9 N·m")
+    samples = faulty_torque(kind="clipped", extent="0.9 N·m")
     assert samples.max() == 0.9
     assert samples.min() == -0.9
-    np.testing.assert_array_equal(samples, np.clip(clean(), -0.9, 0.9))
+    np.testing.assert_array_equal(samples, np.clip(clean_torque(), -0.9, 0.9))
 
 
 def test_drift_reaches_its_extent_ten_minutes_after_connecting():
     device = faulty({"kind": "drift", "extent": "0.6 N·m"})
     device._clock.sleep(300.0)
-    change = torque(streamed(device, 0.0)) - torque(_after(faulty(), 300.0))
+    change = torque(stream(device, 0.0)) - torque(_after(faulty(), 300.0))
     np.testing.assert_allclose(change[[0, -1]], [0.3, 0.301], atol=1e-4)
 
 
 def _after(device, seconds):
     device._clock.sleep(seconds)
-    return streamed(device, 0.0)
+    return stream(device, 0.0)
 
 
 def test_noise_and_sensitivity_have_their_extent():
-    assert np.std(spoilt(kind="noise", extent="0.2 N·m") - clean()) == pytest.approx(0.2, rel=0.03)
-    np.testing.assert_allclose(spoilt(kind="sensitivity", extent="2 %"), 1.02 * clean())
+    clean = clean_torque()
+    noise = faulty_torque(kind="noise", extent="0.2 N·m") - clean
+    assert np.std(noise) == pytest.approx(0.2, rel=0.03)
+    np.testing.assert_allclose(faulty_torque(kind="sensitivity", extent="2 %"), 1.02 * clean)
 
 
 def test_block_is_dropped_repeated_or_out_of_order():
     firsts = {
-        kind: [block.first_sample // 1000 for block in streamed(faulty({"kind": kind}))]
+        kind: [block.first_sample // 1000 for block in stream(faulty({"kind": kind}))]
         for kind in ("dropped blocks", "repeated block", "wrong order")
     }
     assert len(firsts["dropped blocks"]) == 9
@@ -169,7 +171,7 @@ def test_block_is_dropped_repeated_or_out_of_order():
 
 @pytest.mark.parametrize(("kind", "jumps"), [("gap", 1), ("hidden gap", 0)])
 def test_gap_shows_in_the_times_and_hidden_gap_does_not(kind, jumps):
-    blocks = streamed(faulty({"kind": kind, "extent": "0.25 s"}))
+    blocks = stream(faulty({"kind": kind, "extent": "0.25 s"}))
     assert sum(block.samples for block in blocks) == 10_000
     assert all(a.first_sample + a.samples == b.first_sample for a, b in pairwise(blocks))
     delays = [b.monotonic_s - a.monotonic_s - a.samples / a.rate_hz for a, b in pairwise(blocks)]
@@ -178,13 +180,13 @@ def test_gap_shows_in_the_times_and_hidden_gap_does_not(kind, jumps):
 
 
 def test_time_goes_back_once():
-    times = [block.monotonic_s for block in streamed(faulty({"kind": "time back"}))]
+    times = [block.monotonic_s for block in stream(faulty({"kind": "time back"}))]
     assert sum(b < a for a, b in pairwise(times)) == 1
 
 
 def test_wrong_frequency_shows_in_the_angle_and_not_in_the_read_back():
     device = faulty({"kind": "wrong frequency", "extent": "10 %"})
-    blocks = streamed(device, 10.0, 2.0)
+    blocks = stream(device, 10.0, 2.0)
     assert device.read_back("frequency") == pytest.approx(10.0)
     angle = np.concatenate([block.channels["angle"] for block in blocks])
     assert np.sum((angle[:-1] < 0) & (angle[1:] >= 0)) == pytest.approx(22, abs=1)
@@ -259,13 +261,13 @@ def test_reading_is_nan():
 def test_fault_occurs_only_at_its_set_point_and_call():
     device = faulty({"kind": "nan", "at": {"frequency": "10 Hz"}, "calls": [2]})
     for hz, expected in ((5.0, 0), (10.0, 0), (5.0, 0), (10.0, 1), (10.0, 0)):
-        assert np.isnan(torque(streamed(device, hz))).sum() == expected
+        assert np.isnan(torque(stream(device, hz))).sum() == expected
 
 
 def test_chance_depends_on_the_seed_and_not_on_the_order():
     def affected_calls(seed, order):
         device = faulty({"kind": "nan", "probability": "50 %"}, seed=seed)
-        return {hz: bool(np.isnan(torque(streamed(device, hz, 0.2))).any()) for hz in order}
+        return {hz: bool(np.isnan(torque(stream(device, hz, 0.2))).any()) for hz in order}
 
     points = [float(hz) for hz in range(1, 31)]
     affected = affected_calls(1, points)

@@ -167,7 +167,7 @@ def test_equation_of_a_missing_result_is_missing_at_that_place():
     assert findings_[2].results[1].estimate.value == pytest.approx(2 * VOLT[0])
 
 
-def test_constant_of_two_results_is_one_error_for_any_symbols_of_the_model():
+def test_shared_constant_is_one_error_for_any_symbols():
     """R_N cancels in a ratio of two currents, even if that ratio is called R_N."""
     of = {"constants": {"R_N": {"value": "10 Ω", "u": "0.1 Ω"}}}
     volt = {"U": "meter.voltage"}

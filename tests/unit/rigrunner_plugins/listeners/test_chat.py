@@ -23,13 +23,13 @@ pytest.importorskip("apprise")
 
 
 @pytest.fixture(autouse=True)
-def short(monkeypatch):
+def short_pauses(monkeypatch):
     monkeypatch.setattr(notifier, "FIRST_PAUSE_S", 0.01)
     monkeypatch.setattr(notifier, "LAST_WORDS_S", 5.0)
 
 
 @pytest.fixture
-def to(monkeypatch):
+def sink_to(monkeypatch):
     from rigrunner_plugins.listeners.chat import apprise  # noqa: PLC0415  (an extra)
 
     def make(urls, **more):
@@ -39,9 +39,9 @@ def to(monkeypatch):
     return make
 
 
-def test_each_service_gets_the_messages(to, tmp_path):
+def test_each_service_gets_the_messages(sink_to, tmp_path):
     with web() as (receiver, port):
-        sink = to(f"json://127.0.0.1:{port}/one\njson://127.0.0.1:{port}/two\n")
+        sink = sink_to(f"json://127.0.0.1:{port}/one\njson://127.0.0.1:{port}/two\n")
         for event in run_events(tmp_path):
             sink(event)
         sink.close()
@@ -55,9 +55,9 @@ def test_each_service_gets_the_messages(to, tmp_path):
     }  # fmt: skip
 
 
-def test_failing_service_is_retried_and_its_address_not_logged(to, caplog):
+def test_failing_service_is_retried_and_its_address_not_logged(sink_to, caplog):
     with web(500) as (receiver, port):
-        sink = to(f"json://rig:s3cret@127.0.0.1:{port}/")
+        sink = sink_to(f"json://rig:s3cret@127.0.0.1:{port}/")
         sink(alarm())
         wait_until(lambda: sink.lost)
         sink.close()
@@ -67,18 +67,18 @@ def test_failing_service_is_retried_and_its_address_not_logged(to, caplog):
 
 
 @pytest.mark.parametrize("closes", [True, False])
-def test_service_that_hangs_or_closes_is_given_up(to, closes):
+def test_service_that_hangs_or_closes_is_given_up(sink_to, closes):
     with unresponsive(closes=closes) as port:
-        sink = to(f"json://127.0.0.1:{port}/?cto=0.2&rto=0.2", attempts=1)
+        sink = sink_to(f"json://127.0.0.1:{port}/?cto=0.2&rto=0.2", attempts=1)
         sink(alarm())
         wait_until(lambda: sink.lost)
     assert sink.lost == 1
 
 
 @pytest.mark.parametrize("form", ["html", "text"])
-def test_html_service_gets_names_as_text(to, tmp_path, form):
+def test_html_service_gets_names_as_text(sink_to, tmp_path, form):
     with web() as (receiver, port):
-        sink = to(f"form://127.0.0.1:{port}/?format={form}")
+        sink = sink_to(f"form://127.0.0.1:{port}/?format={form}")
         sink(planned(tmp_path))
         sink(alarm("<a href='http://evil.example'>hot</a>"))
         sink.close()
@@ -86,18 +86,18 @@ def test_html_service_gets_names_as_text(to, tmp_path, form):
     assert ("<a" in parse_qs(body)["message"][0]) == (form == "text")
 
 
-def test_redirect_is_not_followed(to):
+def test_redirect_is_not_followed(sink_to):
     with web(302) as (receiver, port):
-        sink = to(f"json://127.0.0.1:{port}/", attempts=1)
+        sink = sink_to(f"json://127.0.0.1:{port}/", attempts=1)
         sink(alarm())
         wait_until(lambda: sink.lost)
         sink.close()
     assert [path for path, _, _ in receiver.got] == ["/"]
 
 
-def test_address_unknown_to_apprise_is_refused_by_its_number(to):
+def test_address_unknown_to_apprise_is_refused_by_its_number(sink_to):
     with pytest.raises(PluginError, match="does not know address 2") as raised:
-        to("json://127.0.0.1/\nsecret-thing\n")
+        sink_to("json://127.0.0.1/\nsecret-thing\n")
     assert "secret-thing" not in str(raised.value)
 
 

@@ -37,7 +37,7 @@ DAY = timedelta(days=1)
 
 
 @pytest.fixture(autouse=True)
-def short(monkeypatch):
+def short_pauses(monkeypatch):
     monkeypatch.setattr(notifier, "FIRST_PAUSE_S", 0.01)
     monkeypatch.setattr(notifier, "LAST_WORDS_S", 5.0)
     monkeypatch.setenv("MAIL_WORD", SECRET)
@@ -58,7 +58,7 @@ class Handler:
 
 
 @pytest.fixture
-def served():
+def start_server():
     controllers_ = []
 
     def serve(handler, **more):
@@ -76,15 +76,15 @@ def served():
         gc.collect()  # asyncio does not close the socket of a handshake that failed
 
 
-def to(port, **more):
+def sink_to(port, **more):
     base = {"host": "127.0.0.1", "port": port, "security": "none", "timeout": "2 s", "attempts": 3}
     people = {"sender": "rig@example.org", "to": ["lab@example.org", "chief@example.org"]}
     return mail(MailSettings(**{**base, **people, **more}))
 
 
-def test_mail_has_the_messages_of_the_run(served, tmp_path):
+def test_mail_has_the_messages_of_the_run(start_server, tmp_path):
     handler = Handler()
-    sink = to(served(handler))
+    sink = sink_to(start_server(handler))
     for event in run_events(tmp_path):
         sink(event)
     sink.close()
@@ -97,9 +97,9 @@ def test_mail_has_the_messages_of_the_run(served, tmp_path):
     assert handler.got[0].mail_from == "rig@example.org"
 
 
-def test_specimen_cannot_add_a_header(served, tmp_path):
+def test_specimen_cannot_add_a_header(start_server, tmp_path):
     handler = Handler()
-    sink = to(served(handler), on=["run_ended"])
+    sink = sink_to(start_server(handler), on=["run_ended"])
     sink(planned(tmp_path, inputs={"specimen": "SN\r\nBcc: all@example.org"}))
     sink(finished())
     sink.close()
@@ -109,7 +109,7 @@ def test_specimen_cannot_add_a_header(served, tmp_path):
 
 
 @pytest.mark.filterwarnings("ignore:Requiring AUTH while not requiring TLS")
-def test_account_is_sent_to_the_server(served):
+def test_account_is_sent_to_the_server(start_server):
     logins = []
 
     def authenticate(_server, _session, _envelope, _mechanism, data):
@@ -117,35 +117,35 @@ def test_account_is_sent_to_the_server(served):
         return smtp.AuthResult(success=data.password.decode() == SECRET)
 
     more = {"authenticator": authenticate, "auth_require_tls": False, "auth_required": True}
-    port = served(Handler(), **more)
-    sink = to(port, user="rig", password={"env": "MAIL_WORD"})
+    port = start_server(Handler(), **more)
+    sink = sink_to(port, user="rig", password={"env": "MAIL_WORD"})
     sink(alarm())
     sink.close()
     assert (sink.lost, logins) == (0, [("rig", SECRET)])
 
 
-def test_wrong_password_is_tried_once_and_not_logged(served, caplog):
+def test_wrong_password_is_tried_once_and_not_logged(start_server, caplog):
     attempts = []
 
     def refuse(*_):
         attempts.append(1)
         return smtp.AuthResult(success=False, handled=False)
 
-    port = served(Handler(), authenticator=refuse, auth_require_tls=False)
-    sink = to(port, user="rig", password={"env": "MAIL_WORD"})
+    port = start_server(Handler(), authenticator=refuse, auth_require_tls=False)
+    sink = sink_to(port, user="rig", password={"env": "MAIL_WORD"})
     sink(alarm())
     wait_until(lambda: sink.lost)
     assert "the mail server said 535" in caplog.text
     assert SECRET not in caplog.text
 
 
-def test_busy_server_is_retried_and_a_refusing_one_is_not(served):
+def test_busy_server_is_retried_and_a_refusing_one_is_not(start_server):
     busy = Handler("451 later")
-    sink = to(served(busy))
+    sink = sink_to(start_server(busy))
     sink(alarm())
     wait_until(lambda: busy.got)
     refusing = Handler("554 no", "554 no", "554 no")
-    other = to(served(refusing))
+    other = sink_to(start_server(refusing))
     other(alarm())
     wait_until(lambda: other.lost)
     assert (sink.lost, busy.attempts, refusing.attempts) == (0, 2, 1)
@@ -155,7 +155,7 @@ def test_busy_server_is_retried_and_a_refusing_one_is_not(served):
 @pytest.mark.parametrize("security", ["none", "starttls", "tls"])
 def test_server_that_hangs_or_closes_is_given_up(closes, security):
     with unresponsive(closes=closes) as port:
-        sink = to(port, timeout="0.1 s", attempts=2, security=security)
+        sink = sink_to(port, timeout="0.1 s", attempts=2, security=security)
         sink(alarm())
         wait_until(lambda: sink.lost)
         sink.close()
@@ -168,7 +168,7 @@ def test_server_that_hangs_or_closes_is_given_up(closes, security):
 )
 def test_endless_answer_is_given_up(first, again, pause_s):
     with endless_answers(first, again, pause_s) as port:
-        sink = to(port, timeout="0.3 s", attempts=1)
+        sink = sink_to(port, timeout="0.3 s", attempts=1)
         sink(alarm())
         wait_until(lambda: sink.lost)
         sink.close()
@@ -198,27 +198,27 @@ def own_certificate(tmp_path):
 
 
 @pytest.mark.parametrize("security", ["starttls", "tls"])
-def test_mail_is_sent_over_tls_to_a_server_with_a_trusted_certificate(
-    served, own_certificate, monkeypatch, caplog, security
+def test_mail_over_tls_needs_a_trusted_certificate(
+    start_server, own_certificate, monkeypatch, caplog, security
 ):
     path, context = own_certificate
     handler = Handler()
     of_tls = {"tls_context": context, "require_starttls": True}
-    port = served(handler, **(of_tls if security == "starttls" else {"ssl_context": context}))
-    untrusting = to(port, security=security, attempts=1, timeout="30 s")
+    port = start_server(handler, **(of_tls if security == "starttls" else {"ssl_context": context}))
+    untrusting = sink_to(port, security=security, attempts=1, timeout="30 s")
     untrusting(alarm())
     wait_until(lambda: "was not delivered" in caplog.text)
     assert (handler.got, untrusting.lost) == ([], 1)
     monkeypatch.setenv("SSL_CERT_FILE", str(path))
-    sink = to(port, security=security, attempts=1, timeout="30 s")
+    sink = sink_to(port, security=security, attempts=1, timeout="30 s")
     sink(alarm())
     wait_until(lambda: handler.got or sink.lost)
     assert (len(handler.got), sink.lost) == (1, 0)
 
 
-def test_server_without_tls_gets_nothing_in_clear_text(served):
+def test_server_without_tls_gets_nothing_in_clear_text(start_server):
     handler = Handler()
-    sink = to(served(handler), security="starttls", attempts=1)
+    sink = sink_to(start_server(handler), security="starttls", attempts=1)
     sink(alarm())
     wait_until(lambda: sink.lost)
     assert handler.attempts == 0

@@ -29,13 +29,13 @@ def disk(monkeypatch):
     return space
 
 
-def reported(events, **settings):
+def messages_of(events, **settings):
     rules = Rules(RuleSettings(**settings))
     return [message for event in events for message in rules.take(event)]
 
 
 def test_end_of_a_run_is_reported_once_with_its_verdict(tmp_path):
-    messages = reported(run_events(tmp_path))
+    messages = messages_of(run_events(tmp_path))
     assert [message.kind for message in messages] == ["alarm", "run_ended"]
     assert messages[1].title == "rig-1: run ended (completed, pass) - SN-042"
     assert messages[1].document()["verdict"] == "pass"
@@ -52,9 +52,9 @@ def test_run_cut_off_after_its_end_is_reported_without_a_verdict():
 
 
 def test_only_configured_kinds_are_reported(tmp_path):
-    (message,) = reported(run_events(tmp_path), on=["run_ended"])
+    (message,) = messages_of(run_events(tmp_path), on=["run_ended"])
     assert message.kind == "run_ended"
-    assert reported([alarm()], on=["disk_low"]) == []
+    assert messages_of([alarm()], on=["disk_low"]) == []
 
 
 STEP = {"step": "main[0]", "index": 0, "action": "set", "text": "Set"}
@@ -88,7 +88,7 @@ def test_pause_waits_for_a_person_like_a_prompt():
 
 def test_only_instruments_due_soon_are_named(tmp_path):
     due = {"load cell": "2026-12-07", "meter": "2026-12-08", "clock": "2026-11-22"}
-    (message,) = reported([planned(tmp_path, due=due)])
+    (message,) = messages_of([planned(tmp_path, due=due)])
     assert message.kind == "calibration_due"
     assert message.text == (
         "clock: calibration was due on 2026-11-22\nload cell: calibration is due on 2026-12-07"
@@ -114,18 +114,18 @@ def test_low_disk_space_is_reported_once_until_there_was_space_again(disk, tmp_p
 
 
 def test_unsafe_device_is_reported_as_an_alarm():
-    (message,) = reported([event(MadeSafe, what="tester", problems=("no answer",))])
+    (message,) = messages_of([event(MadeSafe, what="tester", problems=("no answer",))])
     assert (message.kind, message.text) == ("alarm", "tester may not be safe: no answer")
-    assert reported([event(MadeSafe, what="tester")]) == []
+    assert messages_of([event(MadeSafe, what="tester")]) == []
 
 
 def test_failed_listener_is_not_reported_by_listeners():
     failed = event(messages.Alarm, source="event sink", text="mail failed and was dropped")
-    assert reported([failed]) == []
+    assert messages_of([failed]) == []
 
 
 def test_line_break_in_a_specimen_does_not_split_the_subject(tmp_path):
     hostile = planned(tmp_path, inputs={"specimen": "SN\r\nBcc: all@example.org"})
-    message = reported([hostile, finished()])[-1]
+    message = messages_of([hostile, finished()])[-1]
     assert "\n" not in message.title
     assert "\r" not in message.title

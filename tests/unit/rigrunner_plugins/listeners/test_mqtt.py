@@ -31,7 +31,7 @@ with_broker = pytest.mark.skipif(not BROKER or not WORDS, reason="mosquitto is n
 
 
 @pytest.fixture(autouse=True)
-def short(monkeypatch):
+def short_pauses(monkeypatch):
     monkeypatch.setattr(notifier, "FIRST_PAUSE_S", 0.01)
     monkeypatch.setattr(notifier, "LAST_WORDS_S", 5.0)
     monkeypatch.setenv("MQTT_WORD", SECRET)
@@ -80,7 +80,7 @@ def subscribed(port, user="", word=""):
         client.loop_stop()
 
 
-def to(port, **more):
+def sink_to(port, **more):
     from rigrunner_plugins.listeners.mqtt import mqtt  # noqa: PLC0415  (an extra)
 
     settings = {"host": "127.0.0.1", "port": port, "timeout": "5 s", "attempts": 2}
@@ -90,7 +90,7 @@ def to(port, **more):
 @with_broker
 def test_broker_forwards_the_messages(tmp_path):
     with broker(tmp_path, "allow_anonymous true") as port, subscribed(port) as messages:
-        sink = to(port)
+        sink = sink_to(port)
         for event in run_events(tmp_path):
             sink(event)
         sink.close()
@@ -109,10 +109,10 @@ def test_account_is_required_and_not_logged(tmp_path, caplog):
     password_file.chmod(0o644)
     lines = "allow_anonymous false", f"password_file {password_file}"
     with broker(tmp_path, *lines) as port, subscribed(port, "rig", SECRET) as messages:
-        without_account = to(port)
+        without_account = sink_to(port)
         without_account(alarm())
         wait_until(lambda: without_account.lost)
-        sink = to(port, user="rig", password={"env": "MQTT_WORD"})
+        sink = sink_to(port, user="rig", password={"env": "MQTT_WORD"})
         sink(alarm())
         sink.close()
         wait_until(lambda: len(messages) == 1)
@@ -125,7 +125,7 @@ def test_account_is_required_and_not_logged(tmp_path, caplog):
 def test_broker_that_returns_gets_the_message(tmp_path, monkeypatch):
     monkeypatch.setattr(notifier, "FIRST_PAUSE_S", 0.5)
     port = free_port()
-    sink = to(port, attempts=10)
+    sink = sink_to(port, attempts=10)
     sink(alarm())
     file = tmp_path / "again.conf"
     file.write_text(f"listener {port} 127.0.0.1\nallow_anonymous true\n", encoding="utf-8")
@@ -141,7 +141,7 @@ def test_broker_that_returns_gets_the_message(tmp_path, monkeypatch):
 @pytest.mark.parametrize("closes", [True, False])
 def test_broker_that_hangs_or_closes_is_given_up(closes):
     with unresponsive(closes=closes) as port:
-        sink = to(port, timeout="0.2 s")
+        sink = sink_to(port, timeout="0.2 s")
         sink(alarm())
         wait_until(lambda: sink.lost)
         sink.close()
@@ -164,7 +164,7 @@ def test_broker_that_accepts_and_closes_is_retried(caplog):
 
         thread = threading.Thread(target=work)
         thread.start()
-        sink = to(listener.getsockname()[1], timeout="3 s", attempts=2)
+        sink = sink_to(listener.getsockname()[1], timeout="3 s", attempts=2)
         sink(alarm())
         wait_until(lambda: sink.lost)
         sink.close()

@@ -16,7 +16,7 @@ from unit.rigrunner_plugins.listeners.helpers_listeners import alarm, event, run
 
 
 @pytest.fixture(autouse=True)
-def short(monkeypatch):
+def short_pauses(monkeypatch):
     monkeypatch.setattr(notifier, "FIRST_PAUSE_S", 0.01)
     monkeypatch.setattr(notifier, "LAST_WORDS_S", 0.5)
 

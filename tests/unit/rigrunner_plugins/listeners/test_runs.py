@@ -42,7 +42,7 @@ def samples_of(finished):
     return {rec.name: len(next(iter(rec.channels.values()))) for rec in stored.recordings}
 
 
-def test_receiver_gets_messages_of_a_run_and_its_secret_is_in_no_file(tmp_path):
+def test_receiver_gets_messages_and_its_secret_is_in_no_file(tmp_path):
     with web() as (receiver, port):
         procedure, station = lab(tmp_path, hook(port))
         finished = run(procedure, tmp_path / "runs", station=station)
@@ -89,5 +89,5 @@ def test_missing_secret_keeps_the_run_from_starting(tmp_path, monkeypatch):
 
 
 @pytest.fixture(autouse=True)
-def short(monkeypatch):
+def short_pauses(monkeypatch):
     monkeypatch.setattr(notifier, "LAST_WORDS_S", 1.0)

@@ -26,13 +26,13 @@ from unit.rigrunner_plugins.listeners.helpers_listeners import (
 
 
 @pytest.fixture(autouse=True)
-def short(monkeypatch):
+def short_pauses(monkeypatch):
     monkeypatch.setattr(notifier, "FIRST_PAUSE_S", 0.01)
     monkeypatch.setattr(notifier, "LAST_WORDS_S", 1.0)
     monkeypatch.setenv("HOOK_KEY", SECRET)
 
 
-def to(port, **more):
+def sink_to(port, **more):
     url = f"http://127.0.0.1:{port}/hook?rig=1"
     return webhook(WebhookSettings(url=url, **{"timeout": "2 s", "attempts": 3, **more}))
 
@@ -46,7 +46,7 @@ def test_signature_is_that_of_the_standard():
 
 def test_receiver_gets_signed_json(tmp_path):
     with web() as (receiver, port):
-        sink = to(port, secret={"env": "HOOK_KEY"})
+        sink = sink_to(port, secret={"env": "HOOK_KEY"})
         for event in run_events(tmp_path):
             sink(event)
         sink.close()
@@ -66,7 +66,7 @@ def test_receiver_gets_signed_json(tmp_path):
 
 def test_failing_receiver_is_retried_with_the_same_id():
     with web(500, 429, 200) as (receiver, port):
-        sink = to(port)
+        sink = sink_to(port)
         sink(alarm())
         wait_until(lambda: len(receiver.got) == 3)
         sink.close()
@@ -78,7 +78,7 @@ def test_failing_receiver_is_retried_with_the_same_id():
 @pytest.mark.parametrize("status", [302, 400, 401, 404])
 def test_refused_message_is_not_retried_and_no_redirect_is_followed(status):
     with web(status) as (receiver, port):
-        sink = to(port)
+        sink = sink_to(port)
         sink(alarm())
         wait_until(lambda: sink.lost)
         sink.close()
@@ -88,7 +88,7 @@ def test_refused_message_is_not_retried_and_no_redirect_is_followed(status):
 @pytest.mark.parametrize("closes", [True, False])
 def test_receiver_that_hangs_or_closes_is_given_up(closes):
     with unresponsive(closes=closes) as port:
-        sink = to(port, timeout="0.1 s", attempts=2)
+        sink = sink_to(port, timeout="0.1 s", attempts=2)
         sink(alarm())
         wait_until(lambda: sink.lost)
         sink.close()
@@ -105,7 +105,7 @@ def test_receiver_that_hangs_or_closes_is_given_up(closes):
 )
 def test_endless_answer_is_given_up(first, again, pause_s):
     with endless_answers(first, again, pause_s) as port:
-        sink = to(port, timeout="0.3 s", attempts=1)
+        sink = sink_to(port, timeout="0.3 s", attempts=1)
         sink(alarm())
         wait_until(lambda: sink.lost)
         sink.close()
@@ -114,7 +114,7 @@ def test_endless_answer_is_given_up(first, again, pause_s):
 
 def test_body_of_the_answer_is_not_read():
     with endless_answers(b"HTTP/1.1 200 OK\r\n\r\n", b"x" * 1000) as port:
-        sink = to(port, attempts=1)
+        sink = sink_to(port, attempts=1)
         sink(alarm())
         sink.close()
     assert sink.lost == 0
@@ -126,13 +126,13 @@ def test_secret_is_read_when_the_run_starts_and_not_logged(tmp_path, monkeypatch
     assert Secret(file=str(file)).read() == SECRET
     monkeypatch.delenv("HOOK_KEY")
     with pytest.raises(PluginError, match="the variable HOOK_KEY is empty or not set"):
-        to(1, secret={"env": "HOOK_KEY"})
+        sink_to(1, secret={"env": "HOOK_KEY"})
     with pytest.raises(PluginError, match="cannot read the file /no/such: FileNotFoundError"):
         Secret(file="/no/such").read()
     bad = "whsec_no*base64"
     monkeypatch.setenv("HOOK_KEY", bad)
     with pytest.raises(PluginError, match="not base64") as raised:
-        to(1, secret={"env": "HOOK_KEY"})
+        sink_to(1, secret={"env": "HOOK_KEY"})
     assert bad not in str(raised.value)
 
 

@@ -23,14 +23,14 @@ def test_masked_outlier_is_rejected_with_its_group():
     assert rejections[1].statistic > rejections[1].critical
 
 
-@pytest.mark.parametrize(("n", "expected"), [(3, 1), (4, 1), (14, 2), (15, 3), (30, 6)])
-def test_one_in_five_values_may_be_an_outlier(n, expected):
+@pytest.mark.parametrize(("n", "limit"), [(3, 1), (4, 1), (14, 2), (15, 3), (30, 6)])
+def test_one_in_five_values_may_be_an_outlier(n, limit):
     good = np.resize(GOOD, n)
     spoiled = good.copy()
-    spoiled[:expected] = 1e4 * 3.0 ** np.arange(expected)
-    assert rejected(spoiled) == list(reversed(range(expected)))
-    spoiled[expected] = 3e3
-    assert len(rejected(spoiled)) <= expected
+    spoiled[:limit] = 1e4 * 3.0 ** np.arange(limit)
+    assert rejected(spoiled) == list(reversed(range(limit)))
+    spoiled[limit] = 3e3
+    assert len(rejected(spoiled)) <= limit
 
 
 def test_no_more_than_at_most_are_rejected():
