@@ -1,4 +1,4 @@
-"""The analysis `curve` of results of other analyses: against trials and computations by hand."""
+"""The analysis `curve` of results of other analyses, against trials and computations by hand."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from unit.rigrunner_plugins.equation.helpers_equation import instrument, run_of
 
 TEN_MHZ = 1e7 + np.array([0, 0.2, 0.41, 0.59, 0.8, 1.0])
 UNITS = {"rig.inlet": "Pa", "rig.outlet": "Pa", "rig.flow": "m³/s"}
-VALVE = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0]  # A: what a helper sets
+VALVE = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0]  # A: set by hand
 FLOW = np.array([0.0, 2.0, 4.1, 5.9, 8.0, 10.0]) * 1e-4
 RHO, G = 998.0, 9.81
 HEAD = 12 - 2e3 * FLOW - 6e6 * FLOW**2  # m
@@ -58,7 +58,7 @@ def findings(*analyses, columns=COLUMNS, meters=METERS):
 
 
 def results_of(*analyses, **run):
-    return {result.name: result for made in findings(*analyses, **run) for result in made.results}
+    return {result.name: result for part in findings(*analyses, **run) for result in part.results}
 
 
 RATED = {"value": {"name": "rated", "at": "30 L/min", "unit": "m"}}
@@ -66,7 +66,7 @@ AT = 30e-3 / 60
 
 
 def test_errors_common_to_the_points_count_as_in_trials():
-    """Offsets, gains and a constant, rectangular: u is that of the fit to points moved by them."""
+    """Offsets, gains and a constant, rectangular: u equals that of fits to points moved by them."""
     rated = results_of(FLOW_RESULT, head(), curve(RATED))["rated"]
     assert rated.estimate.value == pytest.approx(12 - 2e3 * AT - 6e6 * AT**2, rel=1e-9)
     rng, count = np.random.default_rng(20261129), 20_000
@@ -90,7 +90,7 @@ def test_errors_common_to_the_points_count_as_in_trials():
 
 
 @pytest.mark.parametrize("accuracy", [{"gain": "0.3 %", "offset": "3 mbar"}, "5 mbar"])
-def test_results_that_are_the_readings_give_the_curve_of_the_readings(accuracy):
+def test_readings_as_a_result_give_the_same_curve_as_the_channel(accuracy):
     outlet = COLUMNS["rig.outlet"] + np.array([30, -20, 5, 40, -35, 10.0])
     results = {
         "value": {"name": "value", "at": "2.5 A", "unit": "bar"},
@@ -102,10 +102,10 @@ def test_results_that_are_the_readings_give_the_curve_of_the_readings(accuracy):
     of = {"fit": PARABOLA, "over": "load.current", "results": results}
     run = {"columns": COLUMNS | {"rig.outlet": outlet},
            "meters": [instrument("rig.outlet", "pressure", accuracy)]}  # fmt: skip
-    itself = ("readings", {"of": "rig.outlet", "per": ["load.current"],
-                           "result": {"name": "pressure", "unit": "mbar"}})  # fmt: skip
+    pressure = ("readings", {"of": "rig.outlet", "per": ["load.current"],
+                             "result": {"name": "pressure", "unit": "mbar"}})  # fmt: skip
     direct = results_of(("curve", {"of": "rig.outlet", **of}), **run)
-    got = results_of(itself, ("curve", {"of": "pressure", **of}), **run)
+    got = results_of(pressure, ("curve", {"of": "pressure", **of}), **run)
     for name in direct:
         expected, value = direct[name].estimate, got[name].estimate
         assert value.value == pytest.approx(expected.value, rel=1e-8), name
@@ -113,7 +113,7 @@ def test_results_that_are_the_readings_give_the_curve_of_the_readings(accuracy):
         assert value.dof == pytest.approx(expected.dof, rel=1e-3), name
 
 
-def test_a_gain_that_y_and_x_have_in_common_cancels_in_the_slope():
+def test_gain_common_to_y_and_x_cancels_in_the_slope():
     twice = ("equation", {"result": {"name": "twice", "unit": "mbar"}, "model": "2 * p",
                           "inputs": {"p": "rig.outlet"}, "per": ["load.current"]})  # fmt: skip
     once = ("readings", {"of": "rig.outlet", "per": ["load.current"],
@@ -127,8 +127,8 @@ def test_a_gain_that_y_and_x_have_in_common_cancels_in_the_slope():
 
 @pytest.mark.parametrize("accuracy", [{"gain": "0.5 %"}, "20 mA"])
 @pytest.mark.parametrize(("model", "slope"), [("x", 1.0), ("k - x", -1.0)])
-def test_an_error_of_the_set_point_counts_once_where_it_is_in_y_too(accuracy, model, slope):
-    """Whatever the error of x is, y = x or y = k - x holds."""
+def test_error_of_a_set_point_that_is_also_in_y_counts_once(accuracy, model, slope):
+    """For any error of x, y = x or y = k - x."""
     results = {"slope": {"name": "slope", "unit": "1"},
             "value": {"name": "at", "at": "3 A", "unit": "A"}}  # fmt: skip
     of_itself = {"result": {"name": "itself", "unit": "mA"}, "model": model,
@@ -145,8 +145,8 @@ def test_an_error_of_the_set_point_counts_once_where_it_is_in_y_too(accuracy, mo
         assert len(got[name].components) == 2
 
 
-def test_what_correlated_instruments_have_in_common_counts_with_its_greatest_effect():
-    """Their line has no sign, so at each point it may act another way."""
+def test_common_error_of_correlated_instruments_counts_with_its_greatest_effect():
+    """Its budget line has no sign, so it may act differently at each point."""
     results = {"value": {"name": "at", "at": "5 A", "unit": "m"}}
     meters = [instrument(f"rig.{name}", "pressure", {"offset": "4 mbar"})
               for name in ("inlet", "outlet")]  # fmt: skip
@@ -158,31 +158,31 @@ def test_what_correlated_instruments_have_in_common_counts_with_its_greatest_eff
     assert line.u == pytest.approx(u * np.abs(weights).sum(), rel=1e-4)
 
 
-def test_the_scatter_of_each_result_is_its_weight():
+def test_scatter_of_each_result_is_its_weight():
     scatter = np.array([1.0, 1.0, 9.0, 1.0, 20.0, 1.0])
     outlet = np.array([0, 2e3, 3.9e3, 6.2e3, 7.7e3, 10.3e3])
     ten = {"rig.outlet": np.concatenate([outlet - scatter, outlet + scatter] * 5)}
-    itself = ("readings", {"of": "rig.outlet", "per": ["load.current"],
-                           "result": {"name": "pressure", "unit": "Pa"}})  # fmt: skip
+    pressure = ("readings", {"of": "rig.outlet", "per": ["load.current"],
+                             "result": {"name": "pressure", "unit": "Pa"}})  # fmt: skip
     results = {"value": {"name": "at", "at": "2 A", "unit": "Pa"}}
     weighted = {"polynomial": {"degree": 1, "weighted": True}}
     run = run_of(ten, UNITS, [instrument("rig.outlet", "pressure", {"offset": "0 Pa"})], VALVE * 10)
     references = [
         AnalysisRef.model_validate({name: settings})
-        for name, settings in (itself, curve(results, "load.current", "pressure", weighted))
+        for name, settings in (pressure, curve(results, "load.current", "pressure", weighted))
     ]
     *_, findings_ = findings_of(run, references, Scrutiny(registry()))
     expected = np.polyval(np.polyfit(VALVE, outlet, 1, w=1 / scatter), 2)
     assert findings_.results[0].estimate.value == pytest.approx(expected, rel=1e-9)
 
 
-def test_an_error_that_may_be_another_at_each_point_counts_with_its_greatest_effect():
+def test_error_that_may_differ_at_each_point_counts_with_its_greatest_effect():
     meters = [instrument("rig.outlet", "pressure", "5 mbar")]
     results = {"value": {"name": "at", "at": "5 A", "unit": "bar"}}
-    itself = ("readings", {"of": "rig.outlet", "per": ["load.current"],
-                           "result": {"name": "pressure", "unit": "bar"}})  # fmt: skip
+    pressure = ("readings", {"of": "rig.outlet", "per": ["load.current"],
+                             "result": {"name": "pressure", "unit": "bar"}})  # fmt: skip
     at = results_of(
-        itself, curve(results, of="pressure", over="load.current", fit=LINE), meters=meters
+        pressure, curve(results, of="pressure", over="load.current", fit=LINE), meters=meters
     )
     design = np.vander(VALVE, 2)
     weights = np.array([5.0, 1.0]) @ np.linalg.pinv(design)
@@ -192,7 +192,7 @@ def test_an_error_that_may_be_another_at_each_point_counts_with_its_greatest_eff
     assert not line.shared
 
 
-def test_a_point_without_a_value_is_left_out_with_a_note():
+def test_point_without_a_value_is_left_out_with_a_note():
     columns = COLUMNS | {"rig.outlet": np.where(np.arange(6) == 2, INLET, COLUMNS["rig.outlet"])}
     root = head("sqrt((p2 - p1) / (rho * g)) * number(1, m) / sqrt(number(1, m))")
     settings = curve({"value": {"name": "at", "at": "2.5 A", "unit": "m"}}, over="load.current")
@@ -202,7 +202,7 @@ def test_a_point_without_a_value_is_left_out_with_a_note():
     assert text in findings_.notes
 
 
-def test_a_curve_without_any_value_says_of_what():
+def test_curve_without_values_names_the_results_that_lack_them():
     settings = curve(RATED, where={"load.current": "7 A"})
     with pytest.raises(DataError, match=r"no value of head and flow at load\.current = 7 A"):
         findings(FLOW_RESULT, head(), settings)
@@ -217,53 +217,53 @@ def test_a_curve_without_any_value_says_of_what():
         ({"of": "rig head"}, "got 'rig head', expected a channel, such as"),
     ],
 )  # fmt: skip
-def test_what_belongs_to_a_channel_is_refused(more, message):
-    (name, told) = curve(RATED)
+def test_settings_that_belong_to_a_channel_are_refused(more, message):
+    (name, settings) = curve(RATED)
     with pytest.raises(Exception, match="curve") as raised:
-        registry().requires("analysis", name, told | more)
+        registry().requires("analysis", name, settings | more)
     assert message in str(raised.value)
 
 
-def test_without_an_entry_in_the_register_the_uncertainty_is_unknown():
-    itself = ("readings", {"of": "rig.outlet", "per": ["load.current"],
-                           "result": {"name": "pressure", "unit": "bar"}})  # fmt: skip
+def test_without_register_entry_u_is_unknown():
+    pressure = ("readings", {"of": "rig.outlet", "per": ["load.current"],
+                             "result": {"name": "pressure", "unit": "bar"}})  # fmt: skip
     results = {"value": {"name": "at", "at": "5 A", "unit": "bar"}}
     at = results_of(
-        itself, curve(results, of="pressure", over="load.current", fit=LINE), meters=[]
+        pressure, curve(results, of="pressure", over="load.current", fit=LINE), meters=[]
     )["at"]
     assert isnan(at.estimate.u)
     assert at.estimate.value == pytest.approx(np.polyval(np.polyfit(
         VALVE, COLUMNS["rig.outlet"], 1), 5) / 1e5, rel=1e-9)  # fmt: skip
 
 
-def test_the_scatter_of_a_result_that_all_points_use_moves_the_curve():
-    """A zero of three readings: the value has s/sqrt(3) with dof 2, the slope none."""
+def test_scatter_of_a_result_used_by_all_points_moves_the_curve():
+    """A zero of three readings adds s/sqrt(3) with dof 2 to the value, and nothing to the slope."""
     zero, load = np.array([100.0, 300.0, 500.0]), np.array([1.0, 2.0, 3.0, 4.0, 5.0])
     off = np.array([1.0, -2.0, 1.5, -1.0, 1.2])
     columns = {"rig.outlet": np.concatenate([zero, 300 + 1e4 * load + off])}
     run = run_of(columns, UNITS, PRECISE, [0.0, 0.0, 0.0, *load])
     at_rest = ("readings", {"of": "rig.outlet", "where": {"load.current": "0 A"},
                             "result": {"name": "zero", "unit": "Pa"}})  # fmt: skip
-    less = ("equation", {"result": {"name": "net", "unit": "Pa"}, "model": "p - z",
-                         "inputs": {"p": "rig.outlet", "z": "zero"},
-                         "per": ["load.current"]})  # fmt: skip
+    net = ("equation", {"result": {"name": "net", "unit": "Pa"}, "model": "p - z",
+                        "inputs": {"p": "rig.outlet", "z": "zero"},
+                        "per": ["load.current"]})  # fmt: skip
     results = {"value": {"name": "value", "at": "3 A", "unit": "Pa"},
                "slope": {"name": "slope", "unit": "Pa/A"}}  # fmt: skip
     fitted = curve(results, over="load.current", of="net", fit=LINE)
     references = [
-        AnalysisRef.model_validate({name: settings}) for name, settings in (at_rest, less, fitted)
+        AnalysisRef.model_validate({name: settings}) for name, settings in (at_rest, net, fitted)
     ]
     findings_ = findings_of(run, references, Scrutiny(registry()))
-    got = {result.name: result for one in findings_ for result in one.results}
+    got = {result.name: result for part in findings_ for result in part.results}
     (of_zero,) = (line for line in got["value"].components if "of zero" in line.name)
     assert of_zero.u == pytest.approx(np.std(zero, ddof=1) / sqrt(3), rel=1e-6)
     assert of_zero.dof == pytest.approx(2)
-    (none,) = (line for line in got["slope"].components if "of zero" in line.name)
-    assert none.u == pytest.approx(0, abs=1e-6)
+    (of_slope,) = (line for line in got["slope"].components if "of zero" in line.name)
+    assert of_slope.u == pytest.approx(0, abs=1e-6)
 
 
-def test_an_error_in_one_figure_stays_another_at_each_point_through_an_equation():
-    """The result of the readings, or the readings themselves: twice of both has the same slope."""
+def test_error_in_one_figure_stays_independent_per_point_through_an_equation():
+    """Twice the result of the readings and twice the readings have the same slope."""
     run = {"columns": COLUMNS, "meters": [instrument("rig.outlet", "pressure", "5 mbar")]}
     pressure = ("readings", {"of": "rig.outlet", "per": ["load.current"],
                              "result": {"name": "pressure", "unit": "mbar"}})  # fmt: skip
@@ -282,8 +282,8 @@ def test_an_error_in_one_figure_stays_another_at_each_point_through_an_equation(
     assert slope.estimate.u == pytest.approx(direct.estimate.u, rel=1e-6)
 
 
-def test_constants_of_one_name_and_value_in_two_units_are_two_errors():
-    """A zero of y of 1 mbar and one of x of 0.2 A, both called z: not one error of both."""
+def test_constants_of_equal_name_and_value_in_two_units_are_two_errors():
+    """A zero of y in mbar and a zero of x in A, both called z, are not one error."""
     y = ("equation", {"result": {"name": "y", "unit": "mbar"}, "model": "p - z",
                       "inputs": {"p": "rig.outlet"}, "per": ["load.current"],
                       "constants": {"z": {"value": "0 mbar", "u": "50 mbar"}}})  # fmt: skip
@@ -298,7 +298,7 @@ def test_constants_of_one_name_and_value_in_two_units_are_two_errors():
     assert got.estimate.u == pytest.approx(sqrt(50**2 + (100 * 0.2) ** 2), rel=1e-5)
 
 
-def test_an_equation_of_parameters_of_one_curve_has_no_u_below_that_of_their_covariance():
+def test_u_of_curve_parameters_in_an_equation_is_conservative():
     """x at y = 0 of a line: by the covariance 0.0568 A, as independent errors 0.0428 A."""
     off = np.array([6122.6, -7668.0, 1254.7, -1703.3, -1357.9, -646.6])
     columns = {"rig.outlet": 2e5 + 1e5 * np.array(VALVE) + off}
@@ -313,10 +313,10 @@ def test_an_equation_of_parameters_of_one_curve_has_no_u_below_that_of_their_cov
     residuals = columns["rig.outlet"] - c0 - c1 * np.array(VALVE)
     slopes = np.array([c0 / c1**2, -1 / c1])
     u = sqrt(slopes @ covariance @ slopes * (residuals @ residuals) / 4)
-    each = sqrt((residuals @ residuals) / 4) * np.sqrt(np.diag(covariance))
+    u_parameters = sqrt((residuals @ residuals) / 4) * np.sqrt(np.diag(covariance))
     assert got["root"].estimate.value == pytest.approx(-c0 / c1)
-    assert got["root"].estimate.u == pytest.approx(np.abs(slopes) @ each, rel=1e-6)
-    assert got["root"].estimate.u >= u > np.linalg.norm(slopes * each)
+    assert got["root"].estimate.u == pytest.approx(np.abs(slopes) @ u_parameters, rel=1e-6)
+    assert got["root"].estimate.u >= u > np.linalg.norm(slopes * u_parameters)
     assert got["root"].estimate.dof == pytest.approx(4)
     twice = ("equation", {"result": {"name": "twice", "unit": "A"}, "model": "r + a / b",
                           "inputs": {"r": "root", "a": "c0", "b": "c1"}})  # fmt: skip
@@ -324,18 +324,18 @@ def test_an_equation_of_parameters_of_one_curve_has_no_u_below_that_of_their_cov
     assert again.estimate.u == pytest.approx(2 * got["root"].estimate.u, rel=1e-6)  # the greatest
 
 
-def test_the_scatter_of_three_readings_has_its_few_degrees_of_freedom_between_points():
-    """An interpolation goes through a point, and has its U there, with k = 4.3."""
+def test_scatter_of_three_readings_keeps_its_degrees_of_freedom_between_points():
+    """An interpolation passes through a point, and has its U there, with k = 4.3."""
     outlet = np.array([0, 2e3, 3.9e3, 6.2e3, 7.7e3, 10.3e3])
     thrice = {"rig.outlet": np.concatenate([outlet - 30, outlet + 40, outlet - 10])}
-    itself = ("readings", {"of": "rig.outlet", "per": ["load.current"],
-                           "result": {"name": "pressure", "unit": "Pa"}})  # fmt: skip
+    pressure = ("readings", {"of": "rig.outlet", "per": ["load.current"],
+                             "result": {"name": "pressure", "unit": "Pa"}})  # fmt: skip
     results = {"value": {"name": "at", "at": "2 A", "unit": "Pa"}}
     run = run_of(thrice, UNITS, PRECISE, VALVE * 3)
 
     def findings_of_fit(fit):
-        both = itself, curve(results, over="load.current", of="pressure", fit=fit)
-        references = [AnalysisRef.model_validate({name: settings}) for name, settings in both]
+        analyses = pressure, curve(results, over="load.current", of="pressure", fit=fit)
+        references = [AnalysisRef.model_validate({name: settings}) for name, settings in analyses]
         return findings_of(run, references, Scrutiny(registry()))
 
     readings, at = findings_of_fit({"pchip": {}})
@@ -347,8 +347,8 @@ def test_the_scatter_of_three_readings_has_its_few_degrees_of_freedom_between_po
         findings_of_fit({"polynomial": {"degree": 1, "weighted": True}})
 
 
-def test_errors_that_differ_at_each_point_do_not_cancel_between_two_values_of_a_curve():
-    """Each value has its greatest effect; of a difference they are independent, as of readings."""
+def test_per_point_errors_do_not_cancel_between_curve_values():
+    """Each value has its greatest effect; in a difference they are independent, as in readings."""
     run = {
         "columns": {"rig.outlet": np.full(6, 1e5)},
         "meters": [instrument("rig.outlet", "pressure", "5 mbar")],
@@ -371,8 +371,8 @@ def test_errors_that_differ_at_each_point_do_not_cancel_between_two_values_of_a_
 
 @pytest.mark.parametrize("of", ["rig.outlet", "frequency"])
 @pytest.mark.parametrize("error", ["offset", "drift"])
-def test_errors_of_a_y_that_hardly_changes_are_not_lost_in_its_rounding(of, error):
-    """10 MHz within 1 Hz: 0.5 Hz of y, 0.3 A and 2 % of x, by a fit to the last digits alone."""
+def test_errors_of_nearly_constant_y_are_not_lost_in_rounding(of, error):
+    """10 MHz within 1 Hz: 0.5 Hz of y, 0.3 A and 2 % of x, against a fit of y - 10 MHz."""
     meters = (
         instrument("rig.outlet", "frequency", {error: "0.5 Hz"}),
         instrument("load.current", "current", {"offset": "0.3 A", "gain": "2 %"}),
@@ -399,11 +399,11 @@ def test_errors_of_a_y_that_hardly_changes_are_not_lost_in_its_rounding(of, erro
         "gain of load.current": 0.02 * 2.2 * slope,
     }
     for name, u in expected.items():
-        (found_u,) = (each for line, each in lines.items() if line.startswith(name))
-        assert found_u == pytest.approx(u / sqrt(3), rel=2e-3), name
+        (line_u,) = (line_u for line, line_u in lines.items() if line.startswith(name))
+        assert line_u == pytest.approx(u / sqrt(3), rel=2e-3), name
 
 
-def test_an_interpolation_counts_the_scatter_of_x():
+def test_interpolation_includes_the_scatter_of_x():
     """y = 200 x exactly, each x of ten readings: u of y is 200 u(x), and there are no residuals."""
     flow = np.concatenate([FLOW + off for off in np.tile([1e-6, -1e-6], 5)])
     outlet = np.tile(1e5 + 2e8 * FLOW, 10) + np.repeat(np.tile([1, -1], 5), len(FLOW))

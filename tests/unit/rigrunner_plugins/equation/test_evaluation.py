@@ -34,7 +34,7 @@ def result(settings, columns=None, instruments=METERS, places=None):
     return findings(settings, run_of(columns, UNITS, instruments, places))
 
 
-def test_type_a_with_its_correlation_and_type_b_of_the_register():
+def test_type_a_has_its_correlation_and_type_b_is_of_the_register():
     """GUM 5.2.2 with the covariance of the means, and each error of the register by its slope."""
     quotient = result(settings_of()).results[0]
     covariance = np.cov([VOLT, AMPERE]) / 5
@@ -57,12 +57,12 @@ def test_type_a_with_its_correlation_and_type_b_of_the_register():
 
 
 def covered_differences(parts, *, count=40):
-    """Return how many of some runs hold 0 V, the mean of the difference of two recorded channels.
+    """Return for how many runs U covers 0 V, the mean of the difference of two recorded channels.
 
-    Both have white noise of 1 V in common; `parts` are what each has of its own, of a generator.
+    Both have white noise of 1 V in common; `parts` returns what is specific to one channel.
     """
     rng, inside = np.random.default_rng(3), 0
-    inputs = {each: {"of": f"meter.{each}", "instrument": False} for each in "ab"}
+    inputs = {name: {"of": f"meter.{name}", "instrument": False} for name in "ab"}
     difference = settings_of("y = a - b", "V", inputs)
     difference["result"]["symbol"] = "y"
     analysis = load_registry().make("analysis", "equation", difference)
@@ -72,7 +72,7 @@ def covered_differences(parts, *, count=40):
         recordings = tuple(
             Recording(
                 f"{at}", 100.0, f"2026-01-05T10:00:{10 * at:02d}+00:00", {},
-                {name: each[200 * at : 200 * (at + 1)] for name, each in channels.items()},
+                {name: samples[200 * at : 200 * (at + 1)] for name, samples in channels.items()},
                 dict.fromkeys(channels, "V"),
             )
             for at in range(5)
@@ -83,22 +83,22 @@ def covered_differences(parts, *, count=40):
     return inside
 
 
-def test_noise_in_common_does_not_hide_levels_of_recordings_that_each_channel_has_alone():
+def test_common_noise_does_not_hide_recording_levels_of_each_channel():
     """Levels of 0.3 V scatter each mean; the samples, correlated to 0.94, do not show it."""
     assert covered_differences(lambda rng: np.repeat(0.3 * rng.normal(size=5), 200)) >= 36  # 27
 
 
-def test_without_levels_the_correlation_of_recorded_channels_is_that_of_their_samples():
+def test_without_levels_recorded_channels_correlate_as_their_samples():
     assert covered_differences(lambda rng: 0.3 * rng.normal(size=1000)) >= 36
 
 
-def test_the_scatter_is_that_of_the_result_computed_reading_by_reading():
+def test_scatter_equals_that_of_the_result_computed_per_reading():
     """H.2.4: to first order both ways agree, as the correlation is the observed one."""
     quotient = result(settings_of(), instruments=()).results[0]
     scatter = next(line for line in quotient.components if line.name.startswith("scatter"))
     ratios = VOLT / AMPERE
     assert scatter.u == pytest.approx(ratios.std(ddof=1) / sqrt(5), rel=1e-3)
-    assert np.isnan(quotient.estimate.u)  # nothing is known of the instruments
+    assert np.isnan(quotient.estimate.u)  # the instruments are unknown
 
 
 @pytest.mark.parametrize(
@@ -109,7 +109,7 @@ def test_the_scatter_is_that_of_the_result_computed_reading_by_reading():
         ({"a": 1.0, "b": 0.05}, 0.95 * sqrt(3)),
     ],
 )
-def test_k_follows_from_the_shape_of_rectangular_inputs(limits, k):
+def test_k_depends_on_the_shape_of_rectangular_inputs(limits, k):
     constants = {name: {"value": 1.0, "limits": width} for name, width in limits.items()}
     settings = settings_of(
         f"R = x + {' + '.join(limits)}", "1", {"x": {"of": "meter.ratio", "instrument": False}},
@@ -125,10 +125,10 @@ def test_k_follows_from_the_shape_of_rectangular_inputs(limits, k):
 @pytest.mark.parametrize("limits", [(1.0, 0.5, 0.01), (1.0, 0.5, 1.0)])
 @pytest.mark.parametrize("model", ["a + b + c", "a * b + c"])
 def test_fully_correlated_rectangles_are_one_rectangle(model, limits, r):
-    """k is held against a million draws, in which b follows a."""
+    """k is compared with a million draws, in which b follows a."""
     constants = {
-        name: {"value": value, "limits": each}
-        for name, value, each in zip("abc", (70.0, 90.0, 1.0), limits, strict=True)
+        name: {"value": value, "limits": limit}
+        for name, value, limit in zip("abc", (70.0, 90.0, 1.0), limits, strict=True)
     }
     findings_ = of_constants(
         f"({model}) * x", constants, correlations=[{"between": ["a", "b"], "r": r}]
@@ -143,7 +143,7 @@ def test_fully_correlated_rectangles_are_one_rectangle(model, limits, r):
     assert estimate.u == pytest.approx(y.std(), rel=2e-3)
     assert factor(estimate) * estimate.u == pytest.approx(width, rel=0.012)
     (table,) = (table for table in findings_.tables if table.title.startswith("GUM and"))
-    low, high = (table.rows[0][table.columns.index(f"{each} (Monte Carlo)")] for each in
+    low, high = (table.rows[0][table.columns.index(f"{bound} (Monte Carlo)")] for bound in
                  ("low", "high"))  # fmt: skip
     assert (high - low) / 2 == pytest.approx(width, rel=0.012)
 
@@ -151,7 +151,7 @@ def test_fully_correlated_rectangles_are_one_rectangle(model, limits, r):
 @pytest.mark.parametrize(
     ("r", "u"), [(1.0, 0.03), (-1.0, 0.01), (0.5, sqrt(0.0007)), (0.0, sqrt(0.0005))]
 )
-def test_a_correlated_pair(r, u):
+def test_correlated_pair_of_constants(r, u):
     """u² = 0.01² + 0.02² + 2 r 0.01 0.02 (GUM 5.2.2)."""
     settings = settings_of(
         "R = x + a + b", "1", {"x": {"of": "meter.ratio", "instrument": "no"}},
@@ -164,19 +164,19 @@ def test_a_correlated_pair(r, u):
     assert findings_.checks[0].ok
 
 
-def test_two_correlated_instruments():
-    """Gains of one reference, r = 1, cancel in a quotient."""
+def test_fully_correlated_gains_cancel_in_a_quotient():
+    """Gains from one reference instrument have r = 1."""
     meters = (instrument("meter.voltage", "voltage", {"gain": "1 %"}),
               instrument("meter.current", "current", {"gain": "1 %"}))  # fmt: skip
     columns = {"meter.voltage": [10.0], "meter.current": [2.0]}
-    apart = result(settings_of(), columns, meters).results[0].estimate
-    together = (
+    independent = result(settings_of(), columns, meters).results[0].estimate
+    correlated = (
         result(settings_of(correlations=[{"between": ["U", "I"], "r": 1}]), columns, meters)
         .results[0]
         .estimate
     )
-    assert apart.u == pytest.approx(5 * 0.01 / sqrt(3) * sqrt(2))
-    assert together.u == pytest.approx(0.0, abs=1e-9)
+    assert independent.u == pytest.approx(5 * 0.01 / sqrt(3) * sqrt(2))
+    assert correlated.u == pytest.approx(0.0, abs=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -188,8 +188,8 @@ def test_two_correlated_instruments():
     ],
     ids=["unlike", "without", "same"],
 )
-def test_a_correlation_that_has_nothing_to_act_on_leaves_no_result(of_current, inputs):
-    """Without it u would be that of independent instruments, and nobody would see it."""
+def test_correlation_without_a_common_error_leaves_no_result(of_current, inputs):
+    """Otherwise u would silently be that of independent instruments."""
     meters = (instrument("meter.voltage", "voltage", {"gain": "1 %"}),
               instrument("meter.current", "current", of_current))  # fmt: skip
     unit = "1" if inputs["I"] == "meter.voltage" else "Ω"
@@ -203,8 +203,8 @@ def test_a_correlation_that_has_nothing_to_act_on_leaves_no_result(of_current, i
     assert "gain of meter.voltage" in findings_.missing[0].why
 
 
-def test_a_percentage_of_a_number_that_may_mean_two_things_is_refused():
-    """'10 %' of the number 3 counts as 0.1, as in runs that are stored; a person may mean 0.3."""
+def test_ambiguous_percentage_of_a_number_is_refused():
+    """'10 %' of the number 3 counts as 0.1, as in stored runs; a person may mean 0.3."""
     inputs = {"q": {"of": "meter.ratio", "instrument": "no"}}
 
     def objections(**constant):
@@ -215,12 +215,12 @@ def test_a_percentage_of_a_number_that_may_mean_two_things_is_refused():
     assert objection[0] == ("constants", "c", "limits")
     assert objection[1] == "'10 %' of the number 3: a share of it, or 0.1?"
     assert objection[2] == "write 0.3 or 0.1"
-    for each in ({"value": 3, "u": 0.1}, {"value": "30 %", "u": "1 %"}, {"value": 1, "u": "1 %"}):
-        assert not objections(**each)
+    for case in ({"value": 3, "u": 0.1}, {"value": "30 %", "u": "1 %"}, {"value": 1, "u": "1 %"}):
+        assert not objections(**case)
 
 
-def test_a_check_of_trials_is_about_the_places_where_it_failed():
-    """1/x at 0.01 ± 0.01 has no interval by its slope; at 1 and 2 it has."""
+def test_check_of_trials_names_the_places_where_it_failed():
+    """1/x at 0.01 ± 0.01 has no valid interval from its slope; at 1 and 2 it has."""
     columns = {"meter.ratio": [1.0, 0.01, 2.0, 0.012]}
     meter = instrument("meter.ratio", "ratio", {"overall": "0.01 1"})
     run = run_of(columns, {"meter.ratio": "1"}, [meter], [1.0, 2.0, 3.0, 4.0])
@@ -232,15 +232,15 @@ def test_a_check_of_trials_is_about_the_places_where_it_failed():
         ("y", "4 A"),
     ]
     assert check.text.endswith("; it fails too at load.current = 4 A")
-    straight = run_of({"meter.ratio": [1.0]}, {"meter.ratio": "1"}, [meter])
-    (fine,) = findings(settings, straight).checks
-    assert fine.ok
-    assert not fine.of
+    linear_run = run_of({"meter.ratio": [1.0]}, {"meter.ratio": "1"}, [meter])
+    (passed,) = findings(settings, linear_run).checks
+    assert passed.ok
+    assert not passed.of
 
 
-def test_a_trial_that_failed_at_one_of_too_many_places_is_about_all_of_them():
-    """Of 31 places 30 are tried: what fails at one may fail at the one that nobody tried."""
-    places = [float(each) for each in range(1, 32)]
+def test_failed_trial_among_too_many_places_is_about_all_of_them():
+    """Trials are made at 30 of 31 places: if one fails, the remaining one may fail too."""
+    places = [float(i) for i in range(1, 32)]
     meter = instrument("meter.ratio", "ratio", {"overall": "0.01 1"})
     run = run_of({"meter.ratio": [1.0] * 30 + [0.01]}, {"meter.ratio": "1"}, [meter], places)
     (check,) = findings(
@@ -250,14 +250,14 @@ def test_a_trial_that_failed_at_one_of_too_many_places_is_about_all_of_them():
     assert len(check.of) == 31
 
 
-def test_one_channel_that_enters_twice_has_one_gain():
+def test_channel_that_enters_twice_has_one_gain():
     columns = {"meter.voltage": [10.0], "meter.current": [2.0]}
     settings = settings_of("R = U/V + 0*I/number(1, A)", "1",
                     {"U": "meter.voltage", "V": "meter.voltage", "I": "meter.current"})  # fmt: skip
     assert result(settings, columns).results[0].estimate.u == pytest.approx(0.0, abs=1e-9)
 
 
-def test_expanded_uncertainty_and_few_degrees_of_freedom_of_a_constant():
+def test_expanded_uncertainty_and_degrees_of_freedom_of_a_constant():
     settings = settings_of(
         "R = U / S", "A", {"U": {"of": "meter.voltage", "instrument": "no", "scatter": "2 mV",
                                  "degrees_of_freedom": 24}},
@@ -271,8 +271,8 @@ def test_expanded_uncertainty_and_few_degrees_of_freedom_of_a_constant():
     assert quotient.estimate.dof == pytest.approx(u**4 / (parts[0] ** 4 / 8 + parts[1] ** 4 / 24))
 
 
-def test_of_a_curved_model_the_second_order_enters_and_is_told():
-    """y = x² at 0: of first order u is 0, and var(x²) = 2 u⁴ of a normal x."""
+def test_second_order_counts_in_a_curved_model_with_a_note():
+    """y = x² at 0: to first order u is 0, and var(x²) = 2 u⁴ for a normal x."""
     constants = {"x0": {"value": "0 V", "u": "3 mV"}}
     settings = settings_of("R = (x0 + U - U)^2", "V^2", {"U": "meter.voltage"}, constants=constants)
     findings_ = result(settings, {"meter.voltage": [1.0]}, (instrument("meter.voltage", "voltage",
@@ -283,8 +283,8 @@ def test_of_a_curved_model_the_second_order_enters_and_is_told():
     assert without.estimate.u == 0
 
 
-def test_second_order_of_rectangles_and_of_cubes():
-    """Nearly all that first order misses of var(x³), x a rectangle about 2, by integration."""
+def test_second_order_of_rectangles_and_cubes():
+    """Second order has over 90 % of var(x³) that first order lacks, x a rectangle about 2."""
     a, m = 0.3, 2.0
     constants = {"x": {"value": m, "limits": a}}
     inputs = {"q": {"of": "meter.ratio", "instrument": "no"}}
@@ -299,7 +299,7 @@ def test_second_order_of_rectangles_and_of_cubes():
     assert abs(result.estimate.u**2 - var) < 0.1 * abs(first_order - var)
 
 
-def test_an_interval_that_the_curvature_breaks_is_no_verdict():
+def test_interval_invalidated_by_curvature_gives_no_verdict():
     """y = 1/x with x = 1 +/- 0.3 of a normal distribution: heavy to one side."""
     constants = {"x": {"value": 1.0, "u": 0.25}}
     inputs = {"q": {"of": "meter.ratio", "instrument": "no"}}
@@ -311,27 +311,27 @@ def test_an_interval_that_the_curvature_breaks_is_no_verdict():
     assert check.value > 0.02
 
 
-def test_a_value_without_any_uncertainty_is_a_result_with_an_uncertainty_of_zero():
-    """One reading has no scatter, and an exact instrument has no error: there is nothing to add."""
+def test_value_without_errors_has_u_of_zero():
+    """One reading has no scatter, and an exact instrument has no error."""
     inputs = {"U": {"of": "meter.voltage", "instrument": "no"}}
     doubled = result(settings_of("R = 2 * U", "V", inputs), {"meter.voltage": [1.5]}).results[0]
     assert (doubled.estimate.value, doubled.estimate.u, doubled.components) == (3.0, 0.0, ())
 
 
-def test_a_set_point_is_an_input_exact_unless_the_register_knows_it():
-    """Where a drive is not read back, what it was set to is the value, such as of a chamber."""
+def test_set_point_as_input_is_exact_without_a_register_entry():
+    """If a drive, such as a chamber, is not read back, its set-point is the value."""
     settings = settings_of(inputs={"U": "meter.voltage", "I": "load.current"}, per="load.current")
     columns = {"meter.voltage": [2.0, 2.0, 6.0, 6.0]}
     volt = instrument("meter.voltage", "voltage", "0.1 V")
-    for known, accuracy in (((), 0.0), ((instrument("load.current", "current", "0.02 A"),), 0.02)):
-        run = run_of(columns, {"meter.voltage": "V"}, (volt, *known), [1.0, 1.0, 3.0, 3.0])
+    for entry, accuracy in (((), 0.0), ((instrument("load.current", "current", "0.02 A"),), 0.02)):
+        run = run_of(columns, {"meter.voltage": "V"}, (volt, *entry), [1.0, 1.0, 3.0, 3.0])
         findings_ = findings(settings, run)
         assert [result.estimate.value for result in findings_.results] == [2.0, 2.0]
         for result_, ampere in zip(findings_.results, (1.0, 3.0), strict=True):
             u = sqrt((0.1 / ampere) ** 2 + (2.0 / ampere * accuracy) ** 2) / sqrt(3)
             assert result_.estimate.u == pytest.approx(u, rel=1e-9)
         exact = "load.current counts as exact: the register has no entry for it."
-        assert (exact in findings_.notes) == (not known)
+        assert (exact in findings_.notes) == (not entry)
 
 
 def test_several_results_and_places_share_their_inputs():
@@ -351,7 +351,7 @@ def test_several_results_and_places_share_their_inputs():
     assert values == pytest.approx([2.0, 8.0, 500.0, 2000.0])
 
 
-def test_temperatures_in_celsius():
+def test_temperatures_in_celsius_are_converted():
     """A difference of 10 K over one of 2 K; and a mean temperature, stated in °C."""
     room = (instrument("room.temperature", "temperature", "0.1 K"),)
     columns = {"room.temperature": [303.15]}
@@ -373,7 +373,7 @@ def test_temperatures_in_celsius():
         ("R = U / I", {"meter.voltage": [nan], "meter.current": [1.0]}, "not a finite number"),
     ],
 )
-def test_what_was_not_measured_is_refused(model, columns, message):
+def test_missing_or_nan_input_is_refused(model, columns, message):
     settings = settings_of(model)
     run = run_of(columns, UNITS, METERS)
     with pytest.raises(DataError, match=message):
@@ -389,7 +389,7 @@ PLACES = [0.0, 1.0, 2.0]
      ("R = U / number(1, A) * sqrt(I / number(1, A) - 0.5)", "sqrt(I / 1 A - 0.5)")],
     ids=["divisor", "within", "root"],
 )  # fmt: skip
-def test_where_a_model_has_no_value_the_results_of_the_other_places_stand(model, part):
+def test_undefined_model_at_one_place_keeps_results_of_other_places(model, part):
     columns = {"meter.voltage": [0.001, 5.0, 10.0], "meter.current": [0.0, 1.0, 2.0]}
     findings_ = result(settings_of(model, per="load.current"), columns, places=PLACES)
     assert [result.place for result in findings_.results] == [
@@ -409,7 +409,7 @@ def test_where_a_model_has_no_value_the_results_of_the_other_places_stand(model,
     assert all(cell == cell for cell in cells)  # noqa: PLR0124  (no nan)
 
 
-def test_one_result_of_a_model_can_be_missing_beside_another():
+def test_one_result_of_a_model_can_be_missing():
     settings = settings_of() | {
         "results": [{"name": "R", "unit": "Ω"}, {"name": "P", "unit": "mW"}],
         "model": "R = U / I\nP = U * I",
@@ -448,7 +448,7 @@ def of_constants(model, constants, **more):
 @pytest.mark.parametrize(
     ("model", "a"), [("sqrt(a) * x", 0.0), ("asin(a) * x", 1.0), ("(a - 1)^0.5 * x", 1.0)]
 )
-def test_a_model_without_a_slope_has_no_value_there_and_the_input_is_named(model, a):
+def test_model_without_a_slope_has_no_value_and_names_the_input(model, a):
     """The derivative of a root at 0 and of asin at 1 is infinite."""
     findings_ = of_constants(model, {"a": {"value": a, "limits": 0.1}})
     (missing,) = findings_.missing
@@ -463,8 +463,8 @@ def test_a_model_without_a_slope_has_no_value_there_and_the_input_is_named(model
     [("abs(a) * x", 0.0, 0.1 / sqrt(12)), ("tan(a) * x", np.pi / 2, 1e9)],
     ids=["kink", "pole"],
 )
-def test_an_uncertainty_that_no_terms_of_the_model_describe_decides_nothing(model, a, u):
-    """|a| of a rectangle within 0.1 of 0 is one from 0 to 0.1; a tangent at its pole has none."""
+def test_uncertainty_not_described_by_the_model_terms_decides_nothing(model, a, u):
+    """|a| of a rectangle of ±0.1 is one from 0 to 0.1; a tangent at its pole has no uncertainty."""
     findings_ = of_constants(model, {"a": {"value": a, "limits": 0.1}})
     (check,) = findings_.checks
     assert check.decisive
@@ -477,7 +477,7 @@ def test_an_uncertainty_that_no_terms_of_the_model_describe_decides_nothing(mode
 @pytest.mark.parametrize(
     "r", [(-0.9, -0.9, -0.9), (1.0, 0.5, -0.5), (1.0, 1.0, -1.0)], ids=["all", "pair", "signs"]
 )
-def test_correlations_that_nothing_can_have_are_refused(r):
+def test_impossible_correlations_are_refused(r):
     """Of three quantities these matrices have a negative eigenvalue."""
     matrix = np.array([[1, r[0], r[1]], [r[0], 1, r[2]], [r[1], r[2], 1]])
     assert np.linalg.eigvalsh(matrix)[0] < -0.1
